@@ -143,12 +143,12 @@ def test_a_function_is_never_panned_off_its_data() -> None:
 def test_several_dense_curves_stay_visible(ordered: bool) -> None:
     t = np.linspace(0.0, 100.0, 20_001)
     orbit = np.sin(8.0 * t), np.cos(8.0 * t) * np.cos(0.1 * t)
-    x = t if ordered else orbit[0]
+    x = (t, t) if ordered else orbit
     amplitudes = (1.0, 2.0, 3.0)
     runs = [
         Trace(
             f"run {amplitude:g}",
-            x,
+            x[0],
             amplitude * orbit[1],
             colour=f"#{amplitude:.0f}",
             ordered=ordered,

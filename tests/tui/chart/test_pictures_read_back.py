@@ -77,12 +77,12 @@ def test_points_lines_and_guides_are_drawn_at_their_coordinates() -> None:
     for middle in ((6.5, 212.5), (8.0, 325.0)):
         assert any(reading.near(dot, middle) for dot in reading.dots())
     assert not any(reading.near(dot, (5.0, 350.0)) for dot in reading.dots())
-    vertical = [(x, y) for x, y in reading.marks("│") if y < 290.0]
+    vertical = [position for position in reading.marks("│") if position[1] < 290.0]
     assert vertical
-    assert all(abs(x - 6.0) <= 1.1 * reading.x_per_column for x, _ in vertical)
+    assert all(abs(position[0] - 6.0) <= 1.1 * reading.x_per_column for position in vertical)
     horizontal = reading.marks("─")
     assert len(horizontal) > 40
-    assert all(abs(y - 300.0) <= 1.1 * reading.y_per_row for _, y in horizontal)
+    assert all(abs(position[1] - 300.0) <= 1.1 * reading.y_per_row for position in horizontal)
     (label_row,) = [row for row, cells in enumerate(reading.cells) if "three hundred" in cells]
     assert reading.y(label_row + 0.5) == pytest.approx(300.0, abs=1.1 * reading.y_per_row)
     (label_column,) = [cells.index("at six") for cells in reading.cells if "at six" in cells]

@@ -16,7 +16,7 @@ from tests.support.laboratory import run_to_end, show_tab, text_of, until, until
 SIZE = (100, 34)
 
 
-async def test_the_slider_stands_at_the_cursor_moves_and_is_written(
+async def test_the_slider_is_drawn_at_the_time_of_the_cursor_is_animated_and_is_exported(
     pilot: Pilot[None], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     await show_tab(pilot, "alt+2")

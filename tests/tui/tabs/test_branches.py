@@ -52,41 +52,44 @@ def test_stable_cycles_are_full_unstable_ones_dashed_and_events_marked() -> None
         assert label in picture
 
 
-def test_cursors_cross_at_the_point_read_and_each_key_reads_another() -> None:
+def test_a_cursor_crosses_at_the_nearest_point_and_each_key_moves_it_to_another() -> None:
     chart = branch_chart(BRANCH, None)
     columns, rows = (60, 15)
     view = View()
 
-    def read() -> tuple[float, float]:
+    def read_cursor() -> tuple[float, float]:
         (point,) = points_at(chart, view, view.cursors.first)
         assert view.cursors.first == (point.x, point.y)
         return point.x, point.y
 
     for position in ((0.3, 0.3), (0.8, 0.2), (0.6, 0.9)):
         move_cursor(chart, view, position)
-        at = read()
+        first_point = read_cursor()
         # A cursor position stored by another chart snaps to the same point.
         x, y = (axis.value(part) for axis, part in zip(view.axes(chart), position, strict=True))
-        away = replace(view, cursors=Cursors((x, y)))
-        assert draw(chart, view, 90, 25).lines[1:] == draw(chart, away, 90, 25).lines[1:]
-        picture = draw(chart, view, 90, 25).text().splitlines()[:-1]
-        (row,) = [line for line in picture if "◆" in line]
+        view_with_stored_cursor = replace(view, cursors=Cursors((x, y)))
+        assert (
+            draw(chart, view, 90, 25).lines[1:]
+            == draw(chart, view_with_stored_cursor, 90, 25).lines[1:]
+        )
+        picture_lines = draw(chart, view, 90, 25).text().splitlines()[:-1]
+        (row,) = [line for line in picture_lines if "◆" in line]
         column = row.index("◆")
-        assert all(line[column] != " " for line in picture[1:])
+        assert all(line[column] != " " for line in picture_lines[1:])
         assert " " not in row[8:]
-        for key, coordinate, sign in (
+        for step, coordinate, sign in (
             ((1, 0), 0, 1.0), ((-1, 0), 0, -1.0), ((0, 1), 1, 1.0), ((0, -1), 1, -1.0),
         ):  # fmt: skip
             move_cursor(chart, view, position)
-            assert not step_cursor(chart, view, key, (columns, rows))
-            assert sign * read()[coordinate] > sign * at[coordinate]
+            assert not step_cursor(chart, view, step, (columns, rows))
+            assert sign * read_cursor()[coordinate] > sign * first_point[coordinate]
     # At the end of the branch there is no next point; the axes stay.
     for _ in range(3 * columns):
         assert not step_cursor(chart, view, (1, 0), (columns, rows))
-    assert read()[0] == pytest.approx(1.0)
+    assert read_cursor()[0] == pytest.approx(1.0)
     figure = charts_figure(VisibleCharts([(chart, view)]))
-    lines = [np.asarray(line.get_xdata()).tolist() for line in figure.axes[0].get_lines()]
-    assert [read()[0]] * 2 in lines
+    line_x = [np.asarray(line.get_xdata()).tolist() for line in figure.axes[0].get_lines()]
+    assert [read_cursor()[0]] * 2 in line_x
 
 
 def test_a_run_from_an_orbit_stays_on_it() -> None:
@@ -99,7 +102,7 @@ def test_a_run_from_an_orbit_stays_on_it() -> None:
     assert run.peak.y_max == pytest.approx(chosen.y_max, rel=1e-5)
 
 
-def test_a_range_is_read_or_refused() -> None:
+def test_a_parameter_with_a_range_is_parsed_or_refused() -> None:
     assert parse_branch("F") == ("F", None)
     assert parse_branch(" mu = 0.2 : 1 ") == ("mu", (0.2, 1.0))
     for text in ("q", "mu=1", "mu=1:2:3", "mu=a:b", ""):
@@ -114,9 +117,9 @@ def test_a_branch_is_stored_completely_and_a_damaged_file_is_refused(tmp_path: P
     # The command's JSON lacks the set's value of the varied parameter.
     save_json(BRANCH.to_dict(), output_path(path, force=True))
     assert kind_of(path) == "branch"
-    read = load_study("branch", path)
-    assert read.points == BRANCH.points
-    assert read.parameters.mu == BRANCH.points[0].value
+    loaded = load_study("branch", path)
+    assert loaded.points == BRANCH.points
+    assert loaded.parameters.mu == BRANCH.points[0].value
     save_study("branch", BRANCH, tmp_path / "b.csv")
     with pytest.raises(InputError, match="from JSON alone"):
         load_study("branch", tmp_path / "b.csv")
@@ -125,7 +128,7 @@ def test_a_branch_is_stored_completely_and_a_damaged_file_is_refused(tmp_path: P
         restore_study("branch", path)
 
 
-async def test_a_branch_is_followed_opened_written_and_copied(
+async def test_a_branch_is_computed_opened_exported_and_its_command_gives_the_same_file(
     pilot: Pilot[None], tmp_path: Path
 ) -> None:
     await show_tab(pilot, "alt+0")
@@ -140,9 +143,9 @@ async def test_a_branch_is_followed_opened_written_and_copied(
     await until_shown(pilot, "Hopf 0.4394 touch 0.3707 fold 0.2779")
     await until_shown(pilot, "3 H Hopf 4 T touch 5 F fold")
     assert "○unstable" in text_of(pilot)
-    chart = pane.query_one("#branch-chart", ChartView)
-    chart.focus()
-    chart.view.cursors.first = (0.6, 4.0)
+    chart_view = pane.query_one("#branch-chart", ChartView)
+    chart_view.focus()
+    chart_view.view.cursors.first = (0.6, 4.0)
     chosen = nearest_cycle(BRANCH, 0.6, 4.0)
     await pilot.press("enter")
     session = app_of(pilot).session
@@ -158,8 +161,8 @@ async def test_a_branch_is_followed_opened_written_and_copied(
     assert (list(files), notes) == (["branch"], {})
     pane.export(DATA).write(tmp_path / "b.csv")
     assert read_columns(tmp_path / "b.csv", "branch")["mu"].size == len(BRANCH.points)
-    line = pane.command_line().split()
-    assert line[:2] == ["fivtui", "branch"]
-    assert line[-4:] == ["--vary", "mu=0.2:1.0", "--from", "hopf"]
-    assert command([*line[1:], "--out", str(tmp_path / "c.csv")]) == 0
+    arguments = pane.command_line().split()
+    assert arguments[:2] == ["fivtui", "branch"]
+    assert arguments[-4:] == ["--vary", "mu=0.2:1.0", "--from", "hopf"]
+    assert command([*arguments[1:], "--out", str(tmp_path / "c.csv")]) == 0
     assert (tmp_path / "c.csv").read_bytes() == (tmp_path / "b.csv").read_bytes()

@@ -38,7 +38,7 @@ from tests.support.laboratory import app_of, lab_of, show_tab, until
 T = np.linspace(0.0, 10.0, 101)
 
 
-def lines_of(axes: Axes) -> list[Line2D]:
+def named_lines(axes: Axes) -> list[Line2D]:
     return [line for line in axes.get_lines() if not str(line.get_label()).startswith("_")]
 
 
@@ -54,24 +54,24 @@ def check_panel(axes: Axes, chart: Chart, view: View) -> None:
     assert axes.get_yscale() == ("log" if y.log else "linear")
     assert " ".join(axes.get_ylabel().split()) == chart.y_label
     assert axes.get_xlabel() == (chart.x_label if chart.x_axis else "")
-    drawn = lines_of(axes)
-    shown = [trace for _, trace in view.visible_traces(chart) if trace.name]
-    if shown:
-        assert len(drawn) == len(shown)
-    for line, trace in zip(drawn, shown, strict=False):
+    lines = named_lines(axes)
+    named_traces = [trace for _, trace in view.visible_traces(chart) if trace.name]
+    if named_traces:
+        assert len(lines) == len(named_traces)
+    for line, trace in zip(lines, named_traces, strict=False):
         if trace.colour:
             assert to_hex(line.get_color()).upper() == trace.colour.upper()
-        across = np.asarray(line.get_xdata())
+        line_x = np.asarray(line.get_xdata())
         inside = (trace.x >= x.low) & (trace.x <= x.high)
         if trace.x.size < 4000:
-            assert set(trace.x[inside]) <= set(across)
-    texts = [text.get_text() for text in axes.texts]
-    visible = [
+            assert set(trace.x[inside]) <= set(line_x)
+    guide_labels = [text.get_text() for text in axes.texts]
+    visible_guides = [
         guide
         for guide in chart.guides
         if 0.0 <= (x if guide.vertical else y).positions([guide.value])[0] <= 1.0
     ]
-    assert texts == [guide.label for guide in visible if guide.label]
+    assert guide_labels == [guide.label for guide in visible_guides if guide.label]
 
 
 def trace(name: str, values: Any, **options: Any) -> Trace:
@@ -86,58 +86,65 @@ def test_a_chart_is_drawn_with_its_points_colours_markers_and_limits() -> None:
     )
     figure = charts_figure(VisibleCharts([(chart, View(x=Axis(1.0, 4.0), y=Axis(-0.5, 2.0)))]))
     (axes,) = panels_of(figure)
-    first, second = lines_of(axes)
-    for line, drawn, marker in ((first, sine, "o"), (second, cosine, "s")):
-        assert to_hex(line.get_color()) == drawn.colour.lower()
+    first, second = named_lines(axes)
+    for line, source, marker in ((first, sine, "o"), (second, cosine, "s")):
+        assert to_hex(line.get_color()) == source.colour.lower()
         assert line.get_marker() == marker
         # The line reaches the edges: one more sample beyond each.
-        inside = (drawn.x >= 0.9 - 1e-9) & (drawn.x <= 4.1 + 1e-9)
-        np.testing.assert_array_equal(line.get_xdata(), drawn.x[inside])
-        np.testing.assert_array_equal(line.get_ydata(), drawn.y[inside])
+        inside = (source.x >= 0.9 - 1e-9) & (source.x <= 4.1 + 1e-9)
+        np.testing.assert_array_equal(line.get_xdata(), source.x[inside])
+        np.testing.assert_array_equal(line.get_ydata(), source.y[inside])
     assert axes.get_xlim() == (1.0, 4.0)
     assert axes.get_ylim() == (-0.5, 2.0)
     assert (axes.get_xlabel(), axes.get_ylabel()) == ("t (s)", "y (m)")
-    upright, level = (line for line in axes.get_lines() if line not in (first, second))
-    assert upright.get_xdata() == [2.5, 2.5]
-    assert level.get_ydata() == [0.0, 0.0]
+    vertical_line, horizontal_line = (
+        line for line in axes.get_lines() if line not in (first, second)
+    )
+    assert vertical_line.get_xdata() == [2.5, 2.5]
+    assert horizontal_line.get_ydata() == [0.0, 0.0]
     assert [text.get_text() for text in axes.texts] == ["here"]
     (legend,) = figure.legends
     assert [text.get_text() for text in legend.get_texts()] == ["run 1", "run 2"]
 
 
 def test_runs_of_a_smaller_range_are_drawn_over_those_of_a_greater_one() -> None:
-    sizes = (1.0, 3.0, 2.0)
-    runs = [trace(f"{size:g}", size * np.sin(T), number=int(size)) for size in sizes]
+    amplitudes = (1.0, 3.0, 2.0)
+    runs = [
+        trace(f"{amplitude:g}", amplitude * np.sin(T), number=int(amplitude))
+        for amplitude in amplitudes
+    ]
     (axes,) = charts_figure(VisibleCharts([(Chart("t", "y", tuple(runs)), View())])).axes
-    drawn = sorted(lines_of(axes), key=Line2D.get_zorder)
-    assert [line.get_label() for line in drawn] == ["3", "2", "1"]
+    lines_from_below = sorted(named_lines(axes), key=Line2D.get_zorder)
+    assert [line.get_label() for line in lines_from_below] == ["3", "2", "1"]
 
 
 def test_every_point_of_a_short_line_is_marked_and_some_of_a_long_one() -> None:
     for count in (5, 101):
-        at = np.linspace(0.0, 10.0, count)
+        values = np.linspace(0.0, 10.0, count)
         traces = [
-            Trace(name, at, at, look="line", mark=mark) for name, mark in (("a", "●"), ("b", "■"))
+            Trace(name, values, values, look="line", mark=mark)
+            for name, mark in (("a", "●"), ("b", "■"))
         ]
         (axes,) = panels_of(
             charts_figure(VisibleCharts([(Chart("t", "y", tuple(traces)), View())]))
         )
-        for line in lines_of(axes)[:2]:
-            every: Any = line.get_markevery()
-            assert every[1] == max(count // 12, 1)
+        for line in named_lines(axes)[:2]:
+            # About twelve marks on a long line.
+            spacing: Any = line.get_markevery()
+            assert spacing[1] == max(count // 12, 1)
 
 
 def test_hidden_traces_are_not_drawn_and_not_in_the_legend() -> None:
     chart = Chart("t (s)", "y (m)", (trace("a", T), trace("b", 2.0 * T), trace("c", 3.0 * T)))
     figure = charts_figure(VisibleCharts([(chart, View(hidden={1}))]))
     (axes,) = panels_of(figure)
-    assert [line.get_label() for line in lines_of(axes)] == ["a", "c"]
+    assert [line.get_label() for line in named_lines(axes)] == ["a", "c"]
     # The other traces look as they do when all are shown.
     full_axes = charts_figure(VisibleCharts([(chart, View())])).axes[0]
-    a, _, c = lines_of(full_axes)
-    for shown_line, line in zip((a, c), lines_of(axes), strict=True):
-        assert shown_line.get_color() == line.get_color()
-        assert shown_line.get_linestyle() == line.get_linestyle()
+    a, _, c = named_lines(full_axes)
+    for original_line, line in zip((a, c), named_lines(axes), strict=True):
+        assert original_line.get_color() == line.get_color()
+        assert original_line.get_linestyle() == line.get_linestyle()
 
 
 def test_logarithmic_axes_stay_logarithmic() -> None:
@@ -160,9 +167,9 @@ def test_times_off_the_belt_are_shaded_where_they_are() -> None:
 
 
 def test_points_keep_their_letters_and_distinct_colours() -> None:
-    at = np.array([1.0])
+    position = np.array([1.0])
     events = [
-        Trace(name, at, at + shift, look="points", ordered=False, mark=name[0].upper())
+        Trace(name, position, position + shift, look="points", ordered=False, mark=name[0].upper())
         for shift, name in enumerate(("hopf", "fold"))
     ]
     samples = [
@@ -172,18 +179,18 @@ def test_points_keep_their_letters_and_distinct_colours() -> None:
     (axes,) = panels_of(
         charts_figure(VisibleCharts([(Chart("a", "b", (*events, *samples)), View())]))
     )
-    hopf, fold, *rest = lines_of(axes)
+    hopf, fold, *sample_lines = named_lines(axes)
     assert (hopf.get_marker(), fold.get_marker()) == ("$\\mathrm{H}$", "$\\mathrm{F}$")
-    assert [line.get_marker() for line in rest] == ["o", "s", "^"]
-    assert len({to_hex(line.get_color()) for line in rest}) == 3
+    assert [line.get_marker() for line in sample_lines] == ["o", "s", "^"]
+    assert len({to_hex(line.get_color()) for line in sample_lines}) == 3
 
 
 def test_points_outside_of_a_logarithmic_axis_are_omitted() -> None:
     guides = (Guide(0.0, "zero", vertical=False), Guide(1.0, "one", vertical=False))
     chart = Chart("t (s)", "y (m)", (trace("a", np.sin(T)),), guides)
     (axes,) = panels_of(charts_figure(VisibleCharts([(chart, View(log_y=True))])))
-    (drawn,) = lines_of(axes)
-    vertices: Any = axes.transScale.transform_path(drawn.get_path()).vertices
+    (line,) = named_lines(axes)
+    vertices: Any = axes.transScale.transform_path(line.get_path()).vertices
     assert not np.isfinite(vertices[np.sin(T) <= 0.0, 1]).any()
     assert np.isfinite(vertices[np.sin(T) > 0.0, 1]).all()
     assert [text.get_text() for text in axes.texts] == ["one"]
@@ -198,9 +205,9 @@ def test_labels_of_neighbours_do_not_cover_each_other() -> None:
 
 
 def test_a_picture_to_scale_keeps_its_aspect() -> None:
-    box = np.array([0.0, 1.0, 1.0, 0.0, 0.0]), np.array([0.0, 0.0, 1.0, 1.0, 0.0])
+    outline = np.array([0.0, 1.0, 1.0, 0.0, 0.0]), np.array([0.0, 0.0, 1.0, 1.0, 0.0])
     chart = Chart(
-        "x (m)", "height (m)", (Trace("slider", *box, ordered=False),), to_scale=True,
+        "x (m)", "height (m)", (Trace("slider", *outline, ordered=False),), to_scale=True,
         x_range=(-5.0, 5.0), y_range=(0.0, 2.0),
     )  # fmt: skip
     (axes,) = panels_of(charts_figure(VisibleCharts([(chart, View())])))
@@ -209,9 +216,9 @@ def test_a_picture_to_scale_keeps_its_aspect() -> None:
 
 def test_a_heading_lists_shared_parameters(tmp_path: Path) -> None:
     chart = Chart("t (s)", "y (m)", (trace("a", T),))
-    both = [Parameters(), Parameters(F=70.0)]
+    parameter_sets = [Parameters(), Parameters(F=70.0)]
     figure = charts_figure(
-        VisibleCharts([(chart, View())]), Heading(both, ("mu",), ignores_separation=True)
+        VisibleCharts([(chart, View())]), Heading(parameter_sets, ("mu",), ignores_separation=True)
     )
     heading = figure.get_suptitle()
     assert "100\N{NO-BREAK SPACE}N/m" in heading
@@ -224,30 +231,32 @@ def test_cursors_are_drawn_with_their_values() -> None:
     view = View(cursors=Cursors((2.5, 0.0), (5.0, 0.0), pinned=True))
     chart = Chart("t (s)", "y (m)", (trace("a", T), trace("b", 2.0 * T)), note="of a run")
     (axes,) = panels_of(charts_figure(VisibleCharts([(chart, view)])))
-    note, *read = axes.get_title().split("\n")
+    note, *value_lines = axes.get_title().split("\n")
     assert note == "of a run"
     for label in ("Δt 2.5 s", "1/Δt 0.4 Hz", "a ◆2.5 ◇5 Δ2.5 m", "b ◆5 ◇10 Δ5 m"):
-        assert label in " ".join(read)
-    dark = [line for line in axes.get_lines() if line.get_color() == "0.1"]
-    upright = [line.get_xdata() for line in dark if line.get_marker() == "None"]
-    assert np.asarray(upright).tolist() == [[2.5, 2.5], [5.0, 5.0]]
-    points = [np.asarray(line.get_xydata()).tolist() for line in dark if line.get_marker() == "D"]
+        assert label in " ".join(value_lines)
+    cursor_lines = [line for line in axes.get_lines() if line.get_color() == "0.1"]
+    vertical_lines = [line.get_xdata() for line in cursor_lines if line.get_marker() == "None"]
+    assert np.asarray(vertical_lines).tolist() == [[2.5, 2.5], [5.0, 5.0]]
+    points = [
+        np.asarray(line.get_xydata()).tolist() for line in cursor_lines if line.get_marker() == "D"
+    ]
     assert points == [[[2.5, 2.5], [2.5, 5.0]], [[5.0, 5.0], [5.0, 10.0]]]
 
 
 def test_regions_of_a_map_keep_their_names_and_colours() -> None:
-    over = {"F": np.array([100.0, 110.0, 120.0]), "mu": np.linspace(0.1, 0.9, 9)}
-    chart = map_chart(safety_map(None, over, "coexistence"), None)
+    axis_values = {"F": np.array([100.0, 110.0, 120.0]), "mu": np.linspace(0.1, 0.9, 9)}
+    chart = map_chart(safety_map(None, axis_values, "coexistence"), None)
     figure = charts_figure(VisibleCharts([(chart, View())]))
     (mesh,) = [
         collection for collection in figure.axes[0].collections if isinstance(collection, QuadMesh)
     ]
     bar = next(axes for axes in figure.axes if axes.get_label() == "<colorbar>")
-    scale = [label.get_text() for label in bar.get_yticklabels()]
-    assert (scale[0], scale[-1]) == ("safe", "squeals")
-    assert all(tick.startswith("≥") for tick in scale[1:-1])
+    labels = [label.get_text() for label in bar.get_yticklabels()]
+    assert (labels[0], labels[-1]) == ("safe", "squeals")
+    assert all(tick.startswith("≥") for tick in labels[1:-1])
     colours: Any = mesh.cmap(mesh.norm(np.asarray(mesh.get_array())))
-    assert len({to_hex(colour) for colour in colours.reshape(-1, 4)}) == len(scale)
+    assert len({to_hex(colour) for colour in colours.reshape(-1, 4)}) == len(labels)
 
 
 def test_an_unordered_curve_is_drawn_completely() -> None:
@@ -256,37 +265,37 @@ def test_an_unordered_curve_is_drawn_completely() -> None:
     assert motion is not None
     chart = phase_chart("y", [motion], (5.0, 10.0))
     (axes,) = panels_of(charts_figure(VisibleCharts([(chart, View())])))
-    (line,) = lines_of(axes)
-    late = motion.trajectory.t >= 5.0
-    np.testing.assert_array_equal(line.get_xdata(), motion.trajectory.y[late])
-    np.testing.assert_array_equal(line.get_ydata(), motion.trajectory.vy[late])
+    (line,) = named_lines(axes)
+    in_window = motion.trajectory.t >= 5.0
+    np.testing.assert_array_equal(line.get_xdata(), motion.trajectory.y[in_window])
+    np.testing.assert_array_equal(line.get_ydata(), motion.trajectory.vy[in_window])
     assert axes.get_title() == "t 5 to 10 s"
 
 
 def test_a_map_is_drawn_with_values_boundary_and_the_current_point() -> None:
-    over = {"mu": np.linspace(0.0, 1.5, 7), "F": np.linspace(10.0, 110.0, 6)}
-    result = stability_map(Parameters(), over, "growth-rate")
+    axis_values = {"mu": np.linspace(0.0, 1.5, 7), "F": np.linspace(10.0, 110.0, 6)}
+    result = stability_map(Parameters(), axis_values, "growth-rate")
     chart = map_chart(result, Parameters())
     figure = charts_figure(VisibleCharts([(chart, View(x=Axis(0.2, 1.0), y=Axis(20.0, 90.0)))]))
     (axes,) = panels_of(figure)
     (mesh,) = [collection for collection in axes.collections if isinstance(collection, QuadMesh)]
     assert chart.backdrop is not None
-    used = np.unique(chart.backdrop.levels)
-    shown = np.asarray(mesh.get_array(), dtype=int)
-    np.testing.assert_array_equal(used[shown], chart.backdrop.levels.T)
+    used_levels = np.unique(chart.backdrop.levels)
+    drawn_levels = np.asarray(mesh.get_array(), dtype=int)
+    np.testing.assert_array_equal(used_levels[drawn_levels], chart.backdrop.levels.T)
     # Red where it is unstable, green where it is stable.
-    colours: Any = mesh.cmap(mesh.norm(shown))
+    colours: Any = mesh.cmap(mesh.norm(drawn_levels))
     red, green, _ = np.moveaxis(colours[..., :3], -1, 0)
     assert np.all((red > green) == (result.values.T >= 0.0) | (red == green))
     assert (axes.get_xlim(), axes.get_ylim()) == ((0.2, 1.0), (20.0, 90.0))
-    boundary, marker = lines_of(axes)
+    boundary, marker = named_lines(axes)
     assert boundary.get_linestyle() == "None"
     assert np.asarray(marker.get_xydata()).tolist() == [[0.7, 80.0]]
     bar = next(axes for axes in figure.axes if axes.get_label() == "<colorbar>")
     assert bar.get_ylabel() == "growth rate (1/s)"
-    scale = [label.get_text() for label in bar.get_yticklabels()]
-    assert scale == [chart.backdrop.shades[level].text for level in used]
-    largest = float(scale[-1].removeprefix("≤"))
+    labels = [label.get_text() for label in bar.get_yticklabels()]
+    assert labels == [chart.backdrop.shades[level].text for level in used_levels]
+    largest = float(labels[-1].removeprefix("≤"))
     assert largest == pytest.approx(result.values.max(), rel=5e-3)
 
 
@@ -329,19 +338,19 @@ async def pilot(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, results: list[Transient]
 ) -> AsyncIterator[Pilot[None]]:
     monkeypatch.chdir(tmp_path)
-    async with FivtuiApp().run_test(size=(120, 45)) as started:
-        session = app_of(started).session
+    async with FivtuiApp().run_test(size=(120, 45)) as running_pilot:
+        session = app_of(running_pilot).session
         for result in results:
             scene = replace(session.scene(), separation=result.separation)
             session.runs.add_loaded(scene, result, "")
         first, second = session.runs
         first.overlaid, session.runs.displayed, session.runs.baseline = True, second, first
-        lab_of(started)._update_runs()
-        await show_tab(started, "alt+2")
-        yield started
+        lab_of(running_pilot)._update_runs()
+        await show_tab(running_pilot, "alt+2")
+        yield running_pilot
 
 
-def drawn(pilot: Pilot[None], monkeypatch: pytest.MonkeyPatch) -> Figure:
+def export_figure(pilot: Pilot[None], monkeypatch: pytest.MonkeyPatch) -> Figure:
     figures: list[Figure] = []
     monkeypatch.setattr(
         "fivtui.charts.save_figure", lambda figure, *_, **__: figures.append(figure)
@@ -352,19 +361,19 @@ def drawn(pilot: Pilot[None], monkeypatch: pytest.MonkeyPatch) -> Figure:
     return figures[0]
 
 
-def check_displayed(pilot: Pilot[None], figure: Figure) -> None:
+def check_panels(pilot: Pilot[None], figure: Figure) -> None:
     pane = lab_of(pilot).pane
     assert isinstance(pane, ViewsPane)
-    charts = [
-        chart
-        for chart in pane.query_one(f"#{pane.view}").query(ChartView)
-        if chart.display and chart.chart is not None
+    chart_views = [
+        chart_view
+        for chart_view in pane.query_one(f"#{pane.view}").query(ChartView)
+        if chart_view.display and chart_view.chart is not None
     ]
     panels = panels_of(figure)
-    assert len(panels) == len(charts) > 0
-    for axes, chart in zip(panels, charts, strict=True):
-        assert chart.chart is not None
-        check_panel(axes, chart.chart, chart.view)
+    assert len(panels) == len(chart_views) > 0
+    for axes, chart_view in zip(panels, chart_views, strict=True):
+        assert chart_view.chart is not None
+        check_panel(axes, chart_view.chart, chart_view.view)
 
 
 async def test_every_view_of_a_transient_is_exported_as_displayed(
@@ -385,13 +394,13 @@ async def test_every_view_of_a_transient_is_exported_as_displayed(
         if view == "time":
             chart.action_cursor(0)
         await pilot.pause()
-        figure = drawn(pilot, monkeypatch)
-        check_displayed(pilot, figure)
+        figure = export_figure(pilot, monkeypatch)
+        check_panels(pilot, figure)
         if view == "time":
             assert " t " in f" {figure.axes[0].get_title()}"
             chart.action_cursor_off()
         labels = [text.get_text() for legend in figure.legends for text in legend.get_texts()]
-        runs = ["separation considered", "separation ignored"]
+        run_names = ["separation considered", "separation ignored"]
         if view == "difference":
             assert [axes.get_ylabel() for axes in figure.axes] == ["Δy (m)", "ΔP (N)"]
             assert figure.axes[0].get_title() == "run 2 − run 1"
@@ -399,10 +408,10 @@ async def test_every_view_of_a_transient_is_exported_as_displayed(
             assert labels[:3] == ["belt", "springs", "slider"]
         else:
             # The first spectrum is hidden.
-            assert labels == (runs[1:] if view == "spectrum" else runs)
+            assert labels == (run_names[1:] if view == "spectrum" else run_names)
 
-    for every in pane.query(ChartView):
-        every.view.reset()
+    for chart_view in pane.query(ChartView):
+        chart_view.view.reset()
     columns = {}
     for view in views:
         pane.show_view(view)
@@ -411,10 +420,12 @@ async def test_every_view_of_a_transient_is_exported_as_displayed(
         pane.export(DATA).write(path)
         columns[view] = read_columns(path, "data")
     assert columns["time"].keys() == columns["phase"].keys() >= {"t", "x", "vx", "y", "vy", "P"}
-    shown = pane.query_one("#difference-P", ChartView).chart
-    assert shown is not None
-    in_panel = columns["difference"]["panel"] == 2
-    np.testing.assert_array_equal(columns["difference"]["y"][in_panel], shown.traces[0].y)
+    difference = pane.query_one("#difference-P", ChartView).chart
+    assert difference is not None
+    in_second_panel = columns["difference"]["panel"] == 2
+    np.testing.assert_array_equal(
+        columns["difference"]["y"][in_second_panel], difference.traces[0].y
+    )
     assert set(columns["spectrum"]["trace"]) == {2.0}
 
     app_of(pilot).session.runs.baseline = None
@@ -435,4 +446,4 @@ async def test_studies_are_exported_as_displayed(
         chart = pane.query_one(f"#{pane.view}").query(ChartView).first()
         chart.view.x = Axis(-2.0, 1.0) if view == "plane" else Axis(0.25, 1.25)
         chart.redraw()
-        check_displayed(pilot, drawn(pilot, monkeypatch))
+        check_panels(pilot, export_figure(pilot, monkeypatch))

@@ -35,13 +35,13 @@ BASE = PRESETS["base"]
 TABLES = {"facts", "settings", "indices", "figures", "claims"}
 
 
-def words_of(path: Path) -> list[str]:
+def svg_texts(path: Path) -> list[str]:
     """Texts of an SVG, which draws them as outlines and names each line in a comment."""
     comments = re.findall(r"<!-- (.*?) -->", path.read_text(), re.DOTALL)
     return [" ".join(unescape(text).split()) for text in comments]
 
 
-def shown_words(chart: Chart, view: View) -> set[str]:
+def screen_texts(chart: Chart, view: View) -> set[str]:
     """Texts of a chart on the screen, except the numbers of its axes."""
     x, y = view.axes(chart)
     labels = {chart.y_label, chart.note}
@@ -65,9 +65,9 @@ def disable_safe_friction_search() -> None:
 @pytest.fixture
 async def pilot(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> AsyncIterator[Pilot[None]]:
     monkeypatch.chdir(tmp_path)
-    async with FivtuiApp().run_test(size=(140, 45)) as started:
-        await started.pause()
-        yield started
+    async with FivtuiApp().run_test(size=(140, 45)) as running_pilot:
+        await running_pilot.pause()
+        yield running_pilot
 
 
 def pane_of(pilot: Pilot[None]) -> ViewsPane:
@@ -89,8 +89,8 @@ async def add_runs(pilot: Pilot[None]) -> None:
     t = np.linspace(5.0, 15.0, 400)
     trajectory = first.result.trajectory  # type: ignore[union-attr]
     signal = np.interp(t, trajectory.t, trajectory.y)  # type: ignore[union-attr]
-    columns = np.column_stack([t, 1.02 * signal])
-    np.savetxt("measured.csv", columns, delimiter=",", header="t,y", comments="")
+    measured_data = np.column_stack([t, 1.02 * signal])
+    np.savetxt("measured.csv", measured_data, delimiter=",", header="t,y", comments="")
     session.settings["transient"] = {
         "measured-file": "measured.csv",
         "measured-band": "10%",
@@ -100,16 +100,16 @@ async def add_runs(pilot: Pilot[None]) -> None:
 def add_studies(session: Any) -> None:
     curve = branch(BASE.parameters, "mu", low=0.25, high=0.45)
     session.studies["branch"] = DisplayedStudy(curve, "base")
-    scattered = uncertainty(
+    uncertainty_result = uncertainty(
         vary={"mu": "uniform:0.2:0.8", "F": "normal:80:8"}, samples=64, indices=False
     )
-    session.studies["uncertainty"] = DisplayedStudy(scattered, "base")
+    session.studies["uncertainty"] = DisplayedStudy(uncertainty_result, "base")
     session.settings["sweep"] = {"vary": "F=60,80,100"}
     session.settings["map"] = {"over": "F=60:120:4 k_nl=80:120:3"}
     session.settings["paper"] = {"figure": "2a", "view": "figure"}
 
 
-async def check(pilot: Pilot[None], name: str) -> set[str]:
+async def check_export(pilot: Pilot[None], name: str) -> set[str]:
     """Write the visible view and compare it with its charts; return the texts of the file."""
     pane = pane_of(pilot)
     charts = [
@@ -119,26 +119,28 @@ async def check(pilot: Pilot[None], name: str) -> set[str]:
     ]
     assert charts, name
     figures = []
-    draw = charts_figure
+    draw_figure = charts_figure
 
-    def keep(*arguments: Any) -> Any:
-        figures.append(draw(*arguments))
+    def draw_and_store(*arguments: Any) -> Any:
+        figures.append(draw_figure(*arguments))
         return figures[-1]
 
     path = Path(f"{name}.svg")
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("fivtui.charts.charts_figure", keep)
+        patch.setattr("fivtui.charts.charts_figure", draw_and_store)
         pane.export(FIGURE).write(path)
-    written = words_of(path)
+    file_texts = svg_texts(path)
     lines = [
         " ".join(part)
         for count in (2, 3)
-        for part in zip(*(written[n:] for n in range(count)), strict=False)
+        for part in zip(*(file_texts[n:] for n in range(count)), strict=False)
     ]
     for chart, view in charts:
         # Each line of a multi-line label is a text of its own.
-        lacking = {text for text in shown_words(chart, view) - set(written) if text not in lines}
-        assert not lacking, (name, lacking, written)
+        missing = {
+            text for text in screen_texts(chart, view) - set(file_texts) if text not in lines
+        }
+        assert not missing, (name, missing, file_texts)
     panels = [axes for axes in figures[0].axes if axes.get_label() != "<colorbar>"]
     for axes, (chart, view) in zip(panels, charts, strict=True):
         for limits, scale, axis in zip(
@@ -149,7 +151,7 @@ async def check(pilot: Pilot[None], name: str) -> set[str]:
         ):
             assert limits == pytest.approx((axis.low, axis.high)), name
             assert scale == ("log" if axis.log else "linear"), name
-    return set(written)
+    return set(file_texts)
 
 
 @pytest.mark.whole
@@ -159,7 +161,7 @@ async def test_every_view_is_exported_as_displayed(
     monkeypatch.setattr(measure, "QUICK_S", 0.02)
     await add_runs(pilot)
     add_studies(app_of(pilot).session)
-    shown: dict[str, set[str]] = {}
+    texts_by_view: dict[str, set[str]] = {}
     for tab in TABS:
         if tab.id in ("result", "log"):
             continue
@@ -174,30 +176,30 @@ async def test_every_view_is_exported_as_displayed(
                 continue
             pane.show_view(view)
             await until(pilot, lambda pane=pane: pane.visible_charts() is not None)  # type: ignore[misc]
-            shown[f"{tab.id}-{view}"] = await check(pilot, f"{tab.id}-{view}")
-            await zoom(pilot, pane)
-            await check(pilot, f"{tab.id}-{view}-zoomed")
+            texts_by_view[f"{tab.id}-{view}"] = await check_export(pilot, f"{tab.id}-{view}")
+            await zoom_charts(pilot, pane)
+            await check_export(pilot, f"{tab.id}-{view}-zoomed")
         if isinstance(pane, MapPane):
             for value in TITLES:
                 pane.activate_choice(value)
                 await until(pilot, lambda pane=pane: pane.job is None)  # type: ignore[misc]
-                shown[value] = await check(pilot, value)
+                texts_by_view[value] = await check_export(pilot, value)
         if isinstance(pane, SweepPane):
             pane.query_one("#vary", Input).value = "F=60,100 mu=0.3,0.7"
             await pilot.press("f10")
             await until(pilot, lambda pane=pane: pane.job is None)  # type: ignore[misc]
-            shown["plane"] = await check(pilot, "plane")
-    assert "squeals" in shown["coexistence"]
-    assert shown["transient-time"] >= {
+            texts_by_view["plane"] = await check_export(pilot, "plane")
+    assert "squeals" in texts_by_view["coexistence"]
+    assert texts_by_view["transient-time"] >= {
         "F 80 N, separation considered",
         "F 100 N, separation ignored",
     }
-    assert shown["map-map-view"] >= {"growth rate (1/s)", "now", "boundary"}
+    assert texts_by_view["map-map-view"] >= {"growth rate (1/s)", "now", "boundary"}
     # Parameters that all curves share are in the title.
-    assert any("$m$ = 5 kg" in " ".join(text.split()) for text in shown["transient-time"])
+    assert any("$m$ = 5 kg" in " ".join(text.split()) for text in texts_by_view["transient-time"])
 
 
-async def zoom(pilot: Pilot[None], pane: ViewsPane) -> None:
+async def zoom_charts(pilot: Pilot[None], pane: ViewsPane) -> None:
     """Zoom, set a logarithmic axis, and hide a trace in the charts of a view."""
     for widget in pane.query_one(f"#{pane.view}").query(ChartView):
         if widget.chart is None or widget.chart.backdrop is not None or widget.chart.to_scale:

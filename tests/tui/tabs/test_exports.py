@@ -54,15 +54,15 @@ EDITED = {"F": "60", "t_end": "20", "start": "0, 0, -0.5, 0"}
 @pytest.fixture
 async def pilot(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> AsyncIterator[Pilot[None]]:
     monkeypatch.chdir(tmp_path)
-    async with FivtuiApp().run_test(size=(100, 30)) as started:
-        await started.pause()
+    async with FivtuiApp().run_test(size=(100, 30)) as running_pilot:
+        await running_pilot.pause()
         for name, text in EDITED.items():
-            app_of(started).session.set_text(name, text)
-        lab_of(started).show_inputs()
-        yield started
+            app_of(running_pilot).session.set_text(name, text)
+        lab_of(running_pilot).show_inputs()
+        yield running_pilot
 
 
-async def write(pilot: Pilot[None], key: str, name: str, title: str) -> Path:
+async def export_file(pilot: Pilot[None], key: str, name: str, title: str) -> Path:
     await pilot.press(key)
     await until_shown(pilot, title)
     await answer(pilot, name)
@@ -70,13 +70,13 @@ async def write(pilot: Pilot[None], key: str, name: str, title: str) -> Path:
     return Path(name)
 
 
-async def refused(pilot: Pilot[None], key: str, message: str) -> None:
+async def check_refusal(pilot: Pilot[None], key: str, message: str) -> None:
     await pilot.press(key)
     await until_notice(pilot, message)
     assert not pilot.app.screen.query("#path")
 
 
-async def copied(pilot: Pilot[None]) -> list[str]:
+async def copy_command(pilot: Pilot[None]) -> list[str]:
     pilot.app.copy_to_clipboard("")
     lab_of(pilot).tab_book.when_ready(lab_of(pilot).files.copy_command)
     await until(pilot, lambda: bool(pilot.app.clipboard))
@@ -93,23 +93,25 @@ def is_picture(path: Path) -> bool:
     return path.read_bytes().startswith((b"\x89PNG", b"%PDF", b"<?xml"))
 
 
-async def test_stability_is_written_and_copied(pilot: Pilot[None]) -> None:
+async def test_stability_is_exported_and_its_command_gives_the_same_file(
+    pilot: Pilot[None],
+) -> None:
     await show_tab(pilot, "alt+1")
     await until_shown(pilot, "Re λ (1/s)")
-    assert is_picture(await write(pilot, "f6", "a.png", "Export the figure of the stability"))
-    ours = await write(pilot, "f7", "a.csv", "Export the data of the stability")
-    arguments = await copied(pilot)
+    assert is_picture(await export_file(pilot, "f6", "a.png", "Export the figure of the stability"))
+    exported = await export_file(pilot, "f7", "a.csv", "Export the data of the stability")
+    arguments = await copy_command(pilot)
     assert arguments == ["stability", "--set", "F=60"]
     run_command(arguments, "--no-search", "--out", "b.csv")
-    assert ours.read_bytes() == Path("b.csv").read_bytes()
-    data = json.loads((await write(pilot, "f7", "a.json", "Export the data of")).read_text())
+    assert exported.read_bytes() == Path("b.csv").read_bytes()
+    data = json.loads((await export_file(pilot, "f7", "a.json", "Export the data of")).read_text())
     assert data["growth_rate"] == app_of(pilot).session.stability().growth_rate
     # The file of the open scene is refused as an export path.
-    scene = Path("mine.toml")
-    save_scene(BASE, scene)
-    before = scene.read_bytes()
-    Path("link.png").symlink_to(scene)
-    app_of(pilot).session.source = str(scene)
+    scene_path = Path("mine.toml")
+    save_scene(BASE, scene_path)
+    scene_bytes = scene_path.read_bytes()
+    Path("link.png").symlink_to(scene_path)
+    app_of(pilot).session.source = str(scene_path)
     await pilot.press("f6")
     await until_shown(pilot, "Export the figure of the stability")
     pilot.app.screen.query_one("#path", Input).value = "link.png"
@@ -118,47 +120,47 @@ async def test_stability_is_written_and_copied(pilot: Pilot[None]) -> None:
         await pilot.press("enter")
         await until_shown(pilot, "the same file as the scene opened")
     assert Path("link.png").is_symlink()
-    assert scene.read_bytes() == before
+    assert scene_path.read_bytes() == scene_bytes
 
 
-async def test_a_sweep_is_written_and_copied(pilot: Pilot[None]) -> None:
+async def test_a_sweep_is_exported_and_its_command_gives_the_same_file(pilot: Pilot[None]) -> None:
     await show_tab(pilot, "alt+3")
-    await refused(pilot, "f6", "no sweep to export yet: press F10")
+    await check_refusal(pilot, "f6", "no sweep to export yet: press F10")
     pilot.app.screen.query_one("#vary", Input).value = "mu=0.2:0.8:4"
-    before = await copied(pilot)
+    arguments_before = await copy_command(pilot)
     await pilot.press("f10")
     await until_shown(pilot, "8 transients")
-    arguments = await copied(pilot)
-    assert arguments == before
-    assert is_picture(await write(pilot, "f6", "a.svg", "Export the figure of the sweep"))
-    ours = await write(pilot, "f7", "a.csv", "Export the data of the sweep")
+    arguments = await copy_command(pilot)
+    assert arguments == arguments_before
+    assert is_picture(await export_file(pilot, "f6", "a.svg", "Export the figure of the sweep"))
+    exported = await export_file(pilot, "f7", "a.csv", "Export the data of the sweep")
     run_command(arguments, "--out", "b.csv")
-    assert ours.read_bytes() == Path("b.csv").read_bytes()
+    assert exported.read_bytes() == Path("b.csv").read_bytes()
     # The copied command is that of the displayed result, without later edits.
     app_of(pilot).session.set_text("F", "70")
-    assert await copied(pilot) == arguments
+    assert await copy_command(pilot) == arguments
     await pilot.press("f7")
     await until_shown(pilot, "base-sweep-mu.csv")
     await answer(pilot, "a.csv")
     await until_shown(pilot, "a.csv exists. Overwrite it?")
 
 
-async def test_a_map_is_written_and_copied(pilot: Pilot[None]) -> None:
+async def test_a_map_is_exported_and_its_command_gives_the_same_file(pilot: Pilot[None]) -> None:
     await show_tab(pilot, "alt+4")
     await until_shown(pilot, "11253 points")
-    editor = pilot.app.screen.query_one("#over", Input)
-    editor.value = "c1=0.1:1.5:7 k_nl=1:500:5:log"
-    editor.focus()
+    range_input = pilot.app.screen.query_one("#over", Input)
+    range_input.value = "c1=0.1:1.5:7 k_nl=1:500:5:log"
+    range_input.focus()
     await pilot.press("enter")
     await until_shown(pilot, "35 points")
     await pilot.click("#value-critical-mu")
     await until_shown(pilot, "k_nl (N/m^3)")
     await until(pilot, lambda: "critical-mu" in lab_of(pilot).pane.command_line())  # type: ignore[union-attr]
-    arguments = await copied(pilot)
-    assert is_picture(await write(pilot, "f6", "a.pdf", "Export the figure of the map"))
+    arguments = await copy_command(pilot)
+    assert is_picture(await export_file(pilot, "f6", "a.pdf", "Export the figure of the map"))
     for suffix in (".csv", ".json"):
-        ours = await write(pilot, "f7", f"a{suffix}", "Export the data of the map")
-        assert load_map(ours).parameters.F == 60.0
+        exported = await export_file(pilot, "f7", f"a{suffix}", "Export the data of the map")
+        assert load_map(exported).parameters.F == 60.0
     run_command(arguments, "--out", "b.csv")
     assert Path("a.csv").read_bytes() == Path("b.csv").read_bytes()
     # The palette lists the exports of the visible tab.
@@ -173,18 +175,18 @@ async def test_a_map_is_written_and_copied(pilot: Pilot[None]) -> None:
     assert "Export the" not in text_of(pilot)
 
 
-async def test_a_trade_off_is_written_and_copied(
+async def test_a_trade_off_is_exported_and_its_command_measures_the_same_scene(
     pilot: Pilot[None], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(tradeoff, "QUICK_S", 0.2)
     await show_tab(pilot, "alt+5")
-    await refused(pilot, "f7", "no trade-off to export yet: press F10")
+    await check_refusal(pilot, "f7", "no trade-off to export yet: press F10")
     await pilot.press("f10")
     await until_shown(pilot, "this scene, this machine")
-    assert is_picture(await write(pilot, "f6", "a.svg", "Export the figure of the trade-off"))
-    await write(pilot, "f7", "a.json", "Export the data of the trade-off")
-    await write(pilot, "f7", "a.csv", "Export the data of the trade-off")
-    arguments = await copied(pilot)
+    assert is_picture(await export_file(pilot, "f6", "a.svg", "Export the figure of the trade-off"))
+    await export_file(pilot, "f7", "a.json", "Export the data of the trade-off")
+    await export_file(pilot, "f7", "a.csv", "Export the data of the trade-off")
+    arguments = await copy_command(pilot)
     run_command(arguments, "--out", "b.csv")
     scenes = [load_tradeoff(Path(name)).scene for name in ("a.json", "a.csv", "b.csv")]
     for scene in scenes:
@@ -192,72 +194,72 @@ async def test_a_trade_off_is_written_and_copied(
     assert (scenes[0].t_end, scenes[0].start) == (20.0, (0.0, 0.0, -0.5, 0.0))
 
 
-async def test_figures_and_claims_of_the_paper_are_written_and_copied(
+async def test_figures_and_claims_of_the_paper_are_exported_and_their_commands_give_the_same(
     pilot: Pilot[None], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     await show_tab(pilot, "alt+6")
     await until_shown(pilot, "what it shows")
     pilot.app.screen.query_one("#figures").focus()
-    await refused(pilot, "f6", "Fig. 2a is not computed yet: Enter in the list of figures")
+    await check_refusal(pilot, "f6", "Fig. 2a is not computed yet: Enter in the list of figures")
     await pilot.press("j", "enter")
     await until_shown(pilot, "figure 2b computed")
-    assert is_picture(await write(pilot, "f6", "a.png", "Export the figure of Fig. 2"))
-    ours = await write(pilot, "f7", "a.csv", "Export the data of Fig. 2b")
-    arguments = await copied(pilot)
+    assert is_picture(await export_file(pilot, "f6", "a.png", "Export the figure of Fig. 2"))
+    exported = await export_file(pilot, "f7", "a.csv", "Export the data of Fig. 2b")
+    arguments = await copy_command(pilot)
     assert arguments == ["figures", "2", "--out", "figures"]
     run_command(arguments)
-    assert ours.read_bytes() == Path("figures/fig-02b.csv").read_bytes()
+    assert exported.read_bytes() == Path("figures/fig-02b.csv").read_bytes()
     # An export from the list is the paper's figure.
     await pilot.click("#view-figures")
     await pilot.pause()
-    await write(pilot, "f6", "list.png", "Export the figure of Fig. 2")
+    await export_file(pilot, "f6", "list.png", "Export the figure of Fig. 2")
     assert Path("list.png").read_bytes() == Path("figures/fig-02.png").read_bytes()
     await pilot.click("#view-figure")
-    await write(pilot, "f7", "a.npz", "Export the data of Fig. 2b")
-    np.testing.assert_array_equal(np.load("a.npz")["y_e"], read_columns(ours, "figure")["y_e"])
+    await export_file(pilot, "f7", "a.npz", "Export the data of Fig. 2b")
+    np.testing.assert_array_equal(np.load("a.npz")["y_e"], read_columns(exported, "figure")["y_e"])
 
     await pilot.click("#view-claims")
     pane: Any = lab_of(pilot).pane
     await until(pilot, lambda: pane.view == "claims")
-    await refused(pilot, "f7", "no claims to export yet: press F10")
-    await refused(pilot, "f6", "claims have no figure: F7 exports them")
-    assert await copied(pilot) == ["claims"]
-    few = CLAIMS[:2]
-    checked = [check(claim, PaperResults(workers=1)) for claim in few]
+    await check_refusal(pilot, "f7", "no claims to export yet: press F10")
+    await check_refusal(pilot, "f6", "claims have no figure: F7 exports them")
+    assert await copy_command(pilot) == ["claims"]
+    claims = CLAIMS[:2]
+    checked = [check(claim, PaperResults(workers=1)) for claim in claims]
     pane.show_result(checked)
-    written = {
-        suffix: await write(pilot, "f7", f"claims{suffix}", "Export the data of the claims")
+    exported_claims = {
+        suffix: await export_file(pilot, "f7", f"claims{suffix}", "Export the data of the claims")
         for suffix in (".md", ".json", ".csv")
     }
     capsys.readouterr()
     monkeypatch.setattr("fivtui.paper.check_claims", lambda **_: checked)
     run_command(["claims", "--markdown"])
-    assert written[".md"].read_text() == capsys.readouterr().out
+    assert exported_claims[".md"].read_text() == capsys.readouterr().out
     run_command(["claims", "--json"])
-    assert json.loads(written[".json"].read_text()) == json.loads(capsys.readouterr().out)
-    assert written[".csv"].read_text().splitlines()[1].startswith(few[0].id)
+    assert json.loads(exported_claims[".json"].read_text()) == json.loads(capsys.readouterr().out)
+    assert exported_claims[".csv"].read_text().splitlines()[1].startswith(claims[0].id)
 
 
 # Command lines without files
 
 
-def line_words(line: str) -> list[str]:
+def split_command(line: str) -> list[str]:
     return shlex.split(line)[1:]
 
 
-def test_lines_begin_with_the_scene_that_they_can_name() -> None:
+def test_command_lines_name_the_preset_and_the_options_that_differ_from_it() -> None:
     ignored = PRESETS["separation-ignored"]
     origin = Origin(ignored, "separation-ignored")
-    assert line_words(study_command("stability", ignored, origin)) == [
+    assert split_command(study_command("stability", ignored, origin)) == [
         "stability",
         "separation-ignored",
     ]
-    assert line_words(study_command("run", BASE, origin)) == ["simulate"]
+    assert split_command(study_command("run", BASE, origin)) == ["simulate"]
     changed = dataclasses.replace(ignored.with_values({"F": 90.0}), t_end=7.0, method="rk4")
-    assert line_words(study_command("trade-off", changed, origin)) == [
+    assert split_command(study_command("trade-off", changed, origin)) == [
         *("tradeoff", "separation-ignored", "--set", "F=90", "--t-end=7")
     ]
-    assert line_words(study_command("trade-off", changed, Origin(BASE, "")))[-2:] == [
+    assert split_command(study_command("trade-off", changed, Origin(BASE, "")))[-2:] == [
         "--ignore-separation",
         "--t-end=7",
     ]
@@ -288,17 +290,17 @@ def test_the_command_line_of_a_sweep_reads_back_as_the_sweep(
     design = parse_design(texts, **{"kind": "product", **options})
     scene = dataclasses.replace(BASE.with_values({"k1": 90.0}), t_end=5.0, tol=1e-8)
     study = scene_study(scene, design, cases=cases, outputs=("stable",))
-    read: list[Any] = []
-    keep = lambda study, *_, **__: read.append(study)  # noqa: E731
-    monkeypatch.setattr("fivtui.sweeps.sweep_in_memory", keep)
+    built_studies: list[Any] = []
+    store_study = lambda study, *_, **__: built_studies.append(study)  # noqa: E731
+    monkeypatch.setattr("fivtui.sweeps.sweep_in_memory", store_study)
     for name in ("", "separation-ignored", "coexistence"):
         origin = Origin(PRESETS[name or "base"], name)
         line = study_command("sweep", study, origin)
         assert expected in line
-        read.clear()
+        built_studies.clear()
         with pytest.raises(AttributeError):
-            run_command(line_words(line))
-        assert read == [study]
+            run_command(split_command(line))
+        assert built_studies == [study]
 
 
 @pytest.mark.parametrize("accuracy", [(), (("peak", 1e-4), ("final", 1e-3)), (("peak", 1e-2),)])
@@ -313,15 +315,15 @@ def test_command_lines_with_an_accuracy_omit_derived_options(
     save_scene(saved, path)
     scene = dataclasses.replace(BASE, t_end=5.0, tol=1e-8, accuracy=accuracy)
     study = scene_study(scene, parse_design(["F=20,30"], "product"), outputs=("y_abs",))
-    read: list[Any] = []
-    keep = lambda study, *_, **__: read.append(study)  # noqa: E731
-    monkeypatch.setattr("fivtui.sweeps.sweep_in_memory", keep)
+    built_studies: list[Any] = []
+    store_study = lambda study, *_, **__: built_studies.append(study)  # noqa: E731
+    monkeypatch.setattr("fivtui.sweeps.sweep_in_memory", store_study)
     for origin in (Origin(BASE, ""), Origin(saved, str(path))):
-        read.clear()
+        built_studies.clear()
         with pytest.raises(AttributeError):
-            run_command(line_words(study_command("sweep", study, origin)))
-        assert read == [study]
-        arguments = line_words(study_command("run", scene, origin))
+            run_command(split_command(study_command("sweep", study, origin)))
+        assert built_studies == [study]
+        arguments = split_command(study_command("run", scene, origin))
         run_command(arguments, "--json")
         data = json.loads(capsys.readouterr().out)
         assert set(data.get("accuracy", {}).get("asked", {})) == set(dict(accuracy))

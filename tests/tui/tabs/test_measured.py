@@ -30,9 +30,9 @@ async def test_measured_data_lie_over_the_run_and_pass_or_fail(
     assert run.result is not None
     trajectory = run.result.trajectory
     assert trajectory is not None
-    late = (trajectory.t > 50.0) & (trajectory.t < 70.0)
+    in_window = (trajectory.t > 50.0) & (trajectory.t < 70.0)
     data = np.column_stack(
-        [trajectory.t[late] - trajectory.t[late][0], 1e3 * trajectory.y[late] + 1.0]
+        [trajectory.t[in_window] - trajectory.t[in_window][0], 1e3 * trajectory.y[in_window] + 1.0]
     )
     np.savetxt("rig.csv", data, delimiter=";", header="t;y_mm", comments="")
     view = pane.query_one(MeasuredView)
@@ -58,13 +58,13 @@ async def test_measured_data_lie_over_the_run_and_pass_or_fail(
     await enter_texts("PASS: share within the band 100.000%", offset="-1e-3")
     await until_shown(pilot, "PASS: share within the band 100.000%")
     assert pane.stored_setting("measured-file", "") == "rig.csv"
-    time, spectrum = (chart.chart for chart in view.query(ChartView))
-    assert time is not None
-    assert spectrum is not None
-    traces = {trace.name: trace for trace in time.traces}
+    time_chart, spectrum_chart = (chart.chart for chart in view.query(ChartView))
+    assert time_chart is not None
+    assert spectrum_chart is not None
+    traces = {trace.name: trace for trace in time_chart.traces}
     np.testing.assert_allclose(traces["measured"].y, traces["computed"].y, atol=1e-4)
-    np.testing.assert_allclose(traces["measured"].x, trajectory.t[late], atol=1e-4)
-    assert "Hz measured" in spectrum.note
+    np.testing.assert_allclose(traces["measured"].x, trajectory.t[in_window], atol=1e-4)
+    assert "Hz measured" in spectrum_chart.note
     assert pane.export(FIGURE).file_name == "base-1-validation-y.svg"
     pane.export(DATA).write(Path("rig.json"))
     # The copied command validates the same data, with the file and its time unit.
@@ -73,15 +73,20 @@ async def test_measured_data_lie_over_the_run_and_pass_or_fail(
     with pytest.raises(InputError, match="must fit into the run"):
         pane.export(FIGURE)
     await enter_texts("PASS: share", time_scale="1", frequency="1%", amplitude="1%", share="99%")
-    line = shlex.split(pane.command_line())[1:]
-    assert line[-6:] == ["--share", "99%", "--frequency", "1%", "--amplitude", "1%"]
-    cli.commands.main([*line, "--json"], standalone_mode=False)
-    theirs, ours = json.loads(capsys.readouterr().out), view.validation.to_dict()
-    assert [criterion["name"] for criterion in theirs["criteria"]] == [
-        criterion["name"] for criterion in ours["criteria"]
+    arguments = shlex.split(pane.command_line())[1:]
+    assert arguments[-6:] == ["--share", "99%", "--frequency", "1%", "--amplitude", "1%"]
+    cli.commands.main([*arguments, "--json"], standalone_mode=False)
+    command_result, displayed_result = (
+        json.loads(capsys.readouterr().out),
+        view.validation.to_dict(),
+    )
+    assert [criterion["name"] for criterion in command_result["criteria"]] == [
+        criterion["name"] for criterion in displayed_result["criteria"]
     ]
-    assert theirs["passed"] is ours["passed"] is True
-    assert theirs["shift"] == pytest.approx(ours["shift"], abs=1e-6)
-    assert theirs["deviation"]["rms"] == pytest.approx(ours["deviation"]["rms"], abs=1e-4)
+    assert command_result["passed"] is displayed_result["passed"] is True
+    assert command_result["shift"] == pytest.approx(displayed_result["shift"], abs=1e-6)
+    assert command_result["deviation"]["rms"] == pytest.approx(
+        displayed_result["deviation"]["rms"], abs=1e-4
+    )
     assert json.loads(Path("rig.json").read_text())["columns"] == ["t", "y_mm"]
     await enter_texts("must be a percentage", frequency="1")

@@ -84,9 +84,12 @@ def test_charts_over_time_have_the_quantity_of_their_label(motions: list[Plotted
         assert (guide.value, guide.vertical) == (0.0, False)
         (strip,) = chart.strips
         t, rows = expected[True]
-        off = [time for time, y in zip(t, rows[:, 2], strict=True) if y > 0.1]
-        assert all(any(a < time < b for a, b in strip.intervals) for time in off[::20])
-        assert sum(b - a for a, b in strip.intervals) == pytest.approx(
+        separated_times = [time for time, y in zip(t, rows[:, 2], strict=True) if y > 0.1]
+        assert all(
+            any(start < time < end for start, end in strip.intervals)
+            for time in separated_times[::20]
+        )
+        assert sum(end - start for start, end in strip.intervals) == pytest.approx(
             float(np.mean(rows[:, 2] > 0.0)) * 3.0, abs=0.01
         )
         assert draw(chart, View(), 80, 20).text().startswith(label)
@@ -106,17 +109,17 @@ def test_a_phase_portrait_has_velocity_over_displacement(motions: list[PlottedRu
         trace = chart.traces[1]
         assert trace.name == "run 1"
         t, rows = own_slider.motion(3.0, separation=True)
-        inside = (t > 1.0 - 1e-9) & (t < 2.0 + 1e-9)
-        np.testing.assert_allclose(trace.x, rows[inside, column], atol=2e-3)
-        np.testing.assert_allclose(trace.y, rows[inside, column + 1], atol=2e-2)
+        in_window = (t > 1.0 - 1e-9) & (t < 2.0 + 1e-9)
+        np.testing.assert_allclose(trace.x, rows[in_window, column], atol=2e-3)
+        np.testing.assert_allclose(trace.y, rows[in_window, column + 1], atol=2e-2)
 
 
 def test_a_spectrum_has_its_peak_at_the_frequency_in_hertz(motions: list[PlottedRun]) -> None:
     t = np.linspace(0.0, 80.0, 8001)
     y = -0.7 + 0.4 * np.sin(2.0 * np.pi * 1.25 * t) + 0.05 * np.sin(2.0 * np.pi * 2.5 * t)
-    first = dataclasses.replace(motions[0].trajectory, t=t, y=y)
-    shown = dataclasses.replace(motions[0], trajectory=first, t_end=80.0)
-    chart = spectrum_chart([shown], (40.0, 80.0))
+    trajectory = dataclasses.replace(motions[0].trajectory, t=t, y=y)
+    motion = dataclasses.replace(motions[0], trajectory=trajectory, t_end=80.0)
+    chart = spectrum_chart([motion], (40.0, 80.0))
     assert (chart.x_label, chart.y_label) == ("f (Hz)", "|y| (m)")
     assert chart.x_range == pytest.approx((0.0, 10.0), rel=1e-4)
     assert [(g.label, g.vertical) for g in chart.guides] == [
@@ -128,19 +131,19 @@ def test_a_spectrum_has_its_peak_at_the_frequency_in_hertz(motions: list[Plotted
     assert chart.note == "f₁ 1.25 Hz, period 0.8 s, t 40 to 80 s"
     (trace,) = chart.traces
     for frequency, amplitude in ((0.0, 0.7), (1.25, 0.4), (2.5, 0.05)):
-        near = np.abs(trace.x - frequency) < 0.1
-        assert trace.y[near].max() == pytest.approx(amplitude, rel=0.02)
+        is_near = np.abs(trace.x - frequency) < 0.1
+        assert trace.y[is_near].max() == pytest.approx(amplitude, rel=0.02)
     assert trace.y[(trace.x > 1.4) & (trace.x < 2.3)].max() < 1e-3
-    read = Reading(draw(chart, View(log_y=True), 90, 30), log_y=True)
-    top = max((dot for dot in read.dots() if dot[0] > 0.6), key=lambda dot: dot[1])
-    assert top[0] == pytest.approx(1.25, abs=2 * read.x_per_column)
+    reading = Reading(draw(chart, View(log_y=True), 90, 30), log_y=True)
+    top = max((dot for dot in reading.dots() if dot[0] > 0.6), key=lambda dot: dot[1])
+    assert top[0] == pytest.approx(1.25, abs=2 * reading.x_per_column)
     assert 10.0 ** top[1] == pytest.approx(0.4, rel=0.6)
 
 
 def test_a_spectrum_without_vibration_marks_no_frequency(motions: list[PlottedRun]) -> None:
     t = np.linspace(0.0, 1.0, 20)
-    still = dataclasses.replace(motions[0].trajectory, t=t, y=np.full(20, -0.7))
-    chart = spectrum_chart([dataclasses.replace(motions[0], trajectory=still)], (0.0, 1.0))
+    at_rest = dataclasses.replace(motions[0].trajectory, t=t, y=np.full(20, -0.7))
+    chart = spectrum_chart([dataclasses.replace(motions[0], trajectory=at_rest)], (0.0, 1.0))
     assert (chart.guides, chart.note) == ((), "t 0 to 1 s, no vibration")
     assert chart.traces[0].y[0] == pytest.approx(0.7)
 
@@ -172,9 +175,9 @@ def test_modes_over_mu_are_drawn_in_hertz_and_one_over_seconds() -> None:
         for rate, hertz in zip(growth.traces, frequency.traces, strict=True):
             drawn = complex(rate.y[index], 2.0 * np.pi * hertz.y[index])
             assert np.abs(eigenvalues - drawn).min() < 1e-6
-    marks = [(own_slider.critical_mu(), "μ_c 0.4394", True), (0.7, "μ 0.7", True)]
-    level = (0.0, "", False)
-    for chart, expected in ((growth, [level, *marks]), (frequency, marks)):
+    vertical_guides = [(own_slider.critical_mu(), "μ_c 0.4394", True), (0.7, "μ 0.7", True)]
+    zero_guide = (0.0, "", False)
+    for chart, expected in ((growth, [zero_guide, *vertical_guides]), (frequency, vertical_guides)):
         for guide, (value, label, vertical) in zip(chart.guides, expected, strict=True):
             assert guide.value == pytest.approx(value, abs=1e-8)
             assert (guide.label, guide.vertical) == (label, vertical)
@@ -194,12 +197,12 @@ def test_eigenvalues_lie_in_the_plane_with_growth_to_the_right() -> None:
     )
     for value in own_slider.eigenvalues(mu=0.0):
         assert np.abs(path.x + 1j * path.y - value).min() < 1e-6
-    read = Reading(draw(chart, View(), 90, 40))
-    marks = read.marks("◆")
+    reading = Reading(draw(chart, View(), 90, 40))
+    marks = reading.marks("◆")
     assert len(marks) == 4
     for value in expected:
-        assert any(read.near(mark, (value.real, value.imag)) for mark in marks)
-    assert any("unstable →" in cells for cells in read.cells)
+        assert any(reading.near(mark, (value.real, value.imag)) for mark in marks)
+    assert any("unstable →" in cells for cells in reading.cells)
 
 
 # Sweeps, maps, trade-offs
@@ -221,12 +224,12 @@ def test_a_sweep_chart_names_every_output_and_case() -> None:
         )
     (guide,) = chart.guides
     assert (guide.value, guide.label, guide.vertical) == (33.0, "33", True)
-    second = sweep_chart(invented_sweep({"mu": (0.1, 0.2)}, ("P_max",)))
-    assert (second.x_label, second.y_label) == ("μ", "greatest contact force (N)")
-    assert second.guides == ()
+    force_chart = sweep_chart(invented_sweep({"mu": (0.1, 0.2)}, ("P_max",)))
+    assert (force_chart.x_label, force_chart.y_label) == ("μ", "greatest contact force (N)")
+    assert force_chart.guides == ()
 
 
-def test_a_grid_of_a_sweep_has_its_values_over_its_own_axes() -> None:
+def test_a_grid_of_a_sweep_has_its_values_at_their_coordinates() -> None:
     result = invented_sweep({"F": (20.0, 40.0, 60.0), "mu": (0.9, 0.1)}, ("x_abs", "y_abs"))
     for case in (True, False):
         chart = grid_chart(result, case, (30.0, 0.4))
@@ -246,9 +249,15 @@ def test_a_grid_of_a_sweep_has_its_values_over_its_own_axes() -> None:
         point = points_at(chart, View(), (57.0, 0.2))[0]
         scene = point_scene(result.study, point, case)
         assert (scene.parameters.F, scene.parameters.mu, scene.separation) == (60.0, 0.1, case)
-        moved = dataclasses.replace(result.study, start=(0.1, 0.2, -0.3, 0.4), t_end=7.0, tol=1e-6)
-        opened = point_scene(moved, point, case)
-        assert (opened.start, opened.t_end, opened.tol) == ((0.1, 0.2, -0.3, 0.4), 7.0, 1e-6)
+        study_from_start = dataclasses.replace(
+            result.study, start=(0.1, 0.2, -0.3, 0.4), t_end=7.0, tol=1e-6
+        )
+        opened_scene = point_scene(study_from_start, point, case)
+        assert (opened_scene.start, opened_scene.t_end, opened_scene.tol) == (
+            (0.1, 0.2, -0.3, 0.4),
+            7.0,
+            1e-6,
+        )
 
 
 def test_a_map_shows_values_boundary_and_point_at_their_coordinates() -> None:
@@ -266,13 +275,13 @@ def test_a_map_shows_values_boundary_and_point_at_their_coordinates() -> None:
         shade = backdrop.shades[backdrop.levels[i, j]]
         assert shade[1] == ("unstable" if expected > 0.0 else "stable")
     boundary, current = chart.traces
-    for at in force.tolist():
-        critical = own_slider.critical_mu(F=at)
-        assert np.abs(boundary.x[np.isclose(boundary.y, at)] - critical).min() < 0.05
+    for preload in force.tolist():
+        critical = own_slider.critical_mu(F=preload)
+        assert np.abs(boundary.x[np.isclose(boundary.y, preload)] - critical).min() < 0.05
     assert (current.x.tolist(), current.y.tolist()) == ([1.2], [45.0])
-    read = Reading(draw(chart, View(), 90, 30))
-    (mark,) = read.marks("◆")
-    assert read.near(mark, (1.2, 45.0))
+    reading = Reading(draw(chart, View(), 90, 30))
+    (mark,) = reading.marks("◆")
+    assert reading.near(mark, (1.2, 45.0))
     heading = draw(chart, View(cursors=Cursors((1.0, 60.0))), 90, 30).text().splitlines()[0]
     rate = own_slider.growth_rate(mu=1.0, F=60.0)
     assert heading.split() == ["μ", "1", "F", "60", "N", "growth", "rate", f"{rate:.5g}", "1/s"]
@@ -321,11 +330,13 @@ def test_a_trade_off_has_errors_over_seconds_and_rows_in_milliseconds() -> None:
         assert (guide.value, guide.vertical) == (getattr(floor, name), False)
         table = table_rows(result, name, rows[1])
         cells = [dict(zip(COLUMNS, line, strict=True)) for line in table]
-        assert [(c["method"], c["setting"], c["CPU ms"], c["steps"]) for c in cells] == [
+        assert [
+            (cell["method"], cell["setting"], cell["CPU ms"], cell["steps"]) for cell in cells
+        ] == [
             ("taylor", "tol=1e-06", "20", "17"),
             ("rk4", "tol=1e-06", "300", "17"),
         ]
-        assert [float(c["error"]) for c in cells] == [
+        assert [float(cell["error"]) for cell in cells] == [
             pytest.approx(getattr(source.error, name)) for source in rows
         ]
-        assert [(c["sep."], c["remark"]) for c in cells] == [("+2", "best"), ("+2", "now")]
+        assert [(cell["sep."], cell["remark"]) for cell in cells] == [("+2", "best"), ("+2", "now")]

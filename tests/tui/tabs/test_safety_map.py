@@ -21,8 +21,8 @@ from tests.support.laboratory import chart_of, clear_notices, until_shown
 
 @pytest.fixture(scope="module")
 def regions() -> StabilityMap:
-    over = {"F": np.array([120.0, 110.0, 100.0]), "mu": np.linspace(0.1, 0.9, 9)}
-    return safety_map(None, over, "coexistence")
+    axis_values = {"F": np.array([120.0, 110.0, 100.0]), "mu": np.linspace(0.1, 0.9, 9)}
+    return safety_map(None, axis_values, "coexistence")
 
 
 def scale_of(result: StabilityMap) -> str:
@@ -40,20 +40,20 @@ def test_a_map_of_coexistence_has_three_kinds_of_shades(regions: StabilityMap) -
     assert backdrop is not None
     assert np.all(np.diff(backdrop.x) > 0.0)
     # Along μ at the smallest preload: safe, unsafe after a knock, squealing.
-    drawn = [backdrop.shades[level][0] for level in backdrop.levels[0]]
-    assert drawn[0] == "·"
-    assert set("░▒▓") & set(drawn[1:-1])
-    assert drawn[-1] == "█"
-    read = draw(chart, View(cursors=Cursors((100.0, 0.9))), 80, 24).text()
-    assert "escapes from 0" in read
+    characters = [backdrop.shades[level][0] for level in backdrop.levels[0]]
+    assert characters[0] == "·"
+    assert set("░▒▓") & set(characters[1:-1])
+    assert characters[-1] == "█"
+    heading = draw(chart, View(cursors=Cursors((100.0, 0.9))), 80, 24).text()
+    assert "escapes from 0" in heading
 
 
 def test_the_escape_offset_is_zero_where_the_slider_squeals(regions: StabilityMap) -> None:
-    values = shown_offsets(regions)
-    assert np.isnan(values[regions.regions == 0.0]).all()
-    assert np.all(values[regions.regions == 2.0] == 0.0)
-    inside = values[regions.regions == 1.0]
-    assert np.all((inside > 0.0) & np.isfinite(inside))
+    offsets = shown_offsets(regions)
+    assert np.isnan(offsets[regions.regions == 0.0]).all()
+    assert np.all(offsets[regions.regions == 2.0] == 0.0)
+    knock_offsets = offsets[regions.regions == 1.0]
+    assert np.all((knock_offsets > 0.0) & np.isfinite(knock_offsets))
 
 
 def test_a_scale_gives_the_upper_value_of_each_shade() -> None:
@@ -67,22 +67,22 @@ def test_a_scale_gives_the_upper_value_of_each_shade() -> None:
 
 
 @pytest.fixture(scope="module")
-def flat() -> StabilityMap:
+def nearly_constant_map() -> StabilityMap:
     return safety_map(None, {"F": [80.0, 120.0], "k_nl": [95.0, 105.0]})
 
 
-def test_negligible_differences_have_one_shade(flat: StabilityMap) -> None:
+def test_negligible_differences_have_one_shade(nearly_constant_map: StabilityMap) -> None:
     # The relative difference of the folds is 2e-4.
-    assert 0.0 < np.ptp(flat.safe_mu) < 1e-3 * flat.safe_mu.max()
-    chart = map_chart(flat, None)
+    assert 0.0 < np.ptp(nearly_constant_map.safe_mu) < 1e-3 * nearly_constant_map.safe_mu.max()
+    chart = map_chart(nearly_constant_map, None)
     assert chart.note == "safe μ"
     assert chart.backdrop is not None
     assert np.unique(chart.backdrop.levels).size == 1
-    assert scale_of(flat).split() == ["▒", "≤0.278"]
-    axes, bar = flat.figure().axes
+    assert scale_of(nearly_constant_map).split() == ["▒", "≤0.278"]
+    axes, bar = nearly_constant_map.figure().axes
     assert list(axes.texts) == []
     low, high = bar.get_ylim()
-    assert high - low == pytest.approx(1e-3 * flat.safe_mu.max())
+    assert high - low == pytest.approx(1e-3 * nearly_constant_map.safe_mu.max())
     # Larger differences have shades of their own, and a plateau has one shade.
     plateau = np.array([[0.2778, 0.27785, 0.2779, 0.4], [0.2778, 0.9, 0.9001, np.nan]])
     levels, shades = grade_values(plateau)
@@ -97,39 +97,47 @@ def test_negligible_differences_have_one_shade(flat: StabilityMap) -> None:
     assert knock[0, 0] > 1
 
 
-def test_a_map_distinguishes_missing_from_unknown_safe_friction(flat: StabilityMap) -> None:
-    safe = flat.safe_mu.copy()
-    critical = flat.critical_mu.copy()
-    safe[0], critical[0, 0] = np.nan, np.nan
-    quantities = {"safe_mu": safe, "critical_mu": critical}
-    partly = replace(flat, quantities=quantities, searched=())
-    assert partly.unknown.tolist() == [[False, True], [False, False]]
-    assert scale_of(partly).endswith("? none × not known")
+def test_a_map_distinguishes_missing_from_unknown_safe_friction(
+    nearly_constant_map: StabilityMap,
+) -> None:
+    safe_mu = nearly_constant_map.safe_mu.copy()
+    critical_mu = nearly_constant_map.critical_mu.copy()
+    safe_mu[0], critical_mu[0, 0] = np.nan, np.nan
+    quantities = {"safe_mu": safe_mu, "critical_mu": critical_mu}
+    partial_map = replace(nearly_constant_map, quantities=quantities, searched=())
+    assert partial_map.unknown.tolist() == [[False, True], [False, False]]
+    assert scale_of(partial_map).endswith("? none × not known")
     for position, reading in (((80.0, 95.0), "none"), ((80.0, 105.0), "not known")):
         view = View(cursors=Cursors(position))
-        assert f"safe μ {reading}" in draw(map_chart(partly, None), view, 80, 24).text()
-    (legend,) = partly.figure().legends
+        assert f"safe μ {reading}" in draw(map_chart(partial_map, None), view, 80, 24).text()
+    (legend,) = partial_map.figure().legends
     assert {"none", "not known"} <= {text.get_text() for text in legend.get_texts()}
     # Without critical μ, a search that contradicts the result also makes it unknown.
-    refuted = replace(partly, searched=(SearchedPoint((0, 0), 0.2),))
-    assert refuted.unknown.tolist() == [[True, True], [False, False]]
-    only = replace(partly, quantities=quantities | {"critical_mu": flat.critical_mu})
-    assert "none" not in scale_of(only)
-    assert scale_of(only).endswith("× not known")
-    region = {"region": np.where(np.isnan(safe), np.nan, 1.0)}
-    regions = replace(only, value="coexistence", quantities={**only.quantities, **region})
+    contradicted = replace(partial_map, searched=(SearchedPoint((0, 0), 0.2),))
+    assert contradicted.unknown.tolist() == [[True, True], [False, False]]
+    with_critical_mu = replace(
+        partial_map, quantities=quantities | {"critical_mu": nearly_constant_map.critical_mu}
+    )
+    assert "none" not in scale_of(with_critical_mu)
+    assert scale_of(with_critical_mu).endswith("× not known")
+    region = {"region": np.where(np.isnan(safe_mu), np.nan, 1.0)}
+    regions = replace(
+        with_critical_mu, value="coexistence", quantities={**with_critical_mu.quantities, **region}
+    )
     assert "not known" in scale_of(regions)
-    none = np.full((2, 2), np.nan)
-    lifted = replace(regions, excess=none, quantities={**regions.quantities, "region": none})
-    assert scale_of(lifted) == "? no equilibrium"
+    no_values = np.full((2, 2), np.nan)
+    without_equilibrium = replace(
+        regions, excess=no_values, quantities={**regions.quantities, "region": no_values}
+    )
+    assert scale_of(without_equilibrium) == "? no equilibrium"
 
 
 def test_the_laboratory_maps_fewer_points_with_the_same_ends() -> None:
     values = np.linspace(0.0, 1.0, 121)
-    few = thin_values(values)
-    assert few.size < 60
-    assert (few[0], few[-1]) == (0.0, 1.0)
-    assert thin_values(few) is few
+    thinned = thin_values(values)
+    assert thinned.size < 60
+    assert (thinned[0], thinned[-1]) == (0.0, 1.0)
+    assert thin_values(thinned) is thinned
 
 
 async def test_the_map_tab_offers_safe_friction_and_refuses_it_over_friction(
@@ -137,21 +145,21 @@ async def test_the_map_tab_offers_safe_friction_and_refuses_it_over_friction(
 ) -> None:
     await pilot.press("alt+4")
     await until_shown(pilot, "11253 points")
-    over = pilot.app.screen.query_one("#over", Input)
-    usual = over.value
-    assert "μ=" in usual
+    range_input = pilot.app.screen.query_one("#over", Input)
+    default_ranges = range_input.value
+    assert "μ=" in default_ranges
     # Proposed ranges are those of an existing map; each kind of values keeps its own.
     await pilot.click("#value-safe-mu")
-    assert map_request(over.value, "safe-mu")
-    over.value = "F=60:120:4 mu=0.1:0.2:2"
-    over.focus()
+    assert map_request(range_input.value, "safe-mu")
+    range_input.value = "F=60:120:4 mu=0.1:0.2:2"
+    range_input.focus()
     await pilot.press("enter")
     await until_shown(pilot, "Safe μ does not depend on μ")
     await pilot.click("#value-growth-rate")
-    assert over.value == usual
+    assert range_input.value == default_ranges
     await pilot.click("#value-critical-mu")
-    over.value = "F=60:120:4 k_nl=90:110:2"
-    over.focus()
+    range_input.value = "F=60:120:4 k_nl=90:110:2"
+    range_input.focus()
     await pilot.press("enter")
     await until_shown(pilot, "8 points")
     await pilot.click("#value-growth-rate")
@@ -162,8 +170,8 @@ async def test_the_map_tab_offers_safe_friction_and_refuses_it_over_friction(
     assert view.chart is not None
     assert view.chart.note == "safe μ"
     await pilot.click("#value-coexistence")
-    over.value = "F=100:120:3 mu=0.3:0.9:5"
-    over.focus()
+    range_input.value = "F=100:120:3 mu=0.3:0.9:5"
+    range_input.focus()
     await pilot.press("enter")
     await until_shown(pilot, "15 points; ")
     await clear_notices(pilot)

@@ -51,20 +51,20 @@ def test_a_sweep_agrees_with_single_runs() -> None:
     assert study.members == 42
     fractions: list[float] = []
 
-    def go_on(fraction: float) -> bool:
+    def store_fraction(fraction: float) -> bool:
         fractions.append(fraction)
         return True
 
-    parts = list(sweep_parts(study, go_on))
+    parts = list(sweep_parts(study, store_fraction))
     assert len(parts) == 3
     assert fractions == sorted(fractions)
     result = partial_sweep(study, parts)
     chart = sweep_chart(result, 80.0)
-    peaks, late, *_ = chart.traces
+    peaks, half_ranges, *_ = chart.traces
     assert np.all(np.diff(peaks.x) > 0.0)
     run = simulate(Parameters(F=float(peaks.x[5])), t_end=100.0)
     assert peaks.y[5] == pytest.approx(run.peak.y_abs, rel=1e-9)
-    assert late.y[5] == pytest.approx(run.steady.y_half_range)
+    assert half_ranges.y[5] == pytest.approx(run.steady.y_half_range)
     names = [trace.name for trace in chart.traces]
     assert names == [
         "peak, separation considered",
@@ -83,7 +83,7 @@ def test_a_sweep_agrees_with_single_runs() -> None:
     assert (texts["F"], texts["separation"], texts["t_end"]) == ("60", "ignored", "100")
 
 
-def test_a_sweep_over_two_names_is_drawn_as_shades_of_the_finished_points() -> None:
+def test_a_sweep_over_two_parameters_is_drawn_as_shades_of_the_computed_points() -> None:
     study = sweep_request(replace(BASE, t_end=10.0), "F=20:80:4 mu=0.2,0.5,0.8")
     parts = list(sweep_parts(study, lambda _: True))
     result = partial_sweep(study, parts)
@@ -95,13 +95,13 @@ def test_a_sweep_over_two_names_is_drawn_as_shades_of_the_finished_points() -> N
         run = simulate(Parameters(F=40.0, mu=0.8), t_end=10.0, separation=case)
         assert backdrop.values[1, 2] == pytest.approx(run.peak.y_abs, rel=1e-9)
         assert "◆" in draw(chart, View(), 80, 20).text()
-        read = draw(chart, View(cursors=Cursors((41.0, 0.79))), 80, 20).text()
-        assert read.startswith("F 40 N  μ 0.8  peak of |y| ")
+        heading = draw(chart, View(cursors=Cursors((41.0, 0.79))), 80, 20).text()
+        assert heading.startswith("F 40 N  μ 0.8  peak of |y| ")
         (point,) = points_at(chart, View(), (41.0, 0.79))
         assert point_case(study, point, case) is case
         assert point_scene(study, point, case).parameters == Parameters(F=40.0, mu=0.8)
-    part = compute_rows(study, 0, 7)
-    shades = grid_chart(partial_sweep(study, [part]), True, None).backdrop
+    first_rows = compute_rows(study, 0, 7)
+    shades = grid_chart(partial_sweep(study, [first_rows]), True, None).backdrop
     assert shades is not None
     assert np.isnan(shades.values).sum() == shades.values.size - 4
     with pytest.raises(InputError, match="use one name, or two"):
@@ -126,30 +126,30 @@ def test_a_sweep_is_cancelled() -> None:
     ("text", "message"),
     [("F=1:2", "must be NAME"), ("G=1:2:3", "unknown parameter"), ("y0=0:1:3", "parameter")],
 )
-def test_a_sweep_that_cannot_be_is_refused(text: str, message: str) -> None:
+def test_invalid_ranges_of_a_sweep_are_refused(text: str, message: str) -> None:
     with pytest.raises(InputError, match=message):
         sweep_request(BASE, text)
 
 
 def test_a_map_is_drawn_with_its_boundary_and_point() -> None:
     first, second = map_request("μ=0:1.5:61 F=5:120:47", "growth-rate")
-    over = {first.name: first.values(), second.name: second.values()}
+    axis_values = {first.name: first.values(), second.name: second.values()}
     for value, label in (("growth-rate", "growth rate"), ("unstable-modes", "unstable modes")):
-        result = stability_map(Parameters(), over, value)
+        result = stability_map(Parameters(), axis_values, value)
         chart = map_chart(result, Parameters())
-        bound = chart.traces[0]
-        near = np.abs(bound.y - 80.0).argmin()
-        assert bound.x[near] == pytest.approx(0.4394, abs=0.02)
+        boundary = chart.traces[0]
+        nearest = np.abs(boundary.y - 80.0).argmin()
+        assert boundary.x[nearest] == pytest.approx(0.4394, abs=0.02)
         assert "◆" in draw(chart, View(), 80, 24).text()
-        read = draw(chart, View(cursors=Cursors((0.7, 80.0))), 80, 24).text()
-        assert read.startswith(f"μ 0.7  F 80 N  {label}")
-    descending = {"F": second.values()[::-1], "mu": first.values()}
-    turned = map_chart(stability_map(Parameters(), descending), None)
-    assert turned.backdrop is not None
-    assert np.all(np.diff(turned.backdrop.x) > 0.0)
+        heading = draw(chart, View(cursors=Cursors((0.7, 80.0))), 80, 24).text()
+        assert heading.startswith(f"μ 0.7  F 80 N  {label}")
+    swapped_axes = {"F": second.values()[::-1], "mu": first.values()}
+    swapped_chart = map_chart(stability_map(Parameters(), swapped_axes), None)
+    assert swapped_chart.backdrop is not None
+    assert np.all(np.diff(swapped_chart.backdrop.x) > 0.0)
     view = View(cursors=Cursors((80.0, 0.7)))
-    (point,) = points_at(turned, view, view.cursors.first)
-    result = stability_map(Parameters(), descending)
+    (point,) = points_at(swapped_chart, view, view.cursors.first)
+    result = stability_map(Parameters(), swapped_axes)
     texts = map_point(result, point)
     assert (texts["F"], texts["mu"], texts["k1"]) == ("80", "0.7", "100")
     assert point_text(result, point) == "F = 80, μ = 0.7"
@@ -161,24 +161,24 @@ def test_a_zoomed_map_has_as_many_points_as_the_full_map() -> None:
     assert mapped_values(friction, Axis(0.5, 1.5)).tolist() == pytest.approx(
         np.linspace(0.5, 1.5, 11)
     )
-    shown = mapped_values(mass, Axis(-3.0, 1.0))
-    assert 0.0 < shown[0] < 1e-6
-    assert shown[-1] == 1.0
+    values_from_bound = mapped_values(mass, Axis(-3.0, 1.0))
+    assert 0.0 < values_from_bound[0] < 1e-6
+    assert values_from_bound[-1] == 1.0
     assert mapped_values(mass, Axis(-3.0, -1.0)).tolist() == mapped_values(mass, None).tolist()
 
 
 @pytest.mark.parametrize("text", ["", "mu=0:1:5", "mu=0:1:5 mu=0:1:5", "mu=0:1:5000 F=1:2:5000"])
-def test_a_map_that_cannot_be_is_refused(text: str) -> None:
+def test_invalid_ranges_of_a_map_are_refused(text: str) -> None:
     with pytest.raises(InputError):
         map_request(text, "growth-rate")
 
 
-def test_a_critical_mu_over_mu_is_refused() -> None:
+def test_a_map_of_critical_mu_over_mu_is_refused() -> None:
     with pytest.raises(InputError, match="μ_c does not depend on μ"):
         map_request("F=1:2:3 μ=0:1:3", "critical-mu")
 
 
-def test_a_sweep_that_is_too_large_names_the_command() -> None:
+def test_the_error_of_a_sweep_that_is_too_large_names_the_command() -> None:
     with pytest.raises(InputError, match="20000000000 runs: must be at most 10000000 here"):
         sweep_request(BASE, "F=1:2:100000 mu=0:1:100000")
 
@@ -188,19 +188,19 @@ async def test_a_sweep_runs_stops_and_opens_its_points(
 ) -> None:
     await pilot.press("alt+3")
     await until_shown(pilot, "no sweep yet: press F10")
-    editor = pilot.app.screen.query_one("#vary", Input)
-    editor.focus()
-    editor.value = "F=60:100:1"
+    range_input = pilot.app.screen.query_one("#vary", Input)
+    range_input.focus()
+    range_input.value = "F=60:100:1"
     await pilot.press("enter")
     await until_shown(pilot, "COUNT = 1: must be")
     # The error stays until the text is valid; then the hint appears again.
     pilot.app.screen.query_one("#sweep-chart").focus()
-    editor.focus()
-    editor.value = "F=60:100:100000"
+    range_input.focus()
+    range_input.value = "F=60:100:100000"
     await until_shown(pilot, "NAME=START:STOP:COUNT or")
     await pilot.press("enter")
     await until_shown(pilot, "200000 runs: press F10 again to compute them")
-    editor.value = "F=60:100:21"
+    range_input.value = "F=60:100:21"
     await pilot.press("enter")
     await until_shown(pilot, "42 transients")
     assert "peak, separation considered" in text_of(pilot)
@@ -228,14 +228,14 @@ async def test_a_map_follows_the_form_and_opens_its_points(pilot: Pilot[None]) -
     assert "░" in text_of(pilot)
     session = app_of(pilot).session
     view = chart_of(pilot, "map-chart")
-    before = view.chart
+    old_chart = view.chart
     session.set_text("c1", "0.8")
     await pilot.press("shift+f2", "f2")
-    await until(pilot, lambda: view.chart is not before and view.chart is not None)
+    await until(pilot, lambda: view.chart is not old_chart and view.chart is not None)
     view.focus()
-    before = view.chart
+    old_chart = view.chart
     await pilot.press("plus", "plus")
-    await until(pilot, lambda: view.chart is not before and view.chart is not None)
+    await until(pilot, lambda: view.chart is not old_chart and view.chart is not None)
     await until(pilot, lambda: view.chart.backdrop.x[0] > 0.1)  # type: ignore[union-attr]
     await pilot.press("r")
     await until(pilot, lambda: view.chart.backdrop.x[0] == 0.0)  # type: ignore[union-attr]

@@ -84,7 +84,7 @@ async def test_a_narrow_table_omits_one_column_and_wraps_another() -> None:
 
 
 @pytest.mark.parametrize(
-    ("width", "shortened"),
+    ("width", "shown"),
     [
         (0, "fold 0.2779 touch 0.3; ends"),
         (27, "fold 0.2779 touch 0.3; ends"),
@@ -94,5 +94,5 @@ async def test_a_narrow_table_omits_one_column_and_wraps_another() -> None:
         (3, "fo…"),
     ],
 )
-def test_words_that_do_not_fit_are_omitted_and_marked(width: int, shortened: str) -> None:
-    assert shorten("fold 0.2779 touch 0.3; ends", width) == shortened
+def test_words_that_do_not_fit_are_omitted_and_marked(width: int, shown: str) -> None:
+    assert shorten("fold 0.2779 touch 0.3; ends", width) == shown

@@ -17,24 +17,24 @@ from fivtui.scene.presets import PRESETS
 from fivtui.sweeps.run import local_engine
 from fivtui.tui.chart.picture import draw
 from fivtui.tui.session.studies import DisplayedStudy
-from fivtui.tui.tabs.requests import uncertainty as charts
+from fivtui.tui.tabs.requests import uncertainty as requests
 from fivtui.tui.tabs.studies.uncertainty import UncertaintyPane
 from fivtui.tui.tabs.tab_book import TabBook
 from tests.support.laboratory import app_of, show_tab, text_of, until_shown
 
-TEXT = "mu~uniform:0.2:0.8"
+DISTRIBUTION = "mu~uniform:0.2:0.8"
 
 
 @pytest.fixture(autouse=True)
-def _few(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(charts, "SAMPLES", 256)
+def _use_few_samples(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(requests, "SAMPLES", 256)
 
 
 @pytest.fixture(scope="module")
 def result() -> Uncertainty:
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(charts, "SAMPLES", 256)
-        study = charts.uncertainty_request(PRESETS["base"], TEXT)
+        patch.setattr(requests, "SAMPLES", 256)
+        study = requests.uncertainty_request(PRESETS["base"], DISTRIBUTION)
     return compute_uncertainty(study, local_engine(1))
 
 
@@ -65,12 +65,12 @@ def test_samples_are_drawn_by_region(result: Uncertainty) -> None:
 
 
 def test_the_table_has_the_indices_as_numbers_and_bars(result: Uncertainty) -> None:
-    rows = charts.index_rows(result)
+    rows = requests.index_rows(result)
     assert [row[0] for row in rows] == [quantity_name(name) for name in result.indices]
     assert rows[0][1] == "μ"
     assert rows[0][2].startswith("1.0")
-    assert charts.index_bar(0.5, 0.75) == "█" * 6 + "░" * 3
-    assert charts.index_bar(-0.1, 1.3) == "░" * 12
+    assert requests.index_bar(0.5, 0.75) == "█" * 6 + "░" * 3
+    assert requests.index_bar(-0.1, 1.3) == "░" * 12
 
 
 def pane_of(pilot: Pilot[None]) -> UncertaintyPane:
@@ -86,11 +86,11 @@ async def test_a_key_starts_the_study_and_the_views_show_its_results(
     pane = pane_of(pilot)
     with pytest.raises(InputError, match="press F10"):
         pane.export("data")
-    line = pane.query_one("#scattered", Input)
-    line.value = "mu~uniform:0.8:0.2"
+    distribution_input = pane.query_one("#scattered", Input)
+    distribution_input.value = "mu~uniform:0.8:0.2"
     await pilot.press("f10")
     await until_shown(pilot, "LOW must be below HIGH")
-    line.value = TEXT
+    distribution_input.value = DISTRIBUTION
     await pilot.press("f10")
     await until_shown(pilot, "256 samples")
     await until_shown(pilot, "P(squeal possible) = 0.8")
@@ -104,13 +104,13 @@ async def test_a_key_starts_the_study_and_the_views_show_its_results(
     export = pane.export("data")
     export.write(tmp_path / "rows.csv")
     assert pane.command_line() == ("fivtui uncertainty --vary 'mu~uniform:0.2:0.8' --samples 256")
-    read = DisplayedStudy(result_of(tmp_path / "rows.csv"), "a", "rows.csv")
-    app_of(pilot).session.studies["uncertainty"] = read
+    loaded = DisplayedStudy(load_result(tmp_path / "rows.csv"), "a", "rows.csv")
+    app_of(pilot).session.studies["uncertainty"] = loaded
     pane.scene_changed()
     await until_shown(pilot, "256 samples, read from rows.csv")
 
 
-def result_of(path: Path) -> Uncertainty:
+def load_result(path: Path) -> Uncertainty:
     from fivtui.studies import load_study
 
     result = load_study("uncertainty", path)
@@ -120,4 +120,4 @@ def result_of(path: Path) -> Uncertainty:
 
 def test_an_engine_without_uncertainty_studies_names_the_key_that_changes_it() -> None:
     with pytest.raises(InputError, match="F4 switches the engine"):
-        charts.uncertainty_request(replace(PRESETS["base"], method="fmu"), charts.EXAMPLE)
+        requests.uncertainty_request(replace(PRESETS["base"], method="fmu"), requests.EXAMPLE)
