@@ -24,7 +24,7 @@ _COMMA_IN_PART: Final = re.compile(
     rf"((?:^|[\s=~])[+-]?[0-9]*),{_FRACTION}(?=\s*:)|(:\s*[+-]?[0-9]*),{_FRACTION}(?=[\s:]|$)"
 )
 # Entries of the table of 2^(n/64), and terms of the series between two entries.
-_PARTS: Final = 64
+_SIZE: Final = 64
 _TERMS: Final = 7
 _PRECISE: Final = Context(prec=50)
 _LN2: Final = _PRECISE.ln(Decimal(2))
@@ -48,7 +48,7 @@ class NamedRange:
 
     def values(self) -> Floats:
         """The values, shape (count,); the ends are exact."""
-        return _spaced(self.start, self.stop, self.count, log=self.log)
+        return _spaced_values(self.start, self.stop, self.count, log=self.log)
 
 
 def parse_range(
@@ -59,8 +59,8 @@ def parse_range(
     counted: bool = True,
 ) -> NamedRange:
     """Parse a range."""
-    name, equals, rest = text.partition("=")
-    name, parts = name.strip(), [part.strip() for part in rest.split(":")]
+    name, equals, range_part = text.partition("=")
+    name, parts = name.strip(), [part.strip() for part in range_part.split(":")]
     form, example = (_FORM, "F=10:120:23") if counted else (_ENDS_FORM, "F=10:120")
     if not counted:
         parts.insert(2, "2")
@@ -75,7 +75,7 @@ def parse_range(
         raise InputError(f"{flag} {text}: START and STOP must differ; --set gives a single value")
     if log and min(start, stop) <= 0.0:
         raise InputError(f"{flag} {text}: START and STOP must be above 0 in a logarithmic range")
-    return NamedRange(name, start, stop, _count(flag, text, parts[2]), log)
+    return NamedRange(name, start, stop, _read_count(flag, text, parts[2]), log)
 
 
 def parse_ranges(
@@ -106,7 +106,7 @@ def parse_ends(
     return name, (low, high)
 
 
-def _count(flag: str, text: str, part: str) -> int:
+def _read_count(flag: str, text: str, part: str) -> int:
     try:
         count = read_integer(part)
     except ValueError:
@@ -127,8 +127,8 @@ def decimal_point(text: str) -> str:
 def decimal_points(text: str) -> str:
     """The text of ranges with points in place of decimal commas; commas of lists stay."""
 
-    def with_point(part: re.Match[str]) -> str:
-        return part[0].replace(",", ".")
+    def with_point(match: re.Match[str]) -> str:
+        return match[0].replace(",", ".")
 
     return _COMMA_IN_PART.sub(with_point, text)
 
@@ -143,19 +143,19 @@ def number_text(value: float) -> str:
 
 def range_text(name: str, values: Floats) -> str:
     """``START:STOP:COUNT`` of these values; `InputError` if they are not evenly spaced."""
-    first, final, count = float(values[0]), float(values[-1]), values.size
-    ends = f"{number_text(first)}:{number_text(final)}:{count}"
-    if np.array_equal(values, _spaced(first, final, count, log=False)):
-        return ends
+    start, stop, count = float(values[0]), float(values[-1]), values.size
+    text = f"{number_text(start)}:{number_text(stop)}:{count}"
+    if np.array_equal(values, _spaced_values(start, stop, count, log=False)):
+        return text
     # Values in files may be powers rounded by a mathematical library.
-    if min(first, final) > 0.0 and np.allclose(
-        values, _spaced(first, final, count, log=True), rtol=_LIBRARY_RTOL, atol=0.0
+    if min(start, stop) > 0.0 and np.allclose(
+        values, _spaced_values(start, stop, count, log=True), rtol=_LIBRARY_RTOL, atol=0.0
     ):
-        return f"{ends}:{_SPACING}"
+        return f"{text}:{_SPACING}"
     raise InputError(f"{name}: its values are not evenly spaced; a command cannot say them")
 
 
-def _spaced(start: float, stop: float, count: int, *, log: bool) -> Floats:
+def _spaced_values(start: float, stop: float, count: int, *, log: bool) -> Floats:
     if not log:
         return np.linspace(start, stop, count)
     values = log_spaced(start, stop, np.arange(count, dtype=float), count - 1)
@@ -163,15 +163,15 @@ def _spaced(start: float, stop: float, count: int, *, log: bool) -> Floats:
     return values
 
 
-def log_spaced(start: float, stop: float, indices: Floats, parts: int = 1) -> Floats:
+def log_spaced(start: float, stop: float, indices: Floats, steps: int = 1) -> Floats:
     """Values start (stop/start)^(index/parts), with the same bits on every machine.
 
     Powers by a mathematical library differ in their last bits between processors. This function
     uses only sums, products and roundings, which IEEE 754 defines.
     """
-    start_log, stop_log = (_PRECISE.multiply(_log2(end), Decimal(_PARTS)) for end in (start, stop))
+    start_log, stop_log = (_PRECISE.multiply(_log2(end), Decimal(_SIZE)) for end in (start, stop))
     begin = _split_decimal(start_log)
-    span = _split_decimal(_PRECISE.divide(_PRECISE.subtract(stop_log, start_log), Decimal(parts)))
+    span = _split_decimal(_PRECISE.divide(_PRECISE.subtract(stop_log, start_log), Decimal(steps)))
     product, residue = _exact_product(span[0], indices)
     total = begin[0] + product
     # The rounding error of the sum (Knuth) and all smaller terms.
@@ -180,16 +180,16 @@ def log_spaced(start: float, stop: float, indices: Floats, parts: int = 1) -> Fl
         (begin[0] - (total - added)) + (product - added) + (residue + indices * span[1] + begin[1])
     )
     integer = np.rint(total)
-    rest = ((total - integer) + residue) * (float(_LN2) / _PARTS)
+    remainder = ((total - integer) + residue) * (float(_LN2) / _SIZE)
     power = integer.astype(np.int64)
     high, low = _power_table()
-    part = power % _PARTS
+    table_index = power % _SIZE
     # e^rest − 1
-    series = np.zeros_like(rest)
+    series = np.zeros_like(remainder)
     for n in range(_TERMS, 0, -1):
-        series = (series + 1.0) * rest / n
-    value = high[part] + (low[part] + high[part] * series)
-    spaced: Floats = np.ldexp(value, power // _PARTS)
+        series = (series + 1.0) * remainder / n
+    value = high[table_index] + (low[table_index] + high[table_index] * series)
+    spaced: Floats = np.ldexp(value, power // _SIZE)
     return spaced
 
 
@@ -199,14 +199,14 @@ def _log2(number: float) -> Decimal:
 
 def _split_decimal(number: Decimal) -> tuple[float, float]:
     # A number of more than 53 bits as the nearest double and the remainder.
-    high = float(number)
-    return high, float(_PRECISE.subtract(number, Decimal(high)))
+    nearest = float(number)
+    return nearest, float(_PRECISE.subtract(number, Decimal(nearest)))
 
 
 @lru_cache(maxsize=1)
 def _power_table() -> tuple[Floats, Floats]:
     # 2^(n/64) as high and low parts.
-    exact = [_PRECISE.power(Decimal(2), Decimal(n) / Decimal(_PARTS)) for n in range(_PARTS)]
+    exact = [_PRECISE.power(Decimal(2), Decimal(n) / Decimal(_SIZE)) for n in range(_SIZE)]
     pairs = np.array([_split_decimal(power) for power in exact])
     return pairs[:, 0], pairs[:, 1]
 

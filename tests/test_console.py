@@ -7,7 +7,7 @@ import sys
 import numpy as np
 import pytest
 
-from fivtui.console.layout import GAP, TableColumn, blocks_of
+from fivtui.console.layout import GAP, TableColumn, split_columns
 from fivtui.console.printing import print_list, print_rows
 from fivtui.model import System
 from fivtui.model.parameters import Parameters
@@ -72,15 +72,15 @@ def test_the_first_column_is_repeated_in_every_block(monkeypatch: pytest.MonkeyP
 def test_a_table_that_fits_is_one_block() -> None:
     columns = [TableColumn(f"c{number}", ("1", "2")) for number in range(5)]
     width = 5 * 2 + 4 * GAP
-    assert len(blocks_of(columns, 1, width)) == 1
-    assert len(blocks_of(columns, 1, width - 1)) == 2
-    assert len(blocks_of(columns, 1, None)) == 1
+    assert len(split_columns(columns, 1, width)) == 1
+    assert len(split_columns(columns, 1, width - 1)) == 2
+    assert len(split_columns(columns, 1, None)) == 1
 
 
 def test_keys_that_leave_no_room_are_replaced_by_the_numbers_of_rows() -> None:
     columns = [TableColumn(f"key{number}", ("1234567890",) * 3) for number in range(4)]
     columns.append(TableColumn("value", ("1", "2", "3")))
-    blocks = blocks_of(columns, 4, 40)
+    blocks = split_columns(columns, 4, 40)
     assert {block[0][0].name for block in blocks} == {"row"}
     assert [c.name for block in blocks for c, _ in block[1:]] == [c.name for c in columns]
 

@@ -46,7 +46,7 @@ class SingleValueOption(click.Option):
 
 
 class WholeNumber(click.ParamType[int]):
-    """A whole number in plain digits, of an interval if one is given."""
+    """A whole number in plain digits, inside an interval if one is given."""
 
     name = "N"
 
@@ -87,7 +87,7 @@ class FilePath(click.ParamType[Path]):
 
 
 def name_completer(names: Callable[[], Iterable[str]]) -> Callable[..., list[str]]:
-    """A name_completer of values that proposes names."""
+    """A function for shell completion that proposes those of `names` that begin as typed."""
 
     def complete(_context: click.Context, _param: click.Parameter, typed: str) -> list[str]:
         return [name for name in names() if name.startswith(typed)]

@@ -65,7 +65,7 @@ class Call(Generic[Options]):
         """The scene with the parameters of ``--set`` and the settings of the options.
 
         Warns of parameters without effect. `varied` are texts such as ``F=10:120:23``; with
-        `centred` the computation begins at the parameter's value in the scene. `tables` allows
+        `centred` a study along a parameter begins at its value in the scene. `tables` allows
         parameters that change over time, by default if the command has --over-time.
         """
         from fivtui.scene import find_scene
@@ -110,10 +110,10 @@ def scene_with_settings(scene: "Scene", options: Any) -> "Scene":
 
 
 def _raise_targets_conflict(options: Any) -> None:
-    exact = [
+    settings = [
         entry for entry, _ in declared_options(options).values() if entry.setting in _TOL_OR_STEP
     ]
-    flags, verb = [entry.flag for entry in exact], "follow" if len(exact) > 1 else "follows"
+    flags, verb = [entry.flag for entry in settings], "follow" if len(settings) > 1 else "follows"
     raise InputError(f"--error: must be given without {' and '.join(flags)}, which {verb} from it")
 
 

@@ -46,10 +46,10 @@ def warn_of_unused_parameters(
     ``--set``, have no effect if their parameter varies.
     """
     names = [text.replace("~", "=").partition("=")[0].strip() for text in varied]
-    for replaced in (
+    for overridden in (
         name for name in parse_assignments("--set", assignments, "F=120") if name in names
     ):
-        print_note(f"warning: --set {replaced} has no effect: {replaced} varies")
+        print_note(f"warning: --set {overridden} has no effect: {overridden} varies")
     names += dict(scene.over_time)
     unused = unused_parameters(scene.parameters, names)
     # The computation itself refuses a varied parameter without effect.

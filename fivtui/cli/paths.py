@@ -70,7 +70,7 @@ def check_paths(params: Sequence[click.Parameter], values: Mapping[str, Any]) ->
     if outputs:
         check_distinct(
             [(name, path) for name, path, _ in outputs],
-            [named for param, value in named_values for named in _input_files(param, value)],
+            [labelled for param, value in named_values for labelled in _input_files(param, value)],
             [(name, parts_folder(path)) for name, path, in_parts in outputs if in_parts],
         )
 

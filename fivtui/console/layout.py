@@ -39,7 +39,7 @@ class TableColumn:
 Block = list[tuple[TableColumn, int]]
 
 
-def blocks_of(columns: Sequence[TableColumn], keys: int, width: int | None) -> list[Block]:
+def split_columns(columns: Sequence[TableColumn], keys: int, width: int | None) -> list[Block]:
     """Split a table into blocks of at most `width` characters, printed one below the other.
 
     The first `keys` columns identify a row and are repeated in every block; if they are too wide,
@@ -54,21 +54,21 @@ def blocks_of(columns: Sequence[TableColumn], keys: int, width: int | None) -> l
         count = max((len(column.cells) for column in columns), default=0)
         numbers = tuple(str(number) for number in range(1, count + 1))
         key_columns, values = [TableColumn("row", numbers)], list(columns)
-    return list(_split(key_columns, values, _room(key_columns, width)))
+    return list(_make_blocks(key_columns, values, _room(key_columns, width)))
 
 
-def _split(
-    key_columns: Sequence[TableColumn], values: Sequence[TableColumn], room: int
+def _make_blocks(
+    key_columns: Sequence[TableColumn], values: Sequence[TableColumn], width: int
 ) -> Iterator[Block]:
-    first: Block = [(column, column.least_width) for column in key_columns]
+    key_entries: Block = [(column, column.least_width) for column in key_columns]
     block: Block = []
     for column in values:
-        entry = (column, min(column.least_width, max(room, 1)))
-        if block and _block_width([*block, entry]) > room:
-            yield [*first, *block]
+        entry = (column, min(column.least_width, max(width, 1)))
+        if block and _block_width([*block, entry]) > width:
+            yield [*key_entries, *block]
             block = []
         block.append(entry)
-    yield [*first, *block]
+    yield [*key_entries, *block]
 
 
 def _room(key_columns: Sequence[TableColumn], width: int) -> int:

@@ -15,7 +15,7 @@ from rich.text import Text
 
 from fivtui.model import Parameters
 
-from .layout import GAP, READABLE, TableColumn, blocks_of
+from .layout import GAP, READABLE, TableColumn, split_columns
 from .numbers import number
 
 # A bar appears after this time.
@@ -75,9 +75,9 @@ def print_list(title: str, rows: Sequence[Sequence[str]]) -> None:
     """Print names and their texts side by side, or one below the other on a narrow terminal."""
     width = terminal_width()
     lines = [(name, "  ".join(filter(None, parts))) for name, *parts in rows]
-    names = max((cell_len(name) for name, _ in lines), default=0)
-    texts = max((cell_len(text) for _, text in lines), default=0)
-    side_by_side = width is None or names + GAP + min(texts, READABLE) <= width
+    name_width = max((cell_len(name) for name, _ in lines), default=0)
+    text_width = max((cell_len(text) for _, text in lines), default=0)
+    side_by_side = width is None or name_width + GAP + min(text_width, READABLE) <= width
     table = Table(show_header=False, box=None, pad_edge=False)
     table.add_column(no_wrap=side_by_side, overflow="fold")
     if side_by_side:
@@ -129,7 +129,7 @@ def print_rows(
         for index, name in enumerate(header)
     ]
     tables: list[RenderableType] = []
-    for block in blocks_of(columns, keys, terminal_width()):
+    for block in split_columns(columns, keys, terminal_width()):
         table = Table(box=None, pad_edge=False)
         for column, width in block:
             table.add_column(

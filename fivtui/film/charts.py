@@ -29,10 +29,10 @@ _SLIDING_MARK: Final = "▬"
 def belt_chart(run: Transient, layout: Layout, timing: Timing, t: float, aspect: float) -> Chart:
     """The slider on the belt at a time, s, to scale in a plot of width over height `aspect`."""
     x_range, y_range = _fit_aspect(layout.x_range, layout.y_range, aspect)
-    moment = motion_at(run, np.array([t]))
-    mode = Mode(int(moment.mode[0]))
+    state = motion_at(run, np.array([t]))
+    mode = Mode(int(state.mode[0]))
     travel = timing.travel(run, t, layout.x_range[1] - layout.x_range[0])
-    shapes = {shape.name: shape for shape in shapes_at(run, layout, moment, travel)}
+    shapes = {shape.name: shape for shape in shapes_at(run, layout, state, travel)}
     traces = tuple(
         _trace(name, [shapes[part] for part in parts], _FOOT_MARKS.get(mode, _SLIDING_MARK))
         for name, parts in _TRACES.items()
@@ -50,19 +50,19 @@ def belt_chart(run: Transient, layout: Layout, timing: Timing, t: float, aspect:
     )
 
 
-def _trace(name: str, shapes: list[Shape], foot: str) -> Trace:
+def _trace(name: str, shapes: list[Shape], foot_mark: str) -> Trace:
     parts = [part for shape in shapes for part in (shape, None)][:-1]
     gap = np.array([np.nan])
     x = np.concatenate([gap if part is None else part.x for part in parts])
     y = np.concatenate([gap if part is None else part.y for part in parts])
-    return Trace(name, x, y, ordered=False, mark=foot if name == "slider" else "")
+    return Trace(name, x, y, ordered=False, mark=foot_mark if name == "slider" else "")
 
 
 def _fit_aspect(
-    across: tuple[float, float], up: tuple[float, float], aspect: float
+    x_range: tuple[float, float], y_range: tuple[float, float], aspect: float
 ) -> tuple[tuple[float, float], tuple[float, float]]:
-    # Expand the ranges to the aspect ratio.
-    width, height = across[1] - across[0], up[1] - up[0]
-    wider, higher = max(aspect * height - width, 0.0), max(width / aspect - height, 0.0)
-    start = across[0] - 0.5 * wider
-    return (start, start + width + wider), (up[0], up[1] + higher)
+    # Expand one of the ranges to the aspect ratio.
+    width, height = x_range[1] - x_range[0], y_range[1] - y_range[0]
+    extra_width, extra_height = max(aspect * height - width, 0.0), max(width / aspect - height, 0.0)
+    x_start = x_range[0] - 0.5 * extra_width
+    return (x_start, x_start + width + extra_width), (y_range[0], y_range[1] + extra_height)

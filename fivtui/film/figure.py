@@ -161,25 +161,25 @@ def animate(
     times = timing.times
     with mpl.rc_context(STYLE), temporary_folder() as folder:
         file = folder / f"film{path.suffix.lower()}"
-        picture = _Picture(run, timing)
-        kind = PillowWriter if file.suffix == _GIF else FFMpegWriter
-        writer: AbstractMovieWriter = kind(fps=FRAMES_PER_SECOND)
+        renderer = _FrameRenderer(run, timing)
+        writer_class = PillowWriter if file.suffix == _GIF else FFMpegWriter
+        writer: AbstractMovieWriter = writer_class(fps=FRAMES_PER_SECOND)
         # The writer redraws the figure for every frame, so give it one that holds only an image.
         image_figure = Figure(figsize=_SIZE, dpi=_DPI)
-        image = image_figure.figimage(picture.frame(timing.start))
+        image = image_figure.figimage(renderer.frame(timing.start))
         with writer.saving(image_figure, str(file), _DPI):
             # Check for cancelling after a frame: a writer needs at least one.
             work = Progress(progress)
             for count, t in enumerate(times.tolist(), 1):
-                image.set_data(picture.frame(t))
+                image.set_data(renderer.frame(t))
                 writer.grab_frame()
                 work.report(count / times.size)
         save_bytes(file.read_bytes(), path)
     return Film(Path(path), (timing.start, timing.end), timing.speed, times.size)
 
 
-class _Picture:
-    # A figure whose static part is drawn once.
+class _FrameRenderer:
+    # Draws frames; the static part of the figure is drawn once.
 
     def __init__(self, run: Transient, timing: Timing) -> None:
         self._run, self._timing = run, timing
@@ -189,18 +189,18 @@ class _Picture:
         figure = new_figure(*_SIZE)
         figure.set_dpi(_DPI)
         self._canvas = _new_canvas(figure)
-        scene, curve = figure.subplots(2, 1, height_ratios=(3.4, 1.0))
-        self._scene: Axes = scene
-        _set_limits(scene, self._layout)
+        axes, curve_axes = figure.subplots(2, 1, height_ratios=(3.4, 1.0))
+        self._scene: Axes = axes
+        _set_limits(axes, self._layout)
         # Initial text that reserves space in the layout.
-        self._title: Text = scene.set_title("t", loc="left")
-        self._lines = {name: scene.plot([], [], **look)[0] for name, look in _LINE_STYLES.items()}
+        self._title: Text = axes.set_title("t", loc="left")
+        self._lines = {name: axes.plot([], [], **style)[0] for name, style in _LINE_STYLES.items()}
         self._areas = {
-            name: scene.fill([0.0], [0.0], edgecolor="0.15", linewidth=1.2)[0]
+            name: axes.fill([0.0], [0.0], edgecolor="0.15", linewidth=1.2)[0]
             for name in ("foot", "block")
         }
-        _add_legend(scene, run, self._lines)
-        self._marker = _draw_curve(curve, motion, run, timing)
+        _add_legend(axes, run, self._lines)
+        self._marker = _draw_curve(curve_axes, motion, run, timing)
         self._moving = [*self._lines.values(), *self._areas.values(), self._title, self._marker]
         self._canvas.draw()
         for artist in self._moving:
@@ -218,10 +218,10 @@ class _Picture:
 
     def _move(self, t: float) -> None:
         run, layout = self._run, self._layout
-        moment = motion_at(run, np.array([t]))
+        state = motion_at(run, np.array([t]))
         travel = self._timing.travel(run, t, layout.x_range[1] - layout.x_range[0])
-        shapes = {shape.name: shape for shape in shapes_at(run, layout, moment, travel)}
-        mode = Mode(int(moment.mode[0]))
+        shapes = {shape.name: shape for shape in shapes_at(run, layout, state, travel)}
+        mode = Mode(int(state.mode[0]))
         for name, line in self._lines.items():
             shape = shapes.get(name)
             line.set_visible(shape is not None)
@@ -230,7 +230,7 @@ class _Picture:
         for name, area in self._areas.items():
             area.set_xy(np.column_stack([shapes[name].x, shapes[name].y]))
             area.set_facecolor(_FOOT_COLOURS[mode] if name == "foot" else _BLOCK_COLOUR)
-        force = f"P = {float(moment.P[0]):.3g} N"
+        force = f"P = {float(state.P[0]):.3g} N"
         self._title.set_text(f"t = {t:.{self._digits}f} s    {MODE_NAMES[mode]}    {force}")
         self._marker.set_xdata([t, t])
 
@@ -251,11 +251,11 @@ def _set_limits(axes: Axes, layout: Layout) -> None:
 
 def _add_legend(axes: Axes, run: Transient, lines: Mapping[str, Line2D]) -> None:
     # A legend of the forces, and of the foot's colours.
-    feet = [mode for mode in MODE_NAMES if mode in _run_modes(run)]
-    keys: list[Artist] = [lines[name] for name in ("preload", "contact force", "friction")]
-    keys += [Patch(facecolor=_FOOT_COLOURS[mode], edgecolor="0.15") for mode in feet]
-    labels = ["preload", "contact force", "friction", *(MODE_NAMES[mode] for mode in feet)]
-    axes.legend(keys, labels, loc="upper left", bbox_to_anchor=(1.02, 1.0), frameon=False)
+    modes = [mode for mode in MODE_NAMES if mode in _run_modes(run)]
+    handles: list[Artist] = [lines[name] for name in ("preload", "contact force", "friction")]
+    handles += [Patch(facecolor=_FOOT_COLOURS[mode], edgecolor="0.15") for mode in modes]
+    labels = ["preload", "contact force", "friction", *(MODE_NAMES[mode] for mode in modes)]
+    axes.legend(handles, labels, loc="upper left", bbox_to_anchor=(1.02, 1.0), frameon=False)
 
 
 def _run_modes(run: Transient) -> set[Mode]:

@@ -58,7 +58,7 @@ class Layout:
 
 
 def layout_of(motion: Trajectory) -> Layout:
-    """The layout for a motion: all of it is seen, to scale, with x to the right and y upwards."""
+    """The layout that shows a whole motion to scale, with x to the right and y upwards."""
     x_min, x_max = float(motion.x.min()), float(motion.x.max())
     y_min, y_max = float(motion.y.min()), float(motion.y.max())
     size = max(x_max - x_min, y_max - y_min, -y_min, _LEAST_SIZE)
@@ -78,15 +78,15 @@ def layout_of(motion: Trajectory) -> Layout:
     )
 
 
-def shapes_at(run: Transient, layout: Layout, moment: Trajectory, travel: float) -> list[Shape]:
+def shapes_at(run: Transient, layout: Layout, state: Trajectory, travel: float) -> list[Shape]:
     """The shapes at a time."""
     size, half = layout.size, 0.5 * _BLOCK * layout.size
-    x, y, force = float(moment.x[0]), float(moment.y[0]), float(moment.P[0])
-    mode = Mode(int(moment.mode[0]))
+    x, y, force = float(state.x[0]), float(state.y[0]), float(state.P[0])
+    mode = Mode(int(state.mode[0]))
     bottom, top = layout.free + y, layout.free + y + 2.0 * half
     # The contact spring ends in a foot, which hangs above the belt while the slider is off it.
     foot_bottom = y if mode is Mode.SEPARATED else 0.0
-    foot = foot_bottom + _FOOT * size
+    foot_top = foot_bottom + _FOOT * size
     spring_width = 0.035 * size
     springs = (
         _spring((layout.anchor_x, layout.middle), (x - half, 0.5 * (bottom + top)), spring_width),
@@ -97,15 +97,15 @@ def shapes_at(run: Transient, layout: Layout, moment: Trajectory, travel: float)
         _marks(layout, travel),
         _walls(layout),
         Shape("springs", *_join(springs)),
-        Shape("contact spring", *_spring((x, foot), (x, bottom), spring_width)),
-        _box("foot", (x - 0.8 * half, x + 0.8 * half), (foot_bottom, foot)),
+        Shape("contact spring", *_spring((x, foot_top), (x, bottom), spring_width)),
+        _box("foot", (x - 0.8 * half, x + 0.8 * half), (foot_bottom, foot_top)),
         _box("block", (x - half, x + half), (bottom, top)),
         _arrow("preload", (x, top + _PRELOAD_ARROW * size), (x, top), _HEAD * size),
     ]
     if layout.force > 0.0 and mode is not Mode.SEPARATED:
         scale = _ARROW * size / layout.force
-        p, rates = build_course(run.parameters, run.over_time).after(float(moment.t[0]))
-        friction = friction_force(p, (x, float(moment.vx[0]), y, float(moment.vy[0])), mode, rates)
+        p, rates = build_course(run.parameters, run.over_time).after(float(state.t[0]))
+        friction = friction_force(p, (x, float(state.vx[0]), y, float(state.vy[0])), mode, rates)
         right = x + half
         shapes += [
             _arrow("contact force", (right, 0.0), (right, scale * force), _HEAD * size),
@@ -132,19 +132,19 @@ def _join(
 
 def _marks(layout: Layout, travel: float) -> Shape:
     # Strokes on the belt, which move with it.
-    gap = _MARK_DISTANCE * layout.size
+    distance = _MARK_DISTANCE * layout.size
     low, high = layout.x_range
-    tops = np.arange(low + travel % gap, high, gap)
-    lean = 0.4 * gap
-    strokes = [_points((at, 0.0), (at - lean, -2.0 * lean)) for at in tops.tolist()]
+    mark_xs = np.arange(low + travel % distance, high, distance)
+    slant = 0.4 * distance
+    strokes = [_points((x, 0.0), (x - slant, -2.0 * slant)) for x in mark_xs.tolist()]
     return Shape("marks", *_join(strokes))
 
 
 def _walls(layout: Layout) -> Shape:
     reach = 0.12 * layout.size
-    at, middle, top = layout.anchor_x, layout.middle, layout.anchor_y
-    upright = _points((at, middle - reach), (at, middle + reach))
-    slanted = _points((at - reach, top - reach), (at + reach, top + reach))
+    x, upright_y, slanted_y = layout.anchor_x, layout.middle, layout.anchor_y
+    upright = _points((x, upright_y - reach), (x, upright_y + reach))
+    slanted = _points((x - reach, slanted_y - reach), (x + reach, slanted_y + reach))
     return Shape("walls", *_join([upright, slanted]))
 
 
@@ -161,8 +161,8 @@ def _spring(
     )
 
 
-def _box(name: str, across: tuple[float, float], up: tuple[float, float]) -> Shape:
-    (start, end), (low, high) = across, up
+def _box(name: str, x_range: tuple[float, float], y_range: tuple[float, float]) -> Shape:
+    (start, end), (low, high) = x_range, y_range
     edge = ((start, low), (end, low), (end, high), (start, high), (start, low))
     return Shape(name, *_points(*edge))
 

@@ -1,4 +1,4 @@
-"""Which times of a run a film shows, and how fast."""
+"""Time window and speed of a film."""
 
 import math
 from dataclasses import dataclass
@@ -59,7 +59,7 @@ class Timing:
 
 
 def film_timing(run: Transient, window: tuple[float, float] | None, speed: float | None) -> Timing:
-    """The times that a film shows."""
+    """The window and speed of a film, by default the last cycles in ten seconds."""
     if speed is not None and not (math.isfinite(speed) and speed > 0.0):
         raise InputError(f"speed = {speed:g}: must be above 0")
     if window is not None:

@@ -37,21 +37,21 @@ def compute_amplitudes(
     amplitudes: dict[int, Amplitude] = {}
     work = Progress(progress)
 
-    def settings(index: int) -> tuple[float, float]:
+    def run_settings(index: int) -> tuple[float, float]:
         return scenes[index].t_end, scenes[index].tol
 
-    for _, members in groupby(sorted(range(len(scenes)), key=settings), settings):
+    for _, members in groupby(sorted(range(len(scenes)), key=run_settings), run_settings):
         indices = list(members)
         begin, end = (
             count / len(scenes) for count in (len(amplitudes), len(amplitudes) + len(indices))
         )
-        part = work.part(begin, end).callback
-        batch = _equal_run_amplitudes([scenes[index] for index in indices], workers, part)
+        part_progress = work.part(begin, end).callback
+        batch = _batch_amplitudes([scenes[index] for index in indices], workers, part_progress)
         amplitudes.update(zip(indices, batch, strict=True))
     return [amplitudes[index] for index in range(len(scenes))]
 
 
-def _equal_run_amplitudes(
+def _batch_amplitudes(
     scenes: Sequence[Scene], workers: int | None, progress: OnProgress | None
 ) -> list[Amplitude]:
     """The amplitudes of scenes of equal length and tolerance."""

@@ -145,8 +145,8 @@ def _hide_merged(trace: Trace) -> Trace:
     half = trace.x.size // 2
     first, second = trace.y[:half], trace.y[half + 1 :]
     differs = np.abs(second - first) > _COINCIDENCE_TOL * np.abs(first)
-    drawn = np.convolve(differs, np.ones(3), mode="same") > 0.0
-    y: FloatArray = np.concatenate([trace.y[: half + 1], np.where(drawn, second, np.nan)])
+    keeps = np.convolve(differs, np.ones(3), mode="same") > 0.0
+    y: FloatArray = np.concatenate([trace.y[: half + 1], np.where(keeps, second, np.nan)])
     return replace(trace, y=y)
 
 

@@ -130,12 +130,12 @@ def save_figures(
     """
     chosen = figure_numbers([str(number) for number in numbers])
     formats = check_names("formats", formats)
-    plan = [figure_files(number, folder, formats) for number in chosen]
+    all_files = [figure_files(number, folder, formats) for number in chosen]
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise InputError(f"{folder}: cannot be made a folder: {error.strerror}") from None
-    paths = [path for files in plan for path in (*files.pictures, *files.data)]
+    paths = [path for files in all_files for path in (*files.pictures, *files.data)]
     check_distinct([("the file", path) for path in paths])
     for path in paths:
         check_output(path)
@@ -151,12 +151,12 @@ def save_figures(
     for panel in panels:
         source.table(panel.key)
         work.report(share)
-    for count, files in enumerate(plan, start=1):
+    for count, files in enumerate(all_files, start=1):
         figure = draw(files.number, source)
         with publish_together():
             for path in files.pictures:
                 save_figure(figure, path)
             for panel, path in zip(figure_panels(files.number), files.data, strict=True):
                 save_data(source.table(panel.key), path)
-        work.report(share + (1.0 - share) * count / len(plan))
+        work.report(share + (1.0 - share) * count / len(all_files))
     return [figure_files(number, Path(folder), formats) for number in chosen]

@@ -89,7 +89,7 @@ _BY_PRELOAD: Final = ("F", (0.0, 5.0, 50.0, 100.0))
 _K_NL_VALUES: Final = ("k_nl", _grid(20.0, 95.0, 16) + _grid(100.0, 500.0, 41))
 _NO_RANGE: Final = "the range is not given"
 _UNSTABLE: Final = "the range lies where the equilibrium is unstable"
-_NONE: Final[Mapping[str, float]] = {}
+_NO_CHANGES: Final[Mapping[str, float]] = {}
 _SOFT: Final[Mapping[str, float]] = {"k1": 50.0, "k2": 100.0}
 
 
@@ -101,7 +101,7 @@ def _panel(
     by: _Axis,
     *,
     choice: str,
-    changes: Mapping[str, float] = _NONE,
+    changes: Mapping[str, float] = _NO_CHANGES,
 ) -> Panel:
     """A panel over a parameter, with a line per value of a second parameter."""
     scene = replace(_BASE, name=f"fig-{key}").with_values(changes)
@@ -125,7 +125,7 @@ def _eigenvalues(key: str, condition: str, changes: Mapping[str, float]) -> Pane
 
 
 def _critical(
-    key: str, along: _Axis, by: _Axis, choice: str, changes: Mapping[str, float] = _NONE
+    key: str, along: _Axis, by: _Axis, choice: str, changes: Mapping[str, float] = _NO_CHANGES
 ) -> Panel:
     quantity = "preload" if along is _PRELOADS else "cubic contact stiffness"
     condition = " (k1 = 50 N/m, k2 = 100 N/m)" if changes else ""

@@ -111,11 +111,11 @@ def panel_data(panel: Panel, computed: Columns) -> FigureData:
     columns = {name: np.array(values, dtype=float) for name, values in computed.items()}
     if panel.kind != "transient":
         values = [_line_value(line.scene, panel.by) for line in panel.lines]
-        points = {
+        coordinates = {
             panel.by: np.repeat(values, [len(line.values) for line in panel.lines]),
             panel.along: np.concatenate([line.values for line in panel.lines]),
         }
-        columns = points | columns
+        columns = coordinates | columns
     scene = panel.lines[0].scene
     run = {"start": scene.start, "t_end": scene.t_end} if panel.kind in _TRANSIENT_KINDS else {}
     provenance = {"parameters": panel.fixed, **run, "choice": panel.choice}

@@ -1,4 +1,4 @@
-"""One scene natively and fmu_run the FMU, with separation considered and ignored."""
+"""A scene run natively and as an FMU, with separation considered and ignored."""
 
 import dataclasses
 import time
@@ -27,7 +27,7 @@ _STATE: Final = ("x", "vx", "y", "vy")
 
 @dataclass(frozen=True, slots=True)
 class CaseRuns:
-    """One case natively and fmu_run the FMU, with the wall-clock time of each, s."""
+    """Native run and FMU run of one case, with the wall-clock time of each, s."""
 
     native: Transient
     fmu: Transient
@@ -65,7 +65,7 @@ def compare(
     *,
     progress: Callable[[float], bool] | None = None,
 ) -> Comparison:
-    """Build the FMU, run a scene fmu_run it and natively in both cases, draw Figs. 10 to 12."""
+    """Build the FMU, run a scene with it and natively in both cases, and draw Figs. 10 to 12."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -91,10 +91,10 @@ def _case_runs(scene: Scene, fmu: Path, progress: Progress) -> CaseRuns:
     begin = time.perf_counter()
     request = scene.request(method="taylor", step=None, samples=samples)
     native = compute(request, progress=progress.part(0.0, 0.1).callback)
-    middle = time.perf_counter()
+    native_end = time.perf_counter()
     fmu_run = integrate_fmu(
         dataclasses.replace(request, method="fmu"),
         progress=progress.part(0.1, 1.0).callback,
         fmu=fmu,
     )
-    return CaseRuns(native, fmu_run, middle - begin, time.perf_counter() - middle)
+    return CaseRuns(native, fmu_run, native_end - begin, time.perf_counter() - native_end)

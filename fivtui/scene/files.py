@@ -105,16 +105,16 @@ def scene_from_dict(data: Mapping[str, object], *, name: str | None = None) -> S
     for key in data:
         check_known("key", key, keys)
     values = {key: read(key, data[key]) for key, read in _READERS.items() if key in data}
-    for unused in _TOL_OR_STEP:
-        if values.get("accuracy") and unused in values:
-            raise InputError(f"{unused}: must not be given with accuracy, from which it follows")
+    for replaced in _TOL_OR_STEP:
+        if values.get("accuracy") and replaced in values:
+            raise InputError(f"{replaced}: must not be given with accuracy, from which it follows")
     if name is not None:
         values.setdefault("name", name)
     if "name" not in values:
         raise InputError("the key name is missing")
     values.setdefault("description", "")
-    starts = {timed: table.after(0.0)[0] for timed, table in values.get("over_time", ())}
-    return Scene(parameters=_parameters(data.get(_PARAMETERS_KEY, {}), starts), **values)
+    initial = {key: table.after(0.0)[0] for key, table in values.get("over_time", ())}
+    return Scene(parameters=_parameters(data.get(_PARAMETERS_KEY, {}), initial), **values)
 
 
 def _check_version(data: Mapping[str, object]) -> None:
@@ -127,8 +127,8 @@ def _check_version(data: Mapping[str, object]) -> None:
         )
 
 
-def _parameters(table: object, starts: Mapping[str, float]) -> Parameters:
-    # `starts` has the values at t = 0 of parameters with tables; the file may omit these.
+def _parameters(table: object, initial: Mapping[str, float]) -> Parameters:
+    # `initial` has the values at t = 0 of parameters with tables; the file may omit these.
     if not isinstance(table, Mapping):
         raise InputError("parameters: must be a table of parameters")
     try:
@@ -136,13 +136,13 @@ def _parameters(table: object, starts: Mapping[str, float]) -> Parameters:
         for name, value in table.items():
             spec = parameter_spec(name)
             values[name] = spec.check(check_file_number(name, value))
-        parameters = Parameters(**{**starts, **values})
-        initial_parameters = parameters.with_values(starts)
-        for name in starts:
+        parameters = Parameters(**{**initial, **values})
+        initial_parameters = parameters.with_values(initial)
+        for name in initial:
             if getattr(parameters, name) != getattr(initial_parameters, name):
                 raise InputError(
                     f"{name} = {values[name]:g}: follows a table over time, which begins with "
-                    f"{starts[name]:g}; must be left out"
+                    f"{initial[name]:g}; must be left out"
                 )
         return parameters
     except InputError as error:

@@ -73,8 +73,8 @@ def over_time_to_dict(tables: OverTime) -> dict[str, list[list[float]]]:
 
 
 def _check_rows(rows: object) -> Any:
-    pairs = isinstance(rows, list | tuple) and all(isinstance(row, list | tuple) for row in rows)
-    if not pairs:
+    nested = isinstance(rows, list | tuple) and all(isinstance(row, list | tuple) for row in rows)
+    if not nested:
         raise InputError(f"{rows!r}: must be rows of time and value such as [[0, 10], [4, 60]]")
     return rows
 

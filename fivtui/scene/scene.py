@@ -131,8 +131,8 @@ class Scene:
             "start": check_start(self.start),
             "accuracy": tuple(check_accuracy(dict(self.accuracy)).items()),
         }
-        for first, second, correlated in self.correlation:
-            _check_correlation(first, second, correlated)
+        for first, second, correlation in self.correlation:
+            _check_correlation(first, second, correlation)
         for name in check_names("outputs", self.outputs):
             check_known("output", name, OUTPUTS)
         for key, value in checked.items():
@@ -186,5 +186,5 @@ def make_scene(source: Scene | Parameters | None, **changes: object) -> Scene:
     if not isinstance(source, Scene):
         p = Parameters() if source is None else check_parameters(source)
         source = Scene(name="unnamed", description="", parameters=p)
-    changed: dict[str, Any] = {key: value for key, value in changes.items() if value is not None}
-    return dataclasses.replace(source, **changed)
+    updates: dict[str, Any] = {key: value for key, value in changes.items() if value is not None}
+    return dataclasses.replace(source, **updates)

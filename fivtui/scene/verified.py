@@ -48,10 +48,10 @@ class Verified:
 
         An estimate is null where the numbers of switches differ.
         """
-        estimate = {name: self.estimate.of(name) for name in QUANTITIES}
+        errors = {name: self.estimate.of(name) for name in QUANTITIES}
         return {
             "asked": dict(self.targets),
-            "estimate": {name: None if e == math.inf else e for name, e in estimate.items()},
+            "estimate": {name: None if e == math.inf else e for name, e in errors.items()},
             "runs": self.runs,
         }
 
@@ -94,7 +94,7 @@ def simulate_to(
 
     The tolerance, or the step of a fixed-step method, follows from the smallest target. A run with
     a finer setting then estimates the errors, and the setting is refined until all targets are met.
-    Runs that diverge give no estimate, however close their numbers are by chance.
+    Runs that diverge give no estimate, even if their numbers agree by chance.
     """
     targets = check_accuracy(accuracy)
     scale, by_step = time_scale(request.parameters), uses_step(request.method)
@@ -116,18 +116,18 @@ def simulate_to(
         return SceneTransient(finer, Verified(finer, targets, estimate, len(settings)), parted)
 
     setting = _FIRST_STEP * scale if by_step else first_tol(targets)
-    least = _LEAST_STEP * scale if by_step else TOL_RANGE[0]
+    finest = _LEAST_STEP * scale if by_step else TOL_RANGE[0]
     coarse, runs = run(setting), 1
     while True:
         previous = setting
-        setting = max(setting * _FINER_STEP, least) if by_step else finer_tol(setting)
+        setting = max(setting * _FINER_STEP, finest) if by_step else finer_tol(setting)
         fine, runs = run(setting), runs + 1
         estimate = deviation(observation(coarse), observation(fine)).at_least(rounding_error(fine))
         missed = [name for name, error in targets.items() if estimate.of(name) > error]
         parted = find_divergence(coarse, fine)
         if not missed and parted is None:
             return Verified(fine, targets, estimate, runs)
-        if setting <= least:
+        if setting <= finest:
             if parted is not None:
                 until = _time_before_divergence(parted, fine.switch_times)
                 raise DivergenceError(parted, run_until(parted, until, previous, setting))
@@ -143,8 +143,8 @@ def simulate_to(
 
 def _time_before_divergence(parted: Divergence, switch_times: NDArray[np.float64]) -> float:
     """A time before two runs diverge, midway between their last two common switches."""
-    shared = [0.0, *switch_times[switch_times < parted.t].tolist()]
-    return 0.5 * sum(shared[-2:]) if len(shared) > 2 else 0.5 * parted.t
+    shared_times = [0.0, *switch_times[switch_times < parted.t].tolist()]
+    return 0.5 * sum(shared_times[-2:]) if len(shared_times) > 2 else 0.5 * parted.t
 
 
 def find_divergence(coarse: Transient, fine: Transient) -> Divergence | None:

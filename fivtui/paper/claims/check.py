@@ -19,11 +19,11 @@ _TESTS: Final = {**stability.TESTS, **vibration.TESTS}
 
 
 def _claim(name: str, row: Sequence[Any]) -> Claim:
-    section, stated, statement, names, reason = (*row, "")[:5]
+    section, stated, statement, quantity_names, reason = (*row, "")[:5]
     if name not in _TESTS:
         return Claim(name, section, statement, stated, untestable=reason)
     scenes = vibration.SCENES.get(name, ())
-    return Claim(name, section, statement, stated, _TESTS[name], "", scenes, names, reason)
+    return Claim(name, section, statement, stated, _TESTS[name], "", scenes, quantity_names, reason)
 
 
 CLAIMS: Final[tuple[Claim, ...]] = tuple(

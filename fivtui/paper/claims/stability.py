@@ -46,8 +46,8 @@ def _proportional_damping(_: PaperResults) -> Finding:
 def _contact_means_negative_y(_: PaperResults) -> Finding:
     sets = [_BASE.with_values({"k_nl": k_nl}) for k_nl in (0.0, 20.0, 100.0, 500.0)]
     points = list(product(sets, np.linspace(-5.0, 5.0, 2001).tolist()))
-    wrong = sum((contact_force(p, y, Mode.CONTACT) > 0.0) != (y < 0.0) for p, y in points)
-    return wrong == 0, (len(points), wrong)
+    contradictions = sum((contact_force(p, y, Mode.CONTACT) > 0.0) != (y < 0.0) for p, y in points)
+    return contradictions == 0, (len(points), contradictions)
 
 
 def _states_at_reattachments(paper: PaperResults) -> Trajectory:
@@ -92,19 +92,19 @@ def _preload_brings_stiffness_into_the_jacobian(_: PaperResults) -> Finding:
         )
         return float(np.abs(nonlinear - linear).max())
 
-    without, loaded = change(0.0), change(_BASE.F)
+    unloaded, loaded = change(0.0), change(_BASE.F)
     stiffness = tangent_stiffness(_BASE, equilibrium(System(_BASE)).y)
-    return without <= _ROUNDING < loaded, (without, loaded, stiffness)
+    return unloaded <= _ROUNDING < loaded, (unloaded, loaded, stiffness)
 
 
 def _count_exceptions(paper: PaperResults, *keys: str) -> tuple[int, int]:
     # Numbers of points, and of points where growth contradicts friction above the critical one.
-    points = wrong = 0
+    points = exceptions = 0
     for line in (line for key in keys for _, line in paper.table(key).lines()):
         growth = np.maximum(line["sigma_1"], line["sigma_2"])
         points += growth.size
-        wrong += int(np.sum((growth > 0.0) != (line["mu"] > line["mu_c"])))
-    return points, wrong
+        exceptions += int(np.sum((growth > 0.0) != (line["mu"] > line["mu_c"])))
+    return points, exceptions
 
 
 def _frequencies_merge(_: PaperResults) -> Finding:
@@ -114,8 +114,8 @@ def _frequencies_merge(_: PaperResults) -> Finding:
 
     grid = product((20.0, 100.0), (0.0, 50.0, 100.0, 500.0))
     sets = [_BASE.with_values({"F": F, "k_nl": k_nl}) for F, k_nl in grid]
-    before, at = min(gap(p, 0.99) for p in sets), max(gap(p, 1.0) for p in sets)
-    return before > 0.0 and at <= _MERGED, (before, at)
+    least, greatest = min(gap(p, 0.99) for p in sets), max(gap(p, 1.0) for p in sets)
+    return least > 0.0 and greatest <= _MERGED, (least, greatest)
 
 
 def _critical_values(paper: PaperResults, key: str) -> Values:
@@ -161,8 +161,8 @@ def _first_below_linear(paper: PaperResults, key: str) -> Finding:
 
 
 def _preload_stabilises_later(paper: PaperResults) -> Finding:
-    lines, loads = _mu_c_lines(paper, "6")[1], columns(paper, "6", "F")[0.0]
-    least = [loads[np.argmin(line)] for line in lines]
+    lines, preloads = _mu_c_lines(paper, "6")[1], columns(paper, "6", "F")[0.0]
+    least = [preloads[np.argmin(line)] for line in lines]
     return all(map(falls_then_rises, lines)) and falls(least), least
 
 
@@ -175,14 +175,14 @@ def _exceeds_linear(paper: PaperResults, key: str, along: str) -> Finding:
 
 def _same_trend_with_other_damping(_: PaperResults) -> Finding:
     base = _BASE.with_values({"c1": 0.8})
-    loads = np.linspace(0.0, 100.0, 101)
+    preloads = np.linspace(0.0, 100.0, 101)
     linear = critical_mu(base.with_values({"k_nl": 0.0}))
     holds, values = True, [linear]
     for k_nl in (50.0, 200.0, 500.0):
-        sets = (base.with_values({"k_nl": k_nl, "F": F}) for F in loads.tolist())
+        sets = (base.with_values({"k_nl": k_nl, "F": F}) for F in preloads.tolist())
         line = np.array([critical_mu(p) for p in sets])
         holds &= falls_then_rises(line) and bool((line[-1] > linear) == (k_nl == 500.0))
-        values += [loads[np.argmin(line)], line[-1]]
+        values += [preloads[np.argmin(line)], line[-1]]
     return holds, values
 
 

@@ -95,10 +95,10 @@ def _critical_friction_of_the_example(_: PaperResults) -> Finding:
 def _ignored_contact_force_becomes_negative(paper: PaperResults) -> Finding:
     trajectory = checked_trajectory(paper.run(_IGNORED))
     P, negative = trajectory.P, trajectory.P < 0.0
-    first = int(np.argmax(negative))
-    greatest = P[:first].max(initial=0.0)
-    values = (P[0], greatest, trajectory.t[first], P.min(), 100.0 * float(negative.mean()))
-    return negative.any() and first > 0, values
+    first_negative = int(np.argmax(negative))
+    greatest = P[:first_negative].max(initial=0.0)
+    values = (P[0], greatest, trajectory.t[first_negative], P.min(), 100.0 * float(negative.mean()))
+    return negative.any() and first_negative > 0, values
 
 
 def _contact_force_falls_to_zero_repeatedly(paper: PaperResults) -> Finding:
@@ -127,12 +127,12 @@ def _separation_changes_both_motions(paper: PaperResults) -> Finding:
     return holds, (peak.x_abs, ignored.x_abs, peak.y_abs, ignored.y_abs)
 
 
-def _asymmetry(paper: PaperResults, **rest: float) -> Finding:
+def _asymmetry(paper: PaperResults, **static: float) -> Finding:
     # Excursions in the second half of the run, after the initial transient.
     run = paper.run(_CONSIDERED)
     trajectory = checked_trajectory(run)
     late = trajectory.t >= 0.5 * run.t_end
-    excursions = [getattr(trajectory, name)[late] - level for name, level in rest.items()]
+    excursions = [getattr(trajectory, name)[late] - level for name, level in static.items()]
     sides = [(values.max(), -values.min()) for values in excursions]
     unequal = all(max(pair) > 1.5 * min(pair) for pair in sides)
     return unequal, [side for pair in sides for side in pair]
@@ -203,10 +203,10 @@ def _along_stiffness(
 
 
 def _greater_even_at_small_stiffness(paper: PaperResults) -> Finding:
-    light, heavy = _crossings(paper, "15"), _crossings(paper, "16")
+    at_40, at_60 = _crossings(paper, "15"), _crossings(paper, "16")
     range_end = float(paper.table("16")["k_nl"].max())
-    first = [line[0] for line in columns(paper, "16", "y_peak").values()]
-    return _below(heavy, light, 0.5) and _below(heavy, [range_end] * 2, 0.1), (*heavy, *first)
+    peaks = [line[0] for line in columns(paper, "16", "y_peak").values()]
+    return _below(at_60, at_40, 0.5) and _below(at_60, [range_end] * 2, 0.1), (*at_60, *peaks)
 
 
 def _amplitude_depends_on_preload(paper: PaperResults) -> Finding:
