@@ -95,7 +95,7 @@ def time_table(name: str, rows: Rows) -> TimeTable:
             raise InputError(f"{name} over time: {t:g} s after {times[-1]:g} s: times must ascend")
         value = spec.check(row[1])
         if times and t > times[-1] and not math.isfinite((value - values[-1]) / (t - times[-1])):
-            raise InputError(f"{name} over time: at {t:g} s: a jump must have the same time twice")
+            raise InputError(f"{name} over time: at {t:g} s: a jump needs the same time twice")
         times.append(t)
         values.append(value)
     if not times:

@@ -121,8 +121,8 @@ class Divergence:
     def error(self) -> ComputationError:
         """The error for a run whose results after this time cannot be verified."""
         return ComputationError(
-            f"two runs at different accuracy part at t = {self.t:.6g} s: {self.reason}; nothing "
-            "after that can be verified",
+            f"two runs at different accuracy diverge at t = {self.t:.6g} s: {self.reason}; later "
+            "results cannot be verified",
             f"shorten the run to less than {self.t:.6g} s",
         )
 
@@ -135,7 +135,7 @@ def divergence(
     divergence_time = _first_difference(times, reference_times, MIN_DIVERGENCE * time_scale)
     if divergence_time is not None:
         counts = f"{len(times)} and {len(reference_times)} in all"
-        return Divergence(divergence_time, f"their switches differ from there on ({counts})")
+        return Divergence(divergence_time, f"their switches differ from that time on ({counts})")
     weights = (1.0, time_scale, 1.0, time_scale)
     pairs = zip(run.final, reference.final, weights, strict=True)
     difference = max(abs(a - b) * weight for a, b, weight in pairs)

@@ -141,7 +141,7 @@ def _trajectory_from_columns(columns: Columns) -> Trajectory:
     size = columns["t"].size
     for name, values in columns.items():
         if values.dtype.kind not in "fiu" or values.shape != (size,) or size == 0:
-            raise InputError(f"{name}: must be as many numbers as there are times, at least one")
+            raise InputError(f"{name}: must have one number for each time, and at least one")
         if not np.all(np.isfinite(values)):
             raise InputError(f"{name}: must be finite numbers")
     if np.any(np.diff(columns["t"]) < 0.0):
@@ -164,9 +164,7 @@ def load_transient(path: Path) -> Transient:
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
     except (KeyError, ValueError, TypeError, AttributeError):
-        raise InputError(
-            f"{path}: does not say what was computed; fivtui did not write it"
-        ) from None
+        raise InputError(f"{path}: has no settings of a run; fivtui did not write it") from None
 
 
 def _assemble_from_samples(header: Mapping[str, Any], motion: Trajectory) -> Transient:

@@ -19,7 +19,7 @@ RUN: Final = StudyKind(
     load=files.load_transient,
     header=frozenset({"method", "t_end"}),
     json_keys=frozenset({"final", "peak"}),
-    json_refusal="has no motion over time; read the file of simulate --out",
+    json_refusal="has no trajectory; read the file that simulate --out wrote",
     command=lambda scene: command_for(
         "simulate", scene, SimulateOptions(), needed={"over_time": scene.over_time}
     ),

@@ -38,7 +38,7 @@ def uses_step(method: str) -> bool:
 def check_uses_step(method: str) -> None:
     """Raise `InputError` if a method chooses its own step; the FMU takes one."""
     if method in METHODS and not METHODS[method].fixed_step:
-        raise InputError(f"step: the method {method} chooses its own; set tol instead")
+        raise InputError(f"step: the method {method} sets its step by tol; set tol instead")
 
 
 def fixed_step(request: Request) -> float:

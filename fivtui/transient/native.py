@@ -67,7 +67,7 @@ def _check_kernel(request: Request) -> None:
             raise InputError(f"{names} over time: the kernel must not be exact")
         if request.sensitivities:
             raise InputError(
-                f"{names} over time: must be without sensitivities; sweep the parameter instead"
+                f"{names} over time: has no sensitivities; sweep the parameter instead"
             )
     if kernel == "exact" and not linear.is_linear(request):
         raise InputError(
@@ -115,9 +115,7 @@ def check_taylor_options(request: Request) -> None:
             f"{names} over time: the method must be taylor or fmu-native, not {request.method}"
         )
     if request.sensitivities:
-        raise InputError(
-            f"sensitivities: the method {request.method} has none; the method must be taylor"
-        )
+        raise InputError(f"sensitivities: the method must be taylor, not {request.method}")
     if request.kernel != "auto":
         raise InputError(
             f"kernel = {request.kernel!r}: the method {request.method} has no choice of kernels"

@@ -84,7 +84,7 @@ def transient_rows(
         ]
     at_end = f"t = {number(final.t)} s"
     digits = final_digits(result)
-    state_note = at_end if digits is None else f"{at_end}, the digits that hold"
+    state_note = at_end if digits is None else f"{at_end}, reliable digits only"
     rows += [
         Row(
             "max ẋ",
@@ -127,7 +127,7 @@ def _final_rows(result: Transient, digits: FinalDigits | None, note: str) -> lis
         Row(
             f"final {name}",
             f"{value:.{max(count, 1)}g} {unit}",
-            text if count else "no digit holds",
+            text if count else "no reliable digit",
         )
         for name, value, count, unit, text in zip(
             names, final[1:], digit_counts, units, notes, strict=True
@@ -168,9 +168,9 @@ def _print_sensitivities(sensitivities: Sensitivities, tol: float) -> None:
     ]
     growth_text = f"small deviations grow {number(sensitivities.growth, 3)} times until the end"
     digits = sensitivities.digits(tol)
-    digits_text = f"about {digits} digits hold" if digits else "no digit holds"
-    heading = f"Sensitivities; {growth_text}, where {digits_text}"
-    print_rows(heading, ["derivative of, by", *header], rows)
+    digits_text = f"about {digits} digits are reliable" if digits else "no digit is reliable"
+    heading = f"Sensitivities; {growth_text}; {digits_text}"
+    print_rows(heading, ["result, by parameter", *header], rows)
 
 
 def _method_text(result: Transient) -> str:

@@ -38,7 +38,7 @@ class Stiffness:
     def __str__(self) -> str:
         return (
             f"the scene is stiff: deviations decay at up to {self.decay_rate:.3g} 1/s, "
-            f"the motion goes at {self.motion_rate:.3g} 1/s"
+            f"the motion changes at {self.motion_rate:.3g} 1/s"
         )
 
 
@@ -81,7 +81,7 @@ def max_steps_error(steps: int, t: float, t_end: float, *, tol: float | None) ->
     if tol is not None and tol < TOL_RANGE[1]:
         remedies.append("a larger tol")
     return ComputationError(
-        f"{steps} steps end at t = {t:.6g} s of {t_end:g} s", advise_one_of(remedies)
+        f"{steps} steps reach t = {t:.6g} s of {t_end:g} s", advise_one_of(remedies)
     )
 
 

@@ -172,7 +172,7 @@ def test_other_failures_are_reported() -> None:
     limited = simulate_batch({"F": [80.0]}, max_steps=50)
     assert limited.status[0] == Status.STEP_LIMIT
     assert limited.steps[0] == 50
-    assert str(limited.failure(0)).startswith("50 steps end at t = ")
+    assert str(limited.failure(0)).startswith("50 steps reach t = ")
     stiff = Parameters(m=1e-12, k2=1e12, k_nl=0.0)
     stalled = simulate_batch(table(stiff), t_end=1e7, max_steps=10_000, start=(0.0, 0.0, 1.0, -1.0))
     assert stalled.status[0] in (Status.STALLED, Status.STEP_LIMIT)

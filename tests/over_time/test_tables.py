@@ -53,7 +53,7 @@ def test_a_course_knows_its_parameters_and_its_next_row() -> None:
         ({"F": [(0, 1, 2)]}, "must be pairs of time"),
         ({"F": [(0, float("nan"))]}, "F = nan"),
         ({"F": [(float("inf"), 1)]}, "time of F = inf"),
-        ({"F": [(0, 1), (1e-310, 2)]}, "a jump must have the same time twice"),
+        ({"F": [(0, 1), (1e-310, 2)]}, "a jump needs the same time twice"),
         ({"mu": [(0, -0.1)]}, "mu = -0.1: must be from 0"),
         ({"v_belt": [(0, 1), (1, -1)]}, "v_belt = -1: must be from 0"),
         ({"mu": [(0, 0.5), (1, 0.95)]}, "reaches 0.95: must be at most mu_s = 0.9"),

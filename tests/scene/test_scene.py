@@ -141,7 +141,7 @@ def test_keys_missing_in_a_file_have_defaults(tmp_path: Path) -> None:
         (VERSION + "tol = 1.0", "tol = 1: must be from 1e-13 to 0.01"),
         (VERSION + "method = 'rk5'", "unknown method 'rk5'; did you mean rk4?"),
         (VERSION + "method = 'rk4'\nstep = 200", "step = 200: must be above 0 and at most 100 s"),
-        (VERSION + "step = 0.1", "step: the method taylor chooses its own"),
+        (VERSION + "step = 0.1", "step: the method taylor sets its step by tol"),
         ("a = ", "not a TOML file: Invalid value (at end of document)"),
         ("a = " + 4000 * "[", "not a TOML file: values are nested too deeply"),
         ("a = " + 100_000 * "[", "line 1: must be of at most 4096 characters"),

@@ -64,7 +64,7 @@ UNDAMPED = Parameters(c1=0.0, c2=0.0)
 
 @pytest.mark.parametrize("wish", [2e-4, 1e-2, 1.0])
 def test_results_after_two_runs_diverge_are_refused_with_time_and_reason(wish: float) -> None:
-    with pytest.raises(ComputationError, match=r"part at t = .* switches differ") as caught:
+    with pytest.raises(ComputationError, match=r"diverge at t = .* switches differ") as caught:
         simulate_to({"half_range": wish}, Request(System(UNDAMPED), t_end=1000.0))
     match = re.search(r"t = ([\d.]+) s", caught.value.why)
     assert match is not None
@@ -82,7 +82,7 @@ def test_results_before_two_runs_diverge_are_still_printed(
     printed = capsys.readouterr()
     data = json.loads(printed.out)
     assert list(data) == ["parted", "before"]
-    assert f"part at t = {data['parted']['t']:.6g} s: {data['parted']['reason']}" in printed.err
+    assert f"diverge at t = {data['parted']['t']:.6g} s: {data['parted']['reason']}" in printed.err
     before = data["before"]
     assert 0.0 < before["t_end"] < data["parted"]["t"]
     # Midway between the last two switches that both runs have.
@@ -113,7 +113,9 @@ def test_accidental_agreement_is_not_accepted(monkeypatch: pytest.MonkeyPatch) -
         return dataclasses.replace(true, final=final)
 
     monkeypatch.setattr("fivtui.scene.verified.compute", by_chance)
-    with pytest.raises(DivergenceError, match=r"part at t = 10 s: .*% of the amplitude") as caught:
+    with pytest.raises(
+        DivergenceError, match=r"diverge at t = 10 s: .*% of the amplitude"
+    ) as caught:
         simulate_to({"peak": 1.0}, Request(System(Parameters()), t_end=10.0))
     assert caught.value.before is None
 

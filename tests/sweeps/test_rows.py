@@ -299,8 +299,8 @@ def test_a_member_whose_runs_part_is_refused_however_near_its_numbers_are() -> N
         try:
             simulate_to(tolerances, Request(System(p), t_end=limit, kernel="compiled"))
         except ComputationError as error:
-            match = re.search(r"part at t = ([\d.]+) s", error.why)
-            row_match = re.search(r"part between t = ([\d.]+) and ([\d.]+) s", row[-1])
+            match = re.search(r"diverge at t = ([\d.]+) s", error.why)
+            row_match = re.search(r"diverge between t = ([\d.]+) and ([\d.]+) s", row[-1])
             assert match is not None
             assert row_match is not None
             # The divergence shows at ends of parts, up to one part after the switches.

@@ -234,7 +234,7 @@ def test_a_tradeoff_is_drawn(short: Tradeoff) -> None:
 
 def test_a_reference_that_cannot_be_verified_is_refused_with_the_time() -> None:
     undamped = replace(SHORT, t_end=1000.0).with_values({"c1": 0.0, "c2": 0.0})
-    with pytest.raises(ComputationError, match="part at t = "):
+    with pytest.raises(ComputationError, match="diverge at t = "):
         measure_tradeoff(undamped)
 
 

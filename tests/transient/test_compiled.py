@@ -173,13 +173,13 @@ def test_what_is_found_up_to_the_horizon_does_not_depend_on_it() -> None:
 
 @pytest.mark.parametrize("kernel", KERNELS)
 def test_failures_are_those_of_the_interpreted_kernel(kernel: KernelChoice) -> None:
-    with pytest.raises(ComputationError, match=r"50 steps end at t = .*shorter horizon"):
+    with pytest.raises(ComputationError, match=r"50 steps reach t = .*shorter horizon"):
         simulate(Parameters(), max_steps=50, kernel=kernel)
     growing = Parameters(k2=186.0, k_nl=0.0, mu=1.5)
     with pytest.raises(ComputationError, match=r"at t = \d+.* s .*use separation, a cubic"):
         simulate(growing, t_end=1e5, separation=False, kernel=kernel)
     stiff = Parameters(m=1e-12, k2=1e12, k_nl=0.0)
-    with pytest.raises(ComputationError, match=r"faster than floating-point time|steps end"):
+    with pytest.raises(ComputationError, match=r"faster than floating-point time|steps reach"):
         simulate(stiff, t_end=1e7, max_steps=10_000, start=(0.0, 0.0, 1.0, -1.0), kernel=kernel)
 
 

@@ -178,7 +178,7 @@ HEADER = "# a comment\nt,x,vx,y,vy,P,mode\n"
     [
         ("", "not a trajectory: no column t, x, vx, y, vy, P, mode"),
         ("t,x,vx,y,vy\n0,0,0,0,0\n", "not a trajectory: no column P, mode"),
-        (HEADER, "t: must be as many numbers as there are times, at least one"),
+        (HEADER, "t: must have one number for each time, and at least one"),
         (HEADER + "0,0,0,0,0,0,1\n0,0,0\n", "not a trajectory: line 4: 3 values under 7 columns"),
         (HEADER + "0,0,0,zero,0,0,1\n", "not a trajectory: line 3: y = 'zero' is not a number"),
         (HEADER + "0,0,0,nan,0,0,1\n", "y: must be finite numbers"),
@@ -230,8 +230,8 @@ ZEROS = {name: np.zeros(3) for name in NAMES}
             npz(**(ZEROS | {"x": np.array([None] * 3)})),
             "not a trajectory: not an NPZ file, or damaged",
         ),
-        (npz(**(ZEROS | {"x": np.array(["a"] * 3)})), "x: must be as many numbers"),
-        (npz(**(ZEROS | {"x": np.zeros(2)})), "x: must be as many numbers as there are times"),
+        (npz(**(ZEROS | {"x": np.array(["a"] * 3)})), "x: must have one number for each time"),
+        (npz(**(ZEROS | {"x": np.zeros(2)})), "x: must have one number for each time"),
     ],
 )
 def test_a_wrong_npz_gives_one_line(tmp_path: Path, content: bytes, message: str) -> None:

@@ -126,6 +126,6 @@ class Search:
         self._work.report(min(self._searched / self._t_end, 1.0))
         if self._steps > self._max_steps:
             raise ComputationError(
-                f"the extremes are not found in {self._max_steps} spans of time",
+                f"the search for extremes needs more than {self._max_steps} spans of time",
                 "use a shorter horizon, or damping that lets the motion settle",
             )

@@ -83,8 +83,8 @@ def _solution(request: Request, motion: LinearMotion, start: NDArray[np.float64]
     count = math.ceil(t_end / span)
     if count > max_steps:
         raise ComputationError(
-            f"the motion takes {count} polynomials, more than {max_steps}",
-            "use a shorter horizon, or ask for samples",
+            f"the dense solution needs {count} polynomials, more than {max_steps}",
+            "use a shorter horizon, or sample times",
         )
     begin: NDArray[np.float64] = np.arange(count, dtype=float) * span
     end = np.minimum(begin + span, t_end)

@@ -228,8 +228,8 @@ SETTINGS: Final[Mapping[str, RunSetting]] = {
             read=check_tolerance,
             check_file_value=check_file_number,
             details=(
-                ("use", "methods with variable step, unless accuracy is given"),
-                ("taylor, fmu", "what it promises is said in examples/trust.md"),
+                ("use", "methods with variable step, without error targets"),
+                ("taylor, fmu", "examples/trust.md describes its accuracy"),
             ),
             option=Option(flag="--tol", metavar="R", help="Relative tolerance, 1e-13 to 1e-2."),
         ),

@@ -126,7 +126,7 @@ class ScipyStepper:
         self._empty_steps = self._empty_steps + 1 if end == start else 0
         if self._empty_steps > _MAX_EMPTY_STEPS:
             raise ComputationError(
-                f"SciPy's solver does not get past the switch at t = {start:.6g} s",
+                f"SciPy's solver makes no progress after the switch at t = {start:.6g} s",
                 "use the taylor method",
             )
         return Segment(mode, start, 0.0, end - start, end, x, y, final, self._mode)
@@ -165,7 +165,7 @@ class ScipyStepper:
     def _solver_error(self, t: float, reason: str) -> ComputationError:
         return ComputationError(
             f"SciPy's solver fails at t = {t:.6g} s: {reason}",
-            "try another tolerance or method taylor",
+            "use another tolerance, or the taylor method",
         )
 
     def _polynomials(self, samples: NDArray[np.float64]) -> tuple[list[float], list[float]]:

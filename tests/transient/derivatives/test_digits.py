@@ -83,7 +83,7 @@ def test_no_digit_holds_where_errors_grow_exponentially(t_end: float) -> None:
     assert final_digits(run) == (0, 0, 0, 0)
     rows = {row.label: row for row in transient_rows(run)}
     for name in ("x", "ẋ", "y", "ẏ"):
-        assert rows[f"final {name}"].note == "no digit holds"
+        assert rows[f"final {name}"].note == "no reliable digit"
         assert len(rows[f"final {name}"].value.split()[0].lstrip("-")) <= 5
 
 
@@ -93,7 +93,7 @@ def test_reports_and_data_say_the_digits_that_hold() -> None:
     assert digits is not None
     rows = {row.label: row for row in transient_rows(run)}
     assert rows["final x"].value == f"{run.final.x:.{digits.x}g} m"
-    assert rows["final x"].note == "t = 100 s, the digits that hold"
+    assert rows["final x"].note == "t = 100 s, reliable digits only"
     data = run.to_dict()
     assert data["final_digits"] == digits._asdict()
     assert data["final"]["x"] == run.final.x

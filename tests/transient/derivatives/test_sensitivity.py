@@ -156,9 +156,7 @@ def test_progress_goes_on_through_both_runs() -> None:
 
 @pytest.mark.parametrize("method", ["rk4", "scipy-dop853", "fmu"])
 def test_a_method_without_sensitivities_says_so(method: str) -> None:
-    with pytest.raises(
-        InputError, match=f"the method {method} has none; the method must be taylor"
-    ):
+    with pytest.raises(InputError, match=f"the method must be taylor, not {method}"):
         simulate(t_end=1.0, method=method, sensitivities=["mu"])
 
 
@@ -186,7 +184,7 @@ def test_a_stored_transient_keeps_its_sensitivities(tmp_path: Path) -> None:
 def test_the_command_prints_them_in_a_table_and_as_data() -> None:
     arguments = ["simulate", "--t-end", "20", "--sensitivity", "mu", "--sensitivity", "F"]
     table = CliRunner().invoke(commands, arguments).stdout
-    assert "small deviations grow 68.7 times until the end, where about 10 digits hold" in table
+    assert "small deviations grow 68.7 times until the end; about 10 digits are reliable" in table
     row = next(line for line in table.splitlines() if line.startswith("peak |y|, m"))
     assert row.split()[-2:] == ["10.6029", "0.347463"]
     data = json.loads(CliRunner().invoke(commands, [*arguments, "--json"]).stdout)

@@ -89,7 +89,7 @@ def test_a_value_that_follows_a_table_over_time_is_not_edited() -> None:
         ("start", "1,2,3,x", "start = 'x': not a number"),
         ("method", "tailor", "did you mean taylor?"),
         ("separation", "perhaps", "unknown separation 'perhaps'"),
-        ("step", "0.01", "step: the method taylor chooses its own"),
+        ("step", "0.01", "step: the method taylor sets its step by tol"),
     ],
 )
 def test_an_invalid_text_gives_a_message_and_no_scene(name: str, text: str, message: str) -> None:
@@ -97,7 +97,7 @@ def test_an_invalid_text_gives_a_message_and_no_scene(name: str, text: str, mess
     session.set_text(name, text)
     assert message in session.errors[name]
     assert list(session.errors) == [name]
-    with pytest.raises(InputError, match=r"must be|known|chooses"):
+    with pytest.raises(InputError, match=r"must be|known|sets its step"):
         session.scene()
 
 

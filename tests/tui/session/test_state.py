@@ -259,10 +259,10 @@ def test_a_run_is_read_from_its_file_as_it_was_written(
 def test_a_file_without_its_scene_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "foreign.csv"
     path.write_text("t,x,vx,y,vy,P,mode\n0,0,0,0,0,0,1\n1,0,0,0,0,0,1\n")
-    with pytest.raises(InputError, match=r"foreign\.csv: does not say what was computed"):
+    with pytest.raises(InputError, match=r"foreign\.csv: has no settings of a run"):
         load_run(path)
     path.write_text(f"# parameters: [1]\n{path.read_text()}")
-    with pytest.raises(InputError, match="does not say"):
+    with pytest.raises(InputError, match="has no settings of a run"):
         load_run(path)
 
 
