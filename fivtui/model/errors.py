@@ -3,12 +3,12 @@
 import re
 from typing import Final
 
-_LONGEST_WORD: Final = 240
-_LONGEST_TEXT: Final = 2000
+_MAX_WORD_LENGTH: Final = 240
+_MAX_TEXT_LENGTH: Final = 2000
 # Numbers of characters that remain at the start and the end of a shortened text.
 _WORD_HEAD, _WORD_TAIL = 120, 60
 _TEXT_HEAD, _TEXT_TAIL = 1200, 600
-_LONG_WORD: Final = re.compile(rf"\S{{{_LONGEST_WORD + 1},}}")
+_LONG_WORD: Final = re.compile(rf"\S{{{_MAX_WORD_LENGTH + 1},}}")
 
 
 def one_line(text: str) -> str:
@@ -19,7 +19,7 @@ def one_line(text: str) -> str:
     if not text.isprintable():
         text = "".join(_escape(character) for character in text)
     text = _LONG_WORD.sub(lambda match: _shorten(match[0], _WORD_HEAD, _WORD_TAIL), text)
-    return text if len(text) <= _LONGEST_TEXT else _shorten(text, _TEXT_HEAD, _TEXT_TAIL)
+    return text if len(text) <= _MAX_TEXT_LENGTH else _shorten(text, _TEXT_HEAD, _TEXT_TAIL)
 
 
 def _escape(character: str) -> str:

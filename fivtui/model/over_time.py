@@ -40,7 +40,7 @@ class TimeTable:
         index = bisect_right(self.times, t)
         if index == 0 or index == len(self.times):
             return self.values[index and -1], 0.0
-        (begin, end), (start_value, end_value) = self._interval_before(index)
+        (begin, end), (start_value, end_value) = self._rows_before_and_at(index)
         slope = (end_value - start_value) / (end - begin)
         value = start_value + slope * (t - begin)
         # Rounding must not take the value beyond those of the two rows.
@@ -65,7 +65,7 @@ class TimeTable:
         span = f"{self.times[0]:g} to {self.times[-1]:g} s"
         return f"{min(self.values):g} to {max(self.values):g}, {count} rows over {span}"
 
-    def _interval_before(self, index: int) -> tuple[tuple[float, float], tuple[float, float]]:
+    def _rows_before_and_at(self, index: int) -> tuple[tuple[float, float], tuple[float, float]]:
         pair = slice(index - 1, index + 1)
         (begin, end), (start_value, end_value) = self.times[pair], self.values[pair]
         return (begin, end), (start_value, end_value)
@@ -110,7 +110,7 @@ def time_tables(over_time: Mapping[str, Rows]) -> dict[str, TimeTable]:
 
 @dataclass(frozen=True, slots=True)
 class Course:
-    """Parameters as functions of time: `tables` replace some values of the set `fixed`.
+    """Parameters as functions of time: `tables` override values of the constant set `fixed`.
 
     Raises `InputError` if μ exceeds `mu_s` at some time.
     """

@@ -34,7 +34,7 @@ class ParameterSpec:
     lower, upper : float
         Bounds of the allowed range.
     meaning : str
-        One phrase.
+        Meaning of the parameter in one phrase.
     optional : bool
         Whether it may be none.
     """
@@ -119,10 +119,10 @@ def _spec(
 
 
 def _optional_spec(
-    symbol: str, unit: str, start: float, bounds: tuple[float, float], meaning: str
+    symbol: str, unit: str, first_value: float, bounds: tuple[float, float], meaning: str
 ) -> float | None:
-    # A field of an optional parameter, None by default; editors begin with the value `start`.
-    required: Any = _spec(symbol, unit, start, bounds, meaning)
+    # A field of an optional parameter, None by default; editors first offer `first_value`.
+    required: Any = _spec(symbol, unit, first_value, bounds, meaning)
     entry: float | None = field(default=None, metadata={**required.metadata, "optional": True})
     return entry
 

@@ -36,7 +36,7 @@ class PowerSeries:
 
     def __add__(self, addend: Self | float) -> Self:
         pairs = zip(self.coefficients, self._operand(addend), strict=True)
-        return type(self)([value + addition for value, addition in pairs])
+        return type(self)([first + second for first, second in pairs])
 
     __radd__ = __add__
 

@@ -33,7 +33,7 @@ class Progress:
 
     @property
     def callback(self) -> OnProgress | None:
-        """A callback that reports here, to pass to a function; None without a callback."""
+        """A callback for nested computations that reports here; None without a callback."""
         return None if self._callback is None else self.advance
 
     def part(self, begin: float, end: float) -> "Progress":

@@ -86,20 +86,20 @@ def _separates(p: Parameters, state: State, rates: Rates) -> bool:
     return direction > 0.0
 
 
-def _contact_mode(p: Parameters, state: State, speed: float, rates: Rates) -> Mode:
+def _contact_mode(p: Parameters, state: State, belt_speed: float, rates: Rates) -> Mode:
     # Mode of a slider in contact. At the speed of the belt it sticks unless a guard μ_s P ± f or P
-    # is or becomes negative, by its value and two derivatives. Each has its rounding error relative
-    # to the sizes of its terms.
+    # is or becomes negative, by its value and two derivatives. The rounding error of each value and
+    # derivative is relative to the sizes of its terms.
     x, vx, y, vy = state
-    if vx != speed:
-        return Mode.FORWARD if vx < speed else Mode.BACKWARD
+    if vx != belt_speed:
+        return Mode.FORWARD if vx < belt_speed else Mode.BACKWARD
     mu_static, force, preload = p.mu_static, spring_force(p, y), abs(equations.load(p))
     kt = tangent_stiffness(p, y)
     ay = equations.vertical_acceleration(p, x, y, vy, force - equations.load(p))
     slope_term = equations.tangent_slope(p, y) * vy * vy
     holding = (
         equations.holding_force(p, x, y, rates),
-        equations.holding_force_rate(p, rates.v_belt, speed, vy),
+        equations.holding_force_rate(p, rates.v_belt, belt_speed, vy),
         equations.holding_force_rate(p, 0.0, rates.v_belt, ay),
     )
     forces = (force, -kt * vy, -kt * ay - slope_term)
@@ -112,7 +112,7 @@ def _contact_mode(p: Parameters, state: State, speed: float, rates: Rates) -> Mo
     a, h = equations.horizontal_stiffness(p), equations.coupling_stiffness(p)
     holding_sizes = (
         equations.holding_force_size(p, x, y, rates),
-        abs(p.c1 * rates.v_belt) + a * speed + abs(h * vy),
+        abs(p.c1 * rates.v_belt) + a * belt_speed + abs(h * vy),
         abs(a * rates.v_belt) + abs(h * ay),
     )
     grip_forces = _product_derivatives(mu_static, rates.mu_static, forces)
@@ -130,7 +130,7 @@ def _contact_mode(p: Parameters, state: State, speed: float, rates: Rates) -> Mo
 def _product_derivatives(
     value: float, slope: float, factor: tuple[float, float, float]
 ) -> list[float]:
-    # Value and two derivatives of the product of a linear function with a factor given by its own.
+    # Value and two derivatives of the product of a linear function and a factor with derivatives.
     first, second, third = factor
     return [value * first, slope * first + value * second, 2.0 * slope * second + value * third]
 
@@ -170,8 +170,8 @@ def equilibrium(system: System, *, mu: float | None = None) -> Equilibrium:
     p, separation = system.parameters, system.separation
     load = equations.load(p)
     in_contact = Mode.CONTACT if p.v_belt is None else Mode.FORWARD
-    off = separation and load < 0.0
-    if p.v_belt == 0.0 and not off:
+    is_lifted = separation and load < 0.0
+    if p.v_belt == 0.0 and not is_lifted:
         raise ComputationError(
             "no equilibrium of sliding: the belt is at rest, v_belt = 0, and the slider sticks",
             "use v_belt above 0",
@@ -181,7 +181,7 @@ def equilibrium(system: System, *, mu: float | None = None) -> Equilibrium:
     y = resting_height(system, mu)
     if not math.isfinite(y):
         raise no_equilibrium_error(load)
-    if off:
+    if is_lifted:
         return Equilibrium(equations.rest_position(p, y, 0.0), y, 0.0, Mode.SEPARATED)
     force = contact_force(p, y, in_contact)
     return Equilibrium(equations.rest_position(p, y, mu * force), y, force, in_contact)
@@ -227,11 +227,11 @@ def static_start(system: System) -> State:
 def static_start_change(system: System, name: str) -> State:
     """The derivative of the static start by a parameter."""
     p, (_, _, y, _) = system.parameters, static_start(system)
-    off = system.separation and equations.load(p) < 0.0
+    is_lifted = system.separation and equations.load(p) < 0.0
     perturbed = p.perturbed({name: 1.0})
 
     def residual(q: Parameters, height: complex) -> complex:
-        if off:
+        if is_lifted:
             return complex(equations.suspension_stiffness(q) * height + equations.load(q))
         alpha, beta, load = equations.rest_coefficients(q, 0.0)
         return complex(alpha * height * height * height + beta * height + load)

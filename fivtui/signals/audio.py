@@ -40,7 +40,7 @@ class SoundFile(Result):
     path : Path
         The file: WAV, mono, 16 bit, 44100 samples a second.
     signal : str
-        The column of the trajectory that the sound has.
+        The column of the trajectory that became the sound.
     factor : float
         Seconds of motion per second of sound, by which frequencies are multiplied.
     window : tuple of float
@@ -50,7 +50,7 @@ class SoundFile(Result):
     full_scale : float
         Peak of the signal without its mean, in its unit; 0 for silence.
     pitch : float or None
-        Frequency in the sound of the motion late in the run, Hz; None without vibration.
+        Frequency of the late motion as heard, Hz; None without vibration.
     """
 
     path: Path

@@ -13,10 +13,10 @@ FloatArray = NDArray[np.float64]
 
 # Number of cycles in the window of the last cycles.
 _LAST_CYCLES: Final = 8
-# Length of the end of a run that gives its period, in linear periods, and samples per period.
+# Length in linear periods of the last part of a run, which gives its period; samples per period.
 _SEARCHED_PERIODS: Final = 64
 _SAMPLES_PER_PERIOD: Final = 64
-# Range of the displacements, relative to their size, below which a motion is at rest.
+# A motion is at rest if its displacements vary by less than this fraction of their size.
 _REST_TOLERANCE: Final = 1e-9
 
 
@@ -66,7 +66,7 @@ def _hermite(
 
 
 def is_rest(motion: Trajectory) -> bool:
-    """Whether a motion is constant to rounding."""
+    """Whether the displacements of a motion are constant within `_REST_TOLERANCE`."""
     extent = max(float(np.ptp(motion.x)), float(np.ptp(motion.y)))
     return extent <= _REST_TOLERANCE * float(np.abs([motion.x, motion.y]).max())
 

@@ -11,7 +11,7 @@ from fivtui.model import InputError
 FloatArray = NDArray[np.float64]
 
 _MIN_SAMPLES: Final = 16
-# Relative amplitude below which a spectrum has rounding errors alone.
+# Relative amplitude below which a spectrum contains only rounding errors.
 _ROUNDING: Final = 1e-10
 # Allowed relative difference between sample steps, as times in files are rounded.
 _STEP_TOLERANCE: Final = 1e-3
