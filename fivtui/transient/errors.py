@@ -24,7 +24,7 @@ class Deviation:
     final : float
         Greatest difference of a component of the final state, relative to the greatest component.
     peak : float
-        Difference of the peak of |y|, relative to it.
+        Difference of the peaks of |y|, relative to that of the reference.
     half_range : float
         Difference of half peak-to-peak over the second half, relative to the peak of |y|.
     events : float
@@ -152,12 +152,12 @@ def _first_difference(
     for time, reference_time in zip(times, reference_times, strict=False):
         if abs(time - reference_time) > threshold:
             return min(time, reference_time)
-    common = min(len(times), len(reference_times))
-    return next(iter((*times[common:], *reference_times[common:])), None)
+    count = min(len(times), len(reference_times))
+    return next(iter((*times[count:], *reference_times[count:])), None)
 
 
 # Ratio of the smallest target error to the first tolerance: errors of a run are up to twenty times
-# its tolerance. Below: ratio of a tolerance to that of the run that verifies it, and its minimum.
+# its tolerance. Then the ratio of a tolerance to that of the verifying run, and its minimum.
 _FIRST_TOL_RATIO: Final = 100.0
 _FINER_TOL_RATIO: Final = 100.0
 _MIN_TOL_RATIO: Final = 10.0
@@ -165,8 +165,8 @@ _MIN_TOL_RATIO: Final = 10.0
 
 def first_tol(errors: Mapping[str, float]) -> float:
     """Tolerance of the first run: a hundredth of the least error, within `TOL_RANGE`."""
-    least = min(errors.values(), default=TOL_RANGE[1])
-    return min(max(least / _FIRST_TOL_RATIO, TOL_RANGE[0] * _FINER_TOL_RATIO), TOL_RANGE[1])
+    least_error = min(errors.values(), default=TOL_RANGE[1])
+    return min(max(least_error / _FIRST_TOL_RATIO, TOL_RANGE[0] * _FINER_TOL_RATIO), TOL_RANGE[1])
 
 
 def finer_tol(tol: float) -> float:
@@ -174,5 +174,5 @@ def finer_tol(tol: float) -> float:
 
     Within ten times the finest tolerance it is the finest tolerance itself.
     """
-    finer, least = tol / _FINER_TOL_RATIO, TOL_RANGE[0]
-    return finer if finer > _MIN_TOL_RATIO * least else least
+    finer, finest = tol / _FINER_TOL_RATIO, TOL_RANGE[0]
+    return finer if finer > _MIN_TOL_RATIO * finest else finest

@@ -175,7 +175,7 @@ def _assemble_from_samples(header: Mapping[str, Any], motion: Trajectory) -> Tra
     indices = np.flatnonzero(separated[1:] != separated[:-1])
     switches = _crossing_times(motion, indices)
     changes = _mode_changes(motion, switches)
-    edge_times = np.concatenate(([motion.t[0]], switches, [motion.t[-1]]))
+    switch_and_end_times = np.concatenate(([motion.t[0]], switches, [motion.t[-1]]))
     run = build_transient(
         request,
         final=_final_state(motion),
@@ -183,7 +183,7 @@ def _assemble_from_samples(header: Mapping[str, Any], motion: Trajectory) -> Tra
         second_half=_extremes(motion, 0.5),
         switches=switches,
         separations=int(np.count_nonzero(separated[1:][indices])),
-        separated_time=float(np.diff(edge_times)[0 if separated[0] else 1 :: 2].sum()),
+        separated_time=float(np.diff(switch_and_end_times)[0 if separated[0] else 1 :: 2].sum()),
         stats=Stats(steps=motion.t.size - 1),
         first_mode=Mode(int(motion.mode[0])),
         trajectory=motion,

@@ -127,9 +127,9 @@ def _final_rows(result: Transient, digits: FinalDigits | None, note: str) -> lis
         Row(
             f"final {name}",
             f"{value:.{max(count, 1)}g} {unit}",
-            text if count else "no reliable digit",
+            row_note if count else "no reliable digit",
         )
-        for name, value, count, unit, text in zip(
+        for name, value, count, unit, row_note in zip(
             names, final[1:], digit_counts, units, notes, strict=True
         )
     ]

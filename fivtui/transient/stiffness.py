@@ -76,7 +76,7 @@ def request_stiffness(request: Request) -> Stiffness | None:
 
 
 def max_steps_error(steps: int, t: float, t_end: float, *, tol: float | None) -> ComputationError:
-    """The error for a run that used all its steps up to the time t; without `tol` if it is None."""
+    """The error for a run that used all its steps up to the time t; `tol` None: fixed step."""
     remedies = ["a shorter horizon"]
     if tol is not None and tol < TOL_RANGE[1]:
         remedies.append("a larger tol")
