@@ -40,7 +40,7 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 _ROOT = Path(__file__).parents[1]
-_STALE = """
+_STALENESS_CHECK = """
 import sys
 from fivtui.kernel import why_interpreted
 from fmu_src.build import native_failure
@@ -52,8 +52,8 @@ sys.exit(bool(why_interpreted()) or "other sources" in why or "not installed" in
 def pytest_sessionstart(session: pytest.Session) -> None:
     """Rebuild compiled files that do not match the sources, once for all processes."""
     if not hasattr(session.config, "workerinput"):
-        stale = subprocess.run([sys.executable, "-c", _STALE], cwd=_ROOT, check=False)
-        if stale.returncode:
+        check = subprocess.run([sys.executable, "-c", _STALENESS_CHECK], cwd=_ROOT, check=False)
+        if check.returncode:
             subprocess.run([sys.executable, "hatch_build.py"], cwd=_ROOT, check=False)
 
 

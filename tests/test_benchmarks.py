@@ -20,22 +20,26 @@ from .references import REFERENCES, Reference
 SCENE = REFERENCES["strong-friction"]
 
 
-def coarse(solver: Solver) -> Solver:
+def keep_middle_setting(solver: Solver) -> Solver:
     middle = len(solver.settings) // 2
     return Solver(solver.name, solver.settings[middle : middle + 1], solver.prepare)
 
 
 def test_every_installed_solver_computes_the_scene(tmp_path: Path) -> None:
-    solvers = [coarse(solver) for solver in OWN if "rk4" not in solver.name]
+    solvers = [keep_middle_setting(solver) for solver in OWN if "rk4" not in solver.name]
     measured = measure(
-        SCENE, solvers + [coarse(solver) for solver in peers()], seconds=0.0, rounds=1
+        SCENE, solvers + [keep_middle_setting(solver) for solver in peers()], seconds=0.0, rounds=1
     )
-    assert {m.solver for m in measured} >= {solver.name for solver in solvers}
+    assert {entry.solver for entry in measured} >= {solver.name for solver in solvers}
     for entry in measured:
         assert entry.error < 5e-2, entry.solver
     draw(measured, "miniature", tmp_path / "picture.png")
     assert (tmp_path / "picture.png").stat().st_size > 10_000
-    assert len(missing()) + len({m.solver for m in measured} - {s.name for s in solvers}) >= 4
+    assert (
+        len(missing())
+        + len({entry.solver for entry in measured} - {solver.name for solver in solvers})
+        >= 4
+    )
 
 
 def test_a_failing_solver_is_omitted_and_reported() -> None:
@@ -50,7 +54,7 @@ def test_a_failing_solver_is_omitted_and_reported() -> None:
     assert "broken at 1: no" in messages
 
 
-def test_the_cheapest_setting_that_reaches_an_error_counts() -> None:
+def test_solvers_are_compared_by_their_cheapest_setting_that_reaches_an_error() -> None:
     measured = [
         Measurement(COMPILED, 1e-3, 1e-4, 1.0),
         Measurement(COMPILED, 1e-6, 1e-7, 2.0),

@@ -30,7 +30,7 @@ class Terminal(io.StringIO):
         return re.sub(r"\x1b\[[0-9;]*m", "", super().getvalue())
 
 
-def shown(monkeypatch: pytest.MonkeyPatch, columns: int | None) -> io.StringIO:
+def redirect_output(monkeypatch: pytest.MonkeyPatch, columns: int | None) -> io.StringIO:
     stream = io.StringIO() if columns is None else Terminal()
     monkeypatch.setattr(sys, "stdout", stream)
     monkeypatch.setenv("COLUMNS", str(columns))
@@ -38,31 +38,31 @@ def shown(monkeypatch: pytest.MonkeyPatch, columns: int | None) -> io.StringIO:
     return stream
 
 
-def table(columns: int, rows: int) -> tuple[list[str], list[list[str]]]:
+def make_table(columns: int, rows: int) -> tuple[list[str], list[list[str]]]:
     header = [f"name{column} of it" for column in range(columns)]
     return header, [[f"r{row}c{column}" for column in range(columns)] for row in range(rows)]
 
 
 @pytest.mark.parametrize("width", WIDTHS)
 @pytest.mark.parametrize("keys", [1, 2, 9])
-def test_every_cell_is_printed_within_the_width_beside_its_key(
+def test_every_cell_is_printed_within_the_width_after_its_key(
     width: int, keys: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    header, rows = table(12, 3)
-    out = shown(monkeypatch, width)
+    header, rows = make_table(12, 3)
+    out = redirect_output(monkeypatch, width)
     print_rows("Title", header, rows, keys=keys)
     lines = out.getvalue().splitlines()
     assert max(map(len, lines)) <= width
     for number, row in enumerate(rows, start=1):
         for cell in row:
-            beside = [line.split()[0] for line in lines if cell in line.split()]
-            assert beside
-            assert set(beside) <= {row[0], str(number)}
+            first_cells = [line.split()[0] for line in lines if cell in line.split()]
+            assert first_cells
+            assert set(first_cells) <= {row[0], str(number)}
 
 
 def test_the_first_column_is_repeated_in_every_block(monkeypatch: pytest.MonkeyPatch) -> None:
-    header, rows = table(12, 2)
-    out = shown(monkeypatch, 40)
+    header, rows = make_table(12, 2)
+    out = redirect_output(monkeypatch, 40)
     print_rows("", header, rows)
     blocks = [block.strip() for block in re.split(r"\n\s*\n", out.getvalue().strip())]
     assert len(blocks) > 2
@@ -82,12 +82,14 @@ def test_keys_that_leave_no_room_are_replaced_by_the_numbers_of_rows() -> None:
     columns.append(TableColumn("value", ("1", "2", "3")))
     blocks = split_columns(columns, 4, 40)
     assert {block[0][0].name for block in blocks} == {"row"}
-    assert [c.name for block in blocks for c, _ in block[1:]] == [c.name for c in columns]
+    assert [column.name for block in blocks for column, _ in block[1:]] == [
+        column.name for column in columns
+    ]
 
 
 def test_running_text_is_folded_and_not_cut(monkeypatch: pytest.MonkeyPatch) -> None:
     text = " ".join(f"word{number}" for number in range(60))
-    out = shown(monkeypatch, 40)
+    out = redirect_output(monkeypatch, 40)
     print_rows("", ("name", "reason"), [("a", text)])
     print_list("", [("a name that is rather long", text)])
     tokens = out.getvalue().split()
@@ -96,8 +98,8 @@ def test_running_text_is_folded_and_not_cut(monkeypatch: pytest.MonkeyPatch) -> 
 
 
 def test_without_a_terminal_nothing_is_wrapped(monkeypatch: pytest.MonkeyPatch) -> None:
-    header, rows = table(60, 2)
-    out = shown(monkeypatch, None)
+    header, rows = make_table(60, 2)
+    out = redirect_output(monkeypatch, None)
     print_rows("Title", header, rows)
     title, names, *cells = out.getvalue().splitlines()
     assert (title, len(cells)) == ("Title", 2)
@@ -112,7 +114,7 @@ def test_sweep_and_attractors_keep_their_first_columns(monkeypatch: pytest.Monke
     attractor = Explorer(System(p)).reach("static")
     branch = Continuation(System(p), "mu", np.array([0.7]), (BranchPoint(0.7, ("up",), attractor),))
     for width in (40, 60, 80, 120, None):
-        out = shown(monkeypatch, width)
+        out = redirect_output(monkeypatch, width)
         print_sweep(result)
         print_attractors([attractor])
         print_continuation(branch)

@@ -10,10 +10,10 @@ from scipy import stats
 from fivtui.distributions import Distribution, parse_distribution, parse_scattered
 from fivtui.model.errors import InputError
 
-SHARES = np.array([1e-6, 0.1, 0.5, 0.9, 1.0 - 1e-6])
+LEVELS = np.array([1e-6, 0.1, 0.5, 0.9, 1.0 - 1e-6])
 SPREAD = math.sqrt(math.log(1.0 + 0.2**2))
 
-SAME = {
+SCIPY_DISTRIBUTIONS = {
     "uniform:0.2:0.8": stats.uniform(0.2, 0.6),
     "normal:80:8": stats.norm(80.0, 8.0),
     "lognormal:100:20": stats.lognorm(SPREAD, scale=100.0 * math.exp(-0.5 * SPREAD**2)),
@@ -24,11 +24,13 @@ SAME = {
 }
 
 
-@pytest.mark.parametrize("text", SAME)
-def test_a_distribution_agrees_with_its_text(text: str) -> None:
+@pytest.mark.parametrize("text", SCIPY_DISTRIBUTIONS)
+def test_a_distribution_agrees_with_that_of_scipy_and_prints_its_text(text: str) -> None:
     distribution = parse_distribution(text)
     assert str(distribution) == text
-    np.testing.assert_allclose(distribution.at(SHARES), SAME[text].ppf(SHARES), rtol=1e-13)
+    np.testing.assert_allclose(
+        distribution.at(LEVELS), SCIPY_DISTRIBUTIONS[text].ppf(LEVELS), rtol=1e-13
+    )
     assert distribution.truncated_share == 0.0
     assert pickle.loads(pickle.dumps(distribution)) == distribution
 
@@ -37,7 +39,7 @@ def test_mean_and_sd_of_a_lognormal_are_those_of_the_quantity() -> None:
     assert parse_distribution("lognormal:100:20").moments() == pytest.approx(
         (100.0, 20.0), rel=2e-3
     )
-    assert SAME["lognormal:100:20"].std() == pytest.approx(20.0)
+    assert SCIPY_DISTRIBUTIONS["lognormal:100:20"].std() == pytest.approx(20.0)
 
 
 def test_truncation_rescales_the_distribution() -> None:
@@ -45,7 +47,7 @@ def test_truncation_rescales_the_distribution() -> None:
     truncated = normal.truncate(0.0, 100.0)
     assert truncated.truncated_share == pytest.approx(stats.norm.cdf(-0.5))
     expected = stats.truncnorm((0.0 - 1.0) / 2.0, (100.0 - 1.0) / 2.0, 1.0, 2.0)
-    np.testing.assert_allclose(truncated.at(SHARES), expected.ppf(SHARES), rtol=1e-9)
+    np.testing.assert_allclose(truncated.at(LEVELS), expected.ppf(LEVELS), rtol=1e-9)
     assert truncated.truncate(-5.0, 3.0) == normal.truncate(0.0, 3.0)
 
 

@@ -34,7 +34,7 @@ SETTINGS: Final[dict[str, Any]] = tomllib.loads(
 )["tool"]
 
 
-def defined_in(path: Path) -> set[str]:
+def names_defined_in(path: Path) -> set[str]:
     """Names of classes, functions and constants that a module defines."""
     names = set()
     for node in ast.parse(path.read_text(encoding="utf-8")).body:
@@ -69,7 +69,7 @@ def test_every_path_and_module_that_is_named_exists(name: str) -> None:
 def test_every_name_is_defined_in_the_module_named_with_it() -> None:
     pairs = re.findall(r"`(\w+)`\s+in\s+`([\w/]+\.py)`", CONTRIBUTING)
     assert len(pairs) >= 20
-    assert not [(name, path) for name, path in pairs if name not in defined_in(ROOT / path)]
+    assert not [(name, path) for name, path in pairs if name not in names_defined_in(ROOT / path)]
 
 
 def test_the_tree_has_every_package() -> None:
@@ -112,11 +112,11 @@ def test_form_and_fmu_follow_from_the_table_of_parameters() -> None:
     assert {variable.name for variable in VARIABLES} >= set(PARAMETERS)
 
 
-def test_a_further_entry_of_methods_is_a_further_method(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(METHODS, "another", METHODS["rk4"])
+def test_an_added_entry_of_methods_is_a_method(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(METHODS, "added", METHODS["rk4"])
     p = Parameters()
-    result = integrate(Request(System(p), t_end=1.0, method="another"))
-    assert result.method == "another"
+    result = integrate(Request(System(p), t_end=1.0, method="added"))
+    assert result.method == "added"
     assert result.final == integrate(Request(System(p), t_end=1.0, method="rk4")).final
 
 

@@ -19,8 +19,8 @@ ROOT = Path(__file__).parents[1]
 EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
 # `pytest -m whole` in tests/assessment runs all scenes that break solvers.
 ARGUMENTS = {"extremes": ["lifted", "start-on-switch", "tol-too-small"]}
-# Shorten the run: a ramp over the same preloads, five times as fast.
-SHORTER = {"fmu_ramp": ("0.25, 200.0", "1.25, 40.0")}
+# Replaced text of an example: a ramp over the same preloads, five times as fast.
+SHORTENED = {"fmu_ramp": ("0.25, 200.0", "1.25, 40.0")}
 RUN_ALL = """
 import runpy, sys
 for line in sys.stdin.read().splitlines():
@@ -30,9 +30,9 @@ for line in sys.stdin.read().splitlines():
 """
 
 
-def test_examples_are_short_and_run_from_a_foreign_folder(tmp_path: Path) -> None:
-    foreign, lines = tmp_path / "foreign", []
-    foreign.mkdir()
+def test_examples_are_short_and_run_from_any_folder(tmp_path: Path) -> None:
+    folder, lines = tmp_path / "empty", []
+    folder.mkdir()
     for example in EXAMPLES:
         text = example.read_text(encoding="utf-8")
         assert len(text.splitlines()) < 50, example
@@ -40,17 +40,17 @@ def test_examples_are_short_and_run_from_a_foreign_folder(tmp_path: Path) -> Non
         if optional and find_spec(optional[1]) is None:
             continue
         path = example
-        if example.stem in SHORTER:
-            long, short = SHORTER[example.stem]
+        if example.stem in SHORTENED:
+            long, short = SHORTENED[example.stem]
             assert long in text
             path = tmp_path / example.name
             path.write_text(text.replace(long, short), encoding="utf-8")
         lines.append(" ".join([str(path), *ARGUMENTS.get(example.stem, [])]))
-    out = run_python("-c", RUN_ALL, cwd=foreign, stdin="\n".join(lines))
+    out = run_python("-c", RUN_ALL, cwd=folder, stdin="\n".join(lines))
     _, *printed = out.split("\f")
     assert len(printed) == len(lines)
     assert not [text for text in printed if "separation" not in text]
-    assert list(foreign.iterdir()) == []
+    assert list(folder.iterdir()) == []
 
 
 def test_there_is_a_native_and_an_fmu_example() -> None:
@@ -71,9 +71,9 @@ def test_scaled_parameters_have_the_same_motion_in_other_units(
     x, vx, y, vy = state
     scaled_state = (x * length, vx * length / time, y * length, vy * length / time)
     actual = accelerations(scaled(p, mass, length, time), scaled_state, mode)
-    true = accelerations(p, state, mode)
-    largest = max(map(abs, (*true, p.F / p.m, p.k1 / p.m, p.k_nl / p.m)))
-    for actual_value, expected_value in zip(actual, true, strict=True):
+    expected = accelerations(p, state, mode)
+    largest = max(map(abs, (*expected, p.F / p.m, p.k1 / p.m, p.k_nl / p.m)))
+    for actual_value, expected_value in zip(actual, expected, strict=True):
         assert actual_value * time**2 / length == pytest.approx(
             expected_value, rel=1e-12, abs=1e-13 * largest
         )
@@ -100,7 +100,7 @@ def test_a_motion_of_micrometres_is_as_accurate_as_one_of_metres(
     assert growth == pytest.approx(stability(base).growth_rate, rel=1e-12)
 
 
-def test_the_pad_moves_as_the_base_set_in_its_units(capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_pad_moves_like_the_base_set_in_other_units(capsys: pytest.CaptureFixture[str]) -> None:
     runpy.run_path(str(ROOT / "examples" / "brake_scale.py"), run_name="__main__")
     setting, base, pad = capsys.readouterr().out.splitlines()
     assert "--set m=0.5 " in setting

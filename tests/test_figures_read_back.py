@@ -86,11 +86,11 @@ def test_panels_of_a_transient_agree_with_their_labels(runs: list[Transient]) ->
         t, motion = own_slider.motion(3.0, separation=case)
         for axes, column in zip(rows[0], motion.T, strict=True):
             x, y = points(line_like(axes, legend[name]))
-            early = x <= 3.0
-            assert early.sum() == 301
+            is_compared = x <= 3.0
+            assert is_compared.sum() == 301
             scale = np.abs(column).max()
             np.testing.assert_allclose(
-                y[early], np.interp(x[early], t, column), rtol=0.0, atol=2e-4 * scale
+                y[is_compared], np.interp(x[is_compared], t, column), rtol=0.0, atol=2e-4 * scale
             )
 
 
@@ -110,7 +110,7 @@ def test_shading_is_where_the_slider_is_off_the_belt_and_nowhere_else(
     assert to_hex(the_legend(figure)["off the belt"].get_facecolor()) == to_hex("0.9")
 
 
-def test_the_last_cycles_are_about_eight_of_the_motion_that_is_drawn(
+def test_the_late_panel_has_about_eight_cycles_of_the_drawn_motion(
     runs: list[Transient],
 ) -> None:
     t = np.linspace(0.0, 40.0, 4001)
@@ -150,6 +150,10 @@ def test_runs_that_differ_in_several_parameters_are_named_in_the_legend() -> Non
 # Modes
 
 
+def sort_key(value: complex) -> tuple[float, float]:
+    return round(value.imag, 4), value.real
+
+
 def test_modes_over_mu_are_the_eigenvalues_in_hertz_and_one_over_seconds() -> None:
     p = Parameters()
     result = stability(p)
@@ -164,18 +168,18 @@ def test_modes_over_mu_are_the_eigenvalues_in_hertz_and_one_over_seconds() -> No
         drawn = []
         for name in ("mode 1", "mode 2"):
             mu, hertz = points(line_like(frequency, legend[name]))
-            also, rate = points(line_like(growth, legend[name]))
-            assert mu[index] == also[index] == pytest.approx(1.5 * index / 240)
+            growth_mu, rate = points(line_like(growth, legend[name]))
+            assert mu[index] == growth_mu[index] == pytest.approx(1.5 * index / 240)
             drawn.append(complex(rate[index], 2.0 * np.pi * hertz[index]))
         expected = own_slider.eigenvalues(mu=float(mu[index]))
         expected = expected[expected.imag > 0.0]
-        assert sorted(drawn, key=lambda v: (round(v.imag, 4), v.real)) == pytest.approx(
-            sorted(expected.tolist(), key=lambda v: (round(v.imag, 4), v.real)), abs=1e-6
+        assert sorted(drawn, key=sort_key) == pytest.approx(
+            sorted(expected.tolist(), key=sort_key), abs=1e-6
         )
     assert plain(figure.get_suptitle()) == BASE_TITLE
 
 
-def test_the_critical_and_the_present_friction_are_marked_where_they_are() -> None:
+def test_the_critical_and_the_present_friction_are_marked() -> None:
     p = Parameters(F=100.0, k_nl=500.0, mu=1.1)
     figure = sheet_figure(modes_sheet(stability(p), mode_scan(System(p), 2.0)))
     legend = the_legend(figure)
@@ -187,8 +191,10 @@ def test_the_critical_and_the_present_friction_are_marked_where_they_are() -> No
             x, y = points(line_like(axes, legend[label]))
             assert x.tolist() == pytest.approx([position, position], abs=1e-9)
             assert y.tolist() == [0.0, 1.0]
-    level = [line for line in figure.axes[1].lines if np.array_equal(line.get_ydata(), [0.0, 0.0])]
-    assert len(level) == 1
+    zero_lines = [
+        line for line in figure.axes[1].lines if np.array_equal(line.get_ydata(), [0.0, 0.0])
+    ]
+    assert len(zero_lines) == 1
     plane = figure.axes[2]
     x, y = points(line_like(plane, legend["at μ = 1.1"]))
     expected = own_slider.eigenvalues(F=100.0, k_nl=500.0, mu=1.1)
@@ -208,9 +214,11 @@ def mesh_of(axes: Axes) -> tuple[QuadMesh, dict[tuple[float, float], float]]:
     # The mesh, and its values by the centres of the cells.
     (mesh,) = [collection for collection in axes.collections if isinstance(collection, QuadMesh)]
     corners = np.asarray(mesh.get_coordinates())
-    middles = 0.25 * (corners[1:, 1:] + corners[1:, :-1] + corners[:-1, 1:] + corners[:-1, :-1])
+    centre_points = 0.25 * (
+        corners[1:, 1:] + corners[1:, :-1] + corners[:-1, 1:] + corners[:-1, :-1]
+    )
     values = np.asarray(mesh.get_array()).ravel()
-    centres = [tuple(centre) for centre in middles.reshape(-1, 2).round(9).tolist()]
+    centres = [tuple(centre) for centre in centre_points.reshape(-1, 2).round(9).tolist()]
     return mesh, dict(zip(centres, values.tolist(), strict=True))
 
 
@@ -229,7 +237,7 @@ MU, FORCE = np.linspace(0.0, 1.5, 31), np.linspace(10.0, 110.0, 5)
         ),
     ],
 )
-def test_a_map_has_its_values_over_its_own_axes(value: str, colours: str, reference: Any) -> None:
+def test_a_map_has_its_values_over_its_axes(value: str, colours: str, reference: Any) -> None:
     figure = stability_map(Parameters(c1=0.5), {"mu": MU, "F": FORCE}, value).figure()
     axes, bar = figure.axes
     assert labels(axes) == ("Friction coefficient μ", "Preload F (N)")
@@ -257,7 +265,7 @@ def test_the_boundary_of_a_map_is_at_the_critical_friction() -> None:
         assert corners[at, 0] == pytest.approx(critical, abs=MU[1] - MU[0])
 
 
-def test_the_middle_colour_of_growth_rates_is_zero() -> None:
+def test_zero_growth_has_the_middle_colour() -> None:
     figure = stability_map(Parameters(), {"mu": MU, "F": FORCE}).figure()
     mesh, values = mesh_of(figure.axes[0])
     low, high = mesh.get_clim()
@@ -286,22 +294,23 @@ def test_the_legend_of_a_map_of_critical_friction_gives_the_friction() -> None:
 def invented_sweep(
     axes: dict[str, Any], outputs: Sequence[str], cases: Sequence[bool] = (True, False)
 ) -> Sweep:
-    # Every output is a different function of the axes and the case.
     study = Study(Design(axes), Parameters(), tuple(cases), outputs=tuple(outputs))
     grids: Sequence[Any] = np.meshgrid(*axes.values(), indexing="ij")
-    points_ = {
+    point_values = {
         name: np.repeat(grid.ravel(), len(cases)) for name, grid in zip(axes, grids, strict=True)
     }
-    size = next(iter(points_.values())).size
+    size = next(iter(point_values.values())).size
     case = np.tile(np.array(cases), size // len(cases))
-    numbers = {name: at.astype(float) for name, at in points_.items()}
+    numbers = {name: at.astype(float) for name, at in point_values.items()}
     for number, output in enumerate(outputs):
-        numbers[output] = output_value(number, case, *points_.values())
+        numbers[output] = output_value(number, case, *point_values.values())
     return Sweep(study, Rows(numbers, case, ("",) * size))
 
 
-def output_value(number: int, case: Any, *at: Any) -> Any:
-    return 1.0 + 100.0 * number + 10.0 * case + sum((1.0 + 2.0 * k) * v for k, v in enumerate(at))
+def output_value(number: int, case: Any, *coordinates: Any) -> Any:
+    # A different function of the coordinates for each output and case.
+    weighted = sum((1.0 + 2.0 * index) * value for index, value in enumerate(coordinates))
+    return 1.0 + 100.0 * number + 10.0 * case + weighted
 
 
 def test_curves_of_a_sweep_are_the_outputs_and_cases_that_their_legend_names() -> None:
@@ -350,11 +359,11 @@ def test_maps_of_a_sweep_have_their_axes_and_a_shared_scale() -> None:
         assert values == pytest.approx(
             {at: output_value(1, case, *at) for at in itertools.product(forces, (0.1, 0.9))}
         )
-        every = result.table.numbers["y_abs"]
-        assert mesh.get_clim() == (every.min(), every.max())
+        all_values = result.table.numbers["y_abs"]
+        assert mesh.get_clim() == (all_values.min(), all_values.max())
 
 
-def test_points_of_a_sweep_without_grid_stand_where_they_were_computed() -> None:
+def test_points_of_a_sweep_without_grid_are_drawn_where_they_were_computed() -> None:
     axes = {"k2": Range(20.0, 80.0), "k_nl": Range(0.1, 1.0, None, log=True)}
     study = Study(Design(axes, "sobol", 4), Parameters(), outputs=("P_max",))
     at = np.array([20.0, 30.0, 40.0, 50.0]), np.array([0.4, 0.1, 0.9, 0.2])
@@ -375,7 +384,7 @@ def test_points_of_a_sweep_without_grid_stand_where_they_were_computed() -> None
 # Trade-offs
 
 
-def measured() -> Tradeoff:
+def invented_tradeoff() -> Tradeoff:
     def row(
         method: str, value: float, cpu_s: float, errors: tuple[float, float, float, float]
     ) -> MeasuredSetting:
@@ -392,8 +401,8 @@ def measured() -> Tradeoff:
     return Tradeoff(PRESETS["base"], None, floor, rows, [])
 
 
-def test_errors_of_every_method_stand_over_their_cpu_time() -> None:
-    result = measured()
+def test_errors_of_every_method_are_drawn_over_cpu_time() -> None:
+    result = invented_tradeoff()
     figure = result.figure()
     legend = the_legend(figure)
     assert list(legend) == ["taylor", "rk4"]
@@ -419,17 +428,17 @@ def test_errors_of_every_method_stand_over_their_cpu_time() -> None:
         assert low < 1e-16
         assert high == pytest.approx(floor)
         (front,) = [line for line in axes.lines if line.get_linewidth() == 4.0]
-        best = [(0.01, 0), (0.02, 1)] + ([(3.0, 3)] if name == "peak" else [])
-        assert points(front)[0].tolist() == [at for at, _ in best]
+        front_points = [(0.01, 0), (0.02, 1)] + ([(3.0, 3)] if name == "peak" else [])
+        assert points(front)[0].tolist() == [at for at, _ in front_points]
         assert points(front)[1].tolist() == [
-            max(getattr(result.rows[k].error, name), 1e-16) for _, k in best
+            max(getattr(result.rows[k].error, name), 1e-16) for _, k in front_points
         ]
 
 
 # Attractors
 
 
-def cycle(kind: Kind, half_range: float, period: float = 1.25) -> Attractor:
+def cycle_attractor(kind: Kind, half_range: float, period: float = 1.25) -> Attractor:
     orbit = PeriodicOrbit(
         section=Section.LIFT_OFF,
         start=(0.0, 0.0, 0.0, 0.0),
@@ -450,8 +459,11 @@ def cycle(kind: Kind, half_range: float, period: float = 1.25) -> Attractor:
 REST = Attractor(Kind.EQUILIBRIUM)
 
 
-def test_attractors_along_a_parameter_stand_where_and_how_they_were_met() -> None:
-    contact, separating = cycle(Kind.CONTACT_CYCLE, 0.5), cycle(Kind.SEPARATING_CYCLE, 4.0)
+def test_attractors_along_a_parameter_are_drawn_by_kind_and_direction() -> None:
+    contact, separating = (
+        cycle_attractor(Kind.CONTACT_CYCLE, 0.5),
+        cycle_attractor(Kind.SEPARATING_CYCLE, 4.0),
+    )
     result = Continuation(
         System(Parameters()),
         "k_nl",
@@ -490,8 +502,11 @@ def test_attractors_along_a_parameter_stand_where_and_how_they_were_met() -> Non
     assert "k_nl" not in title
 
 
-def test_a_basin_has_the_colour_of_the_attractor_that_its_starts_reach() -> None:
-    separating, contact = cycle(Kind.SEPARATING_CYCLE, 4.0), cycle(Kind.CONTACT_CYCLE, 0.5, 2.5)
+def test_starts_of_a_basin_have_the_colour_of_the_attractor_they_reach() -> None:
+    separating, contact = (
+        cycle_attractor(Kind.SEPARATING_CYCLE, 4.0),
+        cycle_attractor(Kind.CONTACT_CYCLE, 0.5, 2.5),
+    )
     reached = np.array([[0, 1, 1], [2, 0, 1]])
     first, second = np.array([-1.0, 1.0]), np.array([2.0, 4.0, 6.0])
     result = Basin(

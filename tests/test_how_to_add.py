@@ -42,7 +42,7 @@ def paragraph_on(subject: str) -> str:
     return str(text)
 
 
-def add(subject: str, edits: Iterable[Edit], root: Path) -> None:
+def apply_edits(subject: str, edits: Iterable[Edit], root: Path) -> None:
     """Apply edits of files that the paragraph names, or of new files in folders that it names."""
     text = paragraph_on(subject)
     for edit in edits:
@@ -69,7 +69,7 @@ PARAMETER: Final = (
     Edit("fivtui/tui/session/equations.py", r"= P − F\"", '= P − F − m g"'),
 )
 # Gravity has the same effect as a preload that is larger by 10 N.
-WITH_PARAMETER: Final = """
+CHECK_PARAMETER: Final = """
 import math
 from fivtui import *
 from fivtui.cli import run
@@ -84,9 +84,9 @@ from fivtui.tui.session.fields import FIELDS
 from fivtui.model.parameters import PARAMETERS
 from fivtui.model.slider_belt import Mode, accelerations
 
-def same(one, other, tol=1e-9):
-    for a, b in zip(one, other, strict=True):
-        assert math.isclose(a, b, rel_tol=tol, abs_tol=tol), (one, other)
+def same(first, second, tol=1e-9):
+    for a, b in zip(first, second, strict=True):
+        assert math.isclose(a, b, rel_tol=tol, abs_tol=tol), (first, second)
 
 light, heavy = Parameters(g=2.0), Parameters(F=90.0)
 run_of_heavy = simulate(heavy, t_end=3.5)
@@ -95,18 +95,18 @@ for method in ("taylor", "rk4", "scipy-dop853"):
     same(run_of_light.final, run_of_heavy.final, 1e-6)
     assert run_of_light.events.separations == run_of_heavy.events.separations > 0
 names = ["F", "m", "g"]
-one, other = (simulate(p, t_end=2.0, sensitivities=names).sensitivities for p in (light, heavy))
-same(one["F"].final, other["F"].final)
-same(one["g"].final, [5.0 * by_F for by_F in other["F"].final])
-same(one["m"].final, [m + 2.0 * F for m, F in zip(other["m"].final, other["F"].final)])
+first, second = (simulate(p, t_end=2.0, sensitivities=names).sensitivities for p in (light, heavy))
+same(first["F"].final, second["F"].final)
+same(first["g"].final, [5.0 * by_F for by_F in second["F"].final])
+same(first["m"].final, [m + 2.0 * F for m, F in zip(second["m"].final, second["F"].final)])
 linear = [p.with_values({"k_nl": 0.0}) for p in (light, heavy)]
-one, other = (simulate(p, t_end=2.0, separation=False) for p in linear)
-assert one.stats.kernel == "exact"
-same(one.final, other.final)
-one, other = (stability(p) for p in (light, heavy))
-same([one.growth_rate, one.critical_mu[0].mu], [other.growth_rate, other.critical_mu[0].mu])
+first, second = (simulate(p, t_end=2.0, separation=False) for p in linear)
+assert first.stats.kernel == "exact"
+same(first.final, second.final)
+first, second = (stability(p) for p in (light, heavy))
+same([first.growth_rate, first.critical_mu[0].mu], [second.growth_rate, second.critical_mu[0].mu])
 found = stability_map(Parameters(), {"g": [0.0, 2.0], "mu": [0.7]})
-same([found.values[1, 0]], [other.growth_rate])
+same([found.values[1, 0]], [second.growth_rate])
 batch = simulate_batch({"g": [0.0, 2.0]}, t_end=2.0)
 same([batch.final[1, 2]], [simulate(heavy, t_end=2.0).final.y])
 rows = sweep(vary={"g": (0.0, 2.0)}, t_end=2.0, outputs=["y_end"]).rows
@@ -117,51 +117,51 @@ assert load_scene("mine.toml").parameters == light
 assert FIELDS["g"].meaning and equations_with(PARAMETERS["g"])
 belt = {"v_belt": 1.0, "mu_s": 0.9}
 law = {**belt, "v_s": 0.4}
-tables = [{"F": [(0.0, first), (2.0, first + 20.0)]} for first in (80.0, 90.0)]
+tables = [{"F": [(0.0, preload), (2.0, preload + 20.0)]} for preload in (80.0, 90.0)]
 for values, methods in (
     (belt, ("taylor", "rk4")),
     (law, ("taylor", "rk4", "scipy-dop853")),
 ):
     pair = [p.with_values(values) for p in (light, heavy)]
     for method in methods:
-        one, other = (simulate(p, t_end=1.0, method=method) for p in pair)
-        same(one.final, other.final, 1e-6)
-    one, other = (
+        first, second = (simulate(p, t_end=1.0, method=method) for p in pair)
+        same(first.final, second.final, 1e-6)
+    first, second = (
         simulate(p, t_end=1.0, over_time=table) for p, table in zip(pair, tables, strict=True)
     )
-    same(one.final, other.final, 1e-6)
-    one, other = (simulate(p, t_end=1.0, kernel="interpreted") for p in pair)
-    same(one.final, other.final, 1e-6)
+    same(first.final, second.final, 1e-6)
+    first, second = (simulate(p, t_end=1.0, kernel="interpreted") for p in pair)
+    same(first.final, second.final, 1e-6)
     names = ["F", "m", "g", "v_belt"]
-    one, other = (simulate(p, t_end=1.0, sensitivities=names).sensitivities for p in pair)
-    same(one["F"].final, other["F"].final, 1e-6)
-    same(one["g"].final, [5.0 * by_F for by_F in other["F"].final], 1e-6)
-    one, other = (stability(p) for p in pair)
-    same([c.mu for c in one.critical_mu], [c.mu for c in other.critical_mu])
-    same([one.growth_rate], [other.growth_rate])
+    first, second = (simulate(p, t_end=1.0, sensitivities=names).sensitivities for p in pair)
+    same(first["F"].final, second["F"].final, 1e-6)
+    same(first["g"].final, [5.0 * by_F for by_F in second["F"].final], 1e-6)
+    first, second = (stability(p) for p in pair)
+    same([c.mu for c in first.critical_mu], [c.mu for c in second.critical_mu])
+    same([first.growth_rate], [second.growth_rate])
 pairs = zip((light, heavy), tables, strict=True)
-one, other = (simulate(p, t_end=2.0, over_time=table) for p, table in pairs)
-same(one.final, other.final, 1e-6)
+first, second = (simulate(p, t_end=2.0, over_time=table) for p, table in pairs)
+same(first.final, second.final, 1e-6)
 falling = [p.with_values({**law, "mu": 0.3}) for p in (light, heavy)]
 speeds = [[c.v_belt for c in critical_speeds(System(p))] for p in falling]
 assert len(speeds[0]) == 1
 same(*speeds)
-one, other = (critical_mu_derivatives(System(p)) for p in (light, heavy))
-same([one["g"], one["F"]], [5.0 * other["F"], other["F"]])
-same([one["m"]], [other["m"] + 2.0 * other["F"]])
+first, second = (critical_mu_derivatives(System(p)) for p in (light, heavy))
+same([first["g"], first["F"]], [5.0 * second["F"], second["F"]])
+same([first["m"]], [second["m"] + 2.0 * second["F"]])
 members = {"g": np.array([0.0, 2.0])}, {"F": np.array([80.0, 90.0])}
-one, other = (dimensionless_groups(Parameters(), varied, 2).ravel() for varied in members)
-same(one, other)
+first, second = (dimensionless_groups(Parameters(), varied, 2).ravel() for varied in members)
+same(first, second)
 assert "g" in GROUP_PARAMETERS["k_nl"] and "m" in GROUP_PARAMETERS["k_nl"]
 by_g = static_start_change(System(light), "g")
-same(by_g, [5.0 * by for by in static_start_change(System(heavy), "F")])
+same(by_g, [5.0 * value for value in static_start_change(System(heavy), "F")])
 if "native" in FLAVOURS:
-    # What the interpreted kernel would take minutes for.
-    one, other = (safe_friction(p) for p in (light, heavy))
-    same([one.safe_mu], [other.safe_mu], 1e-7)
+    # These take minutes with the interpreted kernel.
+    first, second = (safe_friction(p) for p in (light, heavy))
+    same([first.safe_mu], [second.safe_mu], 1e-7)
     curves = [branch(p, "v_belt", low=2.0, high=2.6) for p in falling]
-    one, other = ([point.value for point in curve.points] for curve in curves)
-    same([min(one), max(one)], [min(other), max(other)], 1e-6)
+    first, second = ([point.value for point in curve.points] for curve in curves)
+    same([min(first), max(first)], [min(second), max(second)], 1e-6)
 for flavour in FLAVOURS:
     fmu = build_fmu(f"{flavour}.fmu", flavour=flavour)
     driven = run_fmu(fmu, t_end=0.5, start_values={"g": 2.0}, outputs=["x", "vx", "y", "vy", "ay"])
@@ -175,7 +175,7 @@ for flavour in FLAVOURS:
 """
 
 
-# A friction law: a viscous term beside the exponential one.
+# A friction law: a viscous term beside the exponential term.
 LAW: Final = (
     Edit(
         "fivtui/model/parameters.py",
@@ -193,7 +193,7 @@ LAW: Final = (
         r'\g<0> p["mu_v"] * sign * (p["v"] - vx) +',
     ),
 )
-WITH_LAW: Final = """
+CHECK_LAW: Final = """
 import math
 import numpy as np
 from fivtui import *
@@ -203,9 +203,9 @@ from fivtui.model import System
 from fivtui.model.slider_belt import Mode, accelerations, friction_force
 from fivtui.orbits import branch
 
-def same(one, other, tol=1e-9):
-    for a, b in zip(one, other, strict=True):
-        assert math.isclose(a, b, rel_tol=tol, abs_tol=tol), (one, other)
+def same(first, second, tol=1e-9):
+    for a, b in zip(first, second, strict=True):
+        assert math.isclose(a, b, rel_tol=tol, abs_tol=tol), (first, second)
 
 law = Parameters(v_belt=1.0, mu=0.3, mu_s=0.9, v_s=0.4, mu_v=0.02)
 start = (0.3, 0.0, -0.5, 0.0)
@@ -226,11 +226,11 @@ for kernel in ("auto", "interpreted"):
     run = simulate(law, t_end=3.0, start=start, over_time=constant, kernel=kernel)
     same(run.final, runs[0].final, 1e-6)
 falling = {"mu": [(0.0, 0.3), (3.0, 0.2)], "v_belt": [(0.0, 1.0), (3.0, 2.0)]}
-one, other = (
+first, second = (
     simulate(law, t_end=3.0, start=start, over_time=falling, kernel=kernel)
     for kernel in ("auto", "interpreted")
 )
-same(one.final, other.final, 1e-6)
+same(first.final, second.final, 1e-6)
 members = {name: [value, value] for name, value in law.as_dict().items()}
 many = simulate_batch({**members, "mu_v": [0.0, 0.02]}, t_end=3.0, start=start)
 same(many.final[1], runs[0].final[1:])
@@ -238,8 +238,8 @@ same(many.final[0], without.final[1:])
 rates = simulate(law, t_end=1.0, start=start, sensitivities=["mu_v", "v_s"]).sensitivities
 for name, step in (("mu_v", 1e-6), ("v_s", 1e-6)):
     ends = [
-        simulate(law.with_values({name: getattr(law, name) + by}), t_end=1.0, start=start).final.y
-        for by in (-step, step)
+        simulate(p, t_end=1.0, start=start).final.y
+        for p in (law.with_values({name: getattr(law, name) + change}) for change in (-step, step))
     ]
     same([rates[name].final.y], [(ends[1] - ends[0]) / (2 * step)], 1e-5)
 # A viscous term damps: sliding is stable from a lower speed of the belt on, and from a lower μ.
@@ -270,13 +270,13 @@ for flavour in FLAVOURS:
 """
 
 # A mode: off the belt a slider that is lifted, F < 0, has twice the damping.
-DRAG: Final = '''def off_belt(p: Parameters) -> Mode:
+MODE_OFF_BELT: Final = '''def off_belt(p: Parameters) -> Mode:
     """The mode of a slider off the belt."""
     return Mode.LIFTED if p.F < 0.0 else Mode.SEPARATED
 
 
 def accelerations'''
-LIFTED: Final = """    Mode.LIFTED: ModeRow(
+LIFTED_ROW: Final = """    Mode.LIFTED: ModeRow(
         "lifted",
         "0",
         in_contact=False,
@@ -285,16 +285,16 @@ LIFTED: Final = """    Mode.LIFTED: ModeRow(
         ends=(Transition(Guard.HEIGHT, (Mode.CONTACT,)),),
     ),
 """
-TWICE: Final = "(2.0 if mode is Mode.LIFTED else 1.0)"
-TWICE_DAMPED: Final = f"0.0, 0.0, {TWICE}, 0.0),\n    )\n"
+DAMPING_FACTOR: Final = "(2.0 if mode is Mode.LIFTED else 1.0)"
+DAMPED_FIELD: Final = f"0.0, 0.0, {DAMPING_FACTOR}, 0.0),\n    )\n"
 MODE: Final = (
     Edit("fivtui/model/modes.py", r"    STICK = 4\n", r"\g<0>    LIFTED = 5\n"),
     Edit("fivtui/model/modes.py", r"Guard\.DEPTH, \(", r"\g<0>Mode.LIFTED, "),
-    Edit("fivtui/model/modes.py", r"    Mode\.CONTACT: ModeRow\(", LIFTED + r"\g<0>"),
-    Edit("fivtui/model/field.py", r"0\.0, 0\.0, 1\.0, 0\.0\),\n    \)\n", TWICE_DAMPED),
-    Edit("fivtui/model/slider_belt.py", r"y, vy, force", f"y, {TWICE} * vy, force"),
+    Edit("fivtui/model/modes.py", r"    Mode\.CONTACT: ModeRow\(", LIFTED_ROW + r"\g<0>"),
+    Edit("fivtui/model/field.py", r"0\.0, 0\.0, 1\.0, 0\.0\),\n    \)\n", DAMPED_FIELD),
+    Edit("fivtui/model/slider_belt.py", r"y, vy, force", f"y, {DAMPING_FACTOR} * vy, force"),
     Edit("fivtui/model/slider_belt.py", r"(return |mode=|0\.0, )Mode\.SEPARATED", r"\1off_belt(p)"),
-    Edit("fivtui/model/slider_belt.py", r"def accelerations", DRAG),
+    Edit("fivtui/model/slider_belt.py", r"def accelerations", MODE_OFF_BELT),
     Edit(
         "fivtui/transient/steppers/rk4.py",
         r"        ay = .*",
@@ -335,16 +335,16 @@ MODE: Final = (
     ),
 )
 # Separated motion agrees with doubled damping without the mode; in contact it is unchanged.
-WITH_MODE: Final = """
+CHECK_MODE: Final = """
 import math
 import numpy as np
 from fivtui import *
 from fivtui.model import Mode
 from fivtui.model.slider_belt import jacobian, mode_of
 
-def same(one, other):
-    for a, b in zip(one, other, strict=True):
-        assert math.isclose(a, b, rel_tol=1e-7, abs_tol=1e-8), (one, other)
+def same(first, second):
+    for a, b in zip(first, second, strict=True):
+        assert math.isclose(a, b, rel_tol=1e-7, abs_tol=1e-8), (first, second)
 
 p, start = Parameters(F=-5.0), (0.5, 0.0, 0.4, -2.0)
 runs = {
@@ -363,8 +363,8 @@ assert jacobian(p, 1.0, Mode.LIFTED)[3][3] == 2.0 * jacobian(p, 1.0, Mode.SEPARA
 rates = simulate(p, t_end=2.0, start=start, sensitivities=["c2"]).sensitivities["c2"]
 step = 1e-5
 ends = [
-    simulate(p.with_values({"c2": 0.32 + by}), t_end=2.0, start=start).final.y
-    for by in (-step, step)
+    simulate(p.with_values({"c2": 0.32 + change}), t_end=2.0, start=start).final.y
+    for change in (-step, step)
 ]
 assert math.isclose(rates.final.y, (ends[1] - ends[0]) / (2 * step), rel_tol=1e-5)
 fmu = build_fmu("lifted.fmu")
@@ -419,7 +419,7 @@ METHOD: Final = (
         r'\g<0>    "midpoint": MethodUnderTest("midpoint", 20_000),\n',
     ),
 )
-WITH_METHOD: Final = """
+CHECK_METHOD: Final = """
 from fivtui import *
 from fivtui.assessment.stress_tests import METHODS_UNDER_TEST
 from fivtui.cli import run
@@ -444,8 +444,8 @@ assert "midpoint" in tried and tried == set(_SHARES)
 assert "midpoint" in {entry.name for entry in METHODS_UNDER_TEST.values()}
 """
 
-# A tab: the preload in words.
-HELLO: Final = '''"""The words tab."""
+# A tab that shows the preload in words.
+WORDS_TAB: Final = '''"""The words tab."""
 
 from textual.app import ComposeResult
 from textual.widgets import Static
@@ -524,7 +524,7 @@ class FrictionPane(StudyPane):
         return self.request()
 '''
 TAB: Final = (
-    Edit("fivtui/tui/tabs/words.py", "", HELLO),
+    Edit("fivtui/tui/tabs/words.py", "", WORDS_TAB),
     Edit("fivtui/tui/tabs/studies/friction.py", "", STUDY_TAB),
     Edit(
         "fivtui/tui/tabs/tabs.py",
@@ -535,12 +535,12 @@ TAB: Final = (
         r"\g<0>",
     ),
 )
-WITH_TAB: Final = """
+CHECK_TAB: Final = """
 import asyncio
 from fivtui.tui.app import FivtuiApp
 from tests.support.laboratory import app_of, lab_of, show_tab, until, until_shown, type_into
 
-async def look():
+async def check_tab():
     async with FivtuiApp().run_test(size=(100, 30)) as pilot:
         await pilot.pause()
         await pilot.press("alt+0")
@@ -559,11 +559,11 @@ async def look():
         await pilot.press("ctrl+p")
         await until_shown(pilot, "Search for commands")
 
-asyncio.run(look())
+asyncio.run(check_tab())
 """
 
 # A file format: one JSON line per row, after a header line.
-LINES: Final = '''"""Tables as lines of JSON: the header, the names with their units, the rows."""
+JSONL: Final = '''"""Tables as lines of JSON: the header, the names with their units, the rows."""
 
 import json
 
@@ -602,7 +602,7 @@ def header(file):
     except ValueError:
         raise InputError("not lines of JSON") from None
 '''
-SWEEP_LINES: Final = """
+JSONL_OF_SWEEPS: Final = """
 def _write_lines(file, study, rows) -> None:
     cells = (rows.values(column) for column in study.columns)
     file.write("".join(json.dumps(row) + "\\\\n" for row in zip(*cells, strict=True)).encode())
@@ -622,7 +622,7 @@ def _count_lines(path, study) -> int:
 _LINES: Final = _write_lines, _merge_lines, _count_lines
 SWEEP_FORMATS"""
 FORMAT: Final = (
-    Edit("fivtui/io/lines_format.py", "", LINES),
+    Edit("fivtui/io/lines_format.py", "", JSONL),
     Edit("fivtui/io/tables.py", r"from \. import csv_format", r"\g<0>, lines_format"),
     Edit(
         "fivtui/io/tables.py",
@@ -630,7 +630,7 @@ FORMAT: Final = (
         r'\g<0>    ".jsonl": lines_format,\n',
     ),
     Edit("fivtui/sweeps/formats.py", r"import shutil\n", r"import json\n\g<0>"),
-    Edit("fivtui/sweeps/formats.py", r"\nSWEEP_FORMATS", SWEEP_LINES),
+    Edit("fivtui/sweeps/formats.py", r"\nSWEEP_FORMATS", JSONL_OF_SWEEPS),
     Edit(
         "fivtui/sweeps/formats.py",
         r'    "\.csv": SweepFormat.*\n',
@@ -638,7 +638,7 @@ FORMAT: Final = (
     ),
     Edit("fivtui/sweeps/kinds.py", r'\(".csv", ".parquet"', '(".csv", ".jsonl", ".parquet"'),
 )
-WITH_FORMAT: Final = """
+CHECK_FORMAT: Final = """
 from pathlib import Path
 from fivtui import *
 from fivtui.cli import run
@@ -656,8 +656,8 @@ for command, kind in (
     for path in paths:
         assert run([*command, f"--out={path}"]) == 0
         assert kind_of(path) == kind
-    one, other = (load_study(kind, path) for path in paths)
-    assert repr(one) == repr(other)
+    first, second = (load_study(kind, path) for path in paths)
+    assert repr(first) == repr(second)
 Path("bad.jsonl").write_text("{")
 assert run(["sweep", "--vary=F=10:20:3", "--out=bad.jsonl"]) == 2
 """
@@ -672,17 +672,17 @@ def tree(tmp_path: Path) -> Path:
     return root
 
 
-def try_out(root: Path, code: str) -> str:
+def run_with_tree(root: Path, code: str) -> str:
     """Output of a program that imports the packages of a tree."""
     return run_python(
         "-c", code, cwd=root, environment={"PYTHONPATH": str(root), "PYTHONDONTWRITEBYTECODE": "1"}
     )
 
 
-def test_a_parameter(tree: Path) -> None:
-    add("A parameter", PARAMETER, tree)
+def test_a_parameter_can_be_added(tree: Path) -> None:
+    apply_edits("A parameter", PARAMETER, tree)
     # Only the Python flavour: compiled files do not have the edit.
-    try_out(tree, f"FLAVOURS = ['python']\n{WITH_PARAMETER}")
+    run_with_tree(tree, f"FLAVOURS = ['python']\n{CHECK_PARAMETER}")
 
 
 @pytest.mark.slow
@@ -691,44 +691,44 @@ def test_a_parameter(tree: Path) -> None:
 @pytest.mark.parametrize(
     ("subject", "edits", "code"),
     [
-        ("A parameter", PARAMETER, WITH_PARAMETER),
-        ("A friction law", LAW, WITH_LAW),
-        ("A mode", MODE, WITH_MODE),
+        ("A parameter", PARAMETER, CHECK_PARAMETER),
+        ("A friction law", LAW, CHECK_LAW),
+        ("A mode", MODE, CHECK_MODE),
     ],
 )
-def test_what_is_added_to_the_kernel_too(
+def test_additions_also_work_in_the_compiled_kernel(
     subject: str, edits: Sequence[Edit], code: str, tree: Path
 ) -> None:
     if find_spec("ziglang") is None and shutil.which("cc") is None:
         pytest.skip("there is no compiler")
-    add(subject, edits, tree)
+    apply_edits(subject, edits, tree)
     shutil.copy(ROOT / "hatch_build.py", tree)
-    try_out(tree, "import runpy; runpy.run_path('hatch_build.py', run_name='__main__')")
+    run_with_tree(tree, "import runpy; runpy.run_path('hatch_build.py', run_name='__main__')")
     compiled = "from fivtui.kernel import stepping_kernel; assert stepping_kernel() == 'compiled'"
-    try_out(tree, f"{compiled}\nFLAVOURS = ['python', 'native']\n{code}")
+    run_with_tree(tree, f"{compiled}\nFLAVOURS = ['python', 'native']\n{code}")
 
 
-def test_a_friction_law(tree: Path) -> None:
-    add("A friction law", LAW, tree)
-    try_out(tree, f"FLAVOURS = ['python']\n{WITH_LAW}")
+def test_a_friction_law_can_be_added(tree: Path) -> None:
+    apply_edits("A friction law", LAW, tree)
+    run_with_tree(tree, f"FLAVOURS = ['python']\n{CHECK_LAW}")
 
 
-def test_a_mode(tree: Path) -> None:
-    add("A mode", MODE, tree)
-    try_out(tree, WITH_MODE)
+def test_a_mode_can_be_added(tree: Path) -> None:
+    apply_edits("A mode", MODE, tree)
+    run_with_tree(tree, CHECK_MODE)
 
 
-def test_a_method(tree: Path) -> None:
-    add("A method", METHOD, tree)
-    assert "midpoint" in try_out(tree, WITH_METHOD)
+def test_a_method_can_be_added(tree: Path) -> None:
+    apply_edits("A method", METHOD, tree)
+    assert "midpoint" in run_with_tree(tree, CHECK_METHOD)
 
 
-def test_a_tab(tree: Path) -> None:
-    add("A tab", TAB, tree)
+def test_a_tab_can_be_added(tree: Path) -> None:
+    apply_edits("A tab", TAB, tree)
     (tree / "tests").symlink_to(ROOT / "tests")
-    try_out(tree, WITH_TAB)
+    run_with_tree(tree, CHECK_TAB)
 
 
-def test_a_file_format(tree: Path) -> None:
-    add("A file format", FORMAT, tree)
-    try_out(tree, WITH_FORMAT)
+def test_a_file_format_can_be_added(tree: Path) -> None:
+    apply_edits("A file format", FORMAT, tree)
+    run_with_tree(tree, CHECK_FORMAT)

@@ -1,4 +1,4 @@
-"""Each numerical limit matters: ten thousand times larger, it makes a test here fail."""
+"""Tests of which one fails if a numerical tolerance is ten thousand times larger."""
 
 import math
 
@@ -26,7 +26,7 @@ def as_state(values: list[float]) -> State:
 
 
 @pytest.fixture(scope="module")
-def folded() -> PeriodicOrbit:
+def cycle_at_fold() -> PeriodicOrbit:
     """The cycle near the fold, continued downwards from a transient."""
     p = Parameters(mu=0.3)
     run = simulate(
@@ -37,47 +37,56 @@ def folded() -> PeriodicOrbit:
     motion = run.solution([begin])
     guess = as_state([float(motion.x[0]), float(motion.vx[0]), 0.0, float(motion.vy[0])])
     orbit = shoot(System(p), guess, float(end - begin), Section.LIFT_OFF)
-    for beyond in (1e-2, 2e-3, 3e-4, 4e-5, 2e-6, 4e-8):
-        at = Parameters(mu=FOLD + beyond)
-        orbit = shoot(System(at), orbit.start, orbit.period, Section.LIFT_OFF)
+    for distance in (1e-2, 2e-3, 3e-4, 4e-5, 2e-6, 4e-8):
+        p = Parameters(mu=FOLD + distance)
+        orbit = shoot(System(p), orbit.start, orbit.period, Section.LIFT_OFF)
     return orbit
 
 
-def test_an_orbit_exists_just_above_the_fold_and_not_below(folded: PeriodicOrbit) -> None:
-    assert folded.period == pytest.approx(FOLD_PERIOD, abs=5e-5)
-    # Here the return map misses by 1e-9 to 1e-8 of the orbit's size.
-    for below in (1e-9, 3e-9, 1e-8):
+def test_an_orbit_exists_just_above_the_fold_and_not_below(cycle_at_fold: PeriodicOrbit) -> None:
+    assert cycle_at_fold.period == pytest.approx(FOLD_PERIOD, abs=5e-5)
+    # Below the fold the return map misses by 1e-9 to 1e-8 of the orbit's size.
+    for distance_below in (1e-9, 3e-9, 1e-8):
         with pytest.raises(ComputationError, match="no periodic orbit"):
             shoot(
-                System(Parameters(mu=FOLD - below)), folded.start, folded.period, Section.LIFT_OFF
+                System(Parameters(mu=FOLD - distance_below)),
+                cycle_at_fold.start,
+                cycle_at_fold.period,
+                Section.LIFT_OFF,
             )
 
 
-def test_an_orbit_closes_and_agrees_with_a_run_over_one_period(folded: PeriodicOrbit) -> None:
+def test_an_orbit_closes_and_agrees_with_a_run_over_one_period(
+    cycle_at_fold: PeriodicOrbit,
+) -> None:
     p = Parameters(mu=FOLD + 4e-8)
-    run = simulate(p, t_end=folded.period, start=folded.start, method="scipy-dop853", tol=1e-13)
+    run = simulate(
+        p, t_end=cycle_at_fold.period, start=cycle_at_fold.start, method="scipy-dop853", tol=1e-13
+    )
     final = (run.final.x, run.final.vx, run.final.y, run.final.vy)
-    assert final == pytest.approx(folded.start, abs=1e-9)
-    finest = simulate(p, t_end=folded.period, start=folded.start, tol=1e-13, kernel="interpreted")
-    assert folded.y_min == pytest.approx(finest.peak.y_min, rel=2e-13)
-    assert folded.x_abs == pytest.approx(finest.peak.x_abs, rel=2e-13)
-    assert folded.separated_time == pytest.approx(finest.events.separated_time, rel=1e-12)
+    assert final == pytest.approx(cycle_at_fold.start, abs=1e-9)
+    finest = simulate(
+        p, t_end=cycle_at_fold.period, start=cycle_at_fold.start, tol=1e-13, kernel="interpreted"
+    )
+    assert cycle_at_fold.y_min == pytest.approx(finest.peak.y_min, rel=2e-13)
+    assert cycle_at_fold.x_abs == pytest.approx(finest.peak.x_abs, rel=2e-13)
+    assert cycle_at_fold.separated_time == pytest.approx(finest.events.separated_time, rel=1e-12)
 
 
-@pytest.mark.parametrize("beyond", [1e-4, 1e-6, 1e-9])
-def test_a_small_cycle_is_distinguished_from_rest(beyond: float) -> None:
+@pytest.mark.parametrize("distance", [1e-4, 1e-6, 1e-9])
+def test_a_small_cycle_is_distinguished_from_the_equilibrium(distance: float) -> None:
     # At a supercritical Hopf point the amplitude grows as the square root of the distance.
     critical = stability(Parameters(F=40.0)).critical_mu[0].mu
-    p = Parameters(F=40.0, mu=critical + beyond)
+    p = Parameters(F=40.0, mu=critical + distance)
     verdict = stability(p)
     mode = max(verdict.modes, key=lambda mode: mode.growth_rate)
-    x, y = (part / mode.shape[1] * -3.53 * math.sqrt(beyond) for part in mode.shape)
+    x, y = (fraction / mode.shape[1] * -3.53 * math.sqrt(distance) for fraction in mode.shape)
     rest = verdict.equilibrium
     guess = (rest.x + x.real, (mode.eigenvalue * x).real, rest.y + y.real, 0.0)
     period = 2.0 * math.pi / mode.angular_frequency
     orbit = shoot(System(p), guess, period, Section.LOWEST_POINT)
-    assert orbit.half_range / math.sqrt(beyond) == pytest.approx(3.53, rel=2e-3)
-    assert orbit.period == pytest.approx(period, rel=beyond + 1e-9)
+    assert orbit.half_range / math.sqrt(distance) == pytest.approx(3.53, rel=2e-3)
+    assert orbit.period == pytest.approx(period, rel=distance + 1e-9)
 
 
 @pytest.mark.parametrize(
@@ -94,8 +103,8 @@ def test_errors_grow_as_the_derivative_of_the_flow(
     frequency = math.sqrt((p.k1 + p.k2 + p.k3) / p.m)
     weights = np.array([1.0, frequency, 1.0, frequency])
     end = vary(request, START_SEEDS).derivatives @ weights
-    grown = float(np.linalg.norm(end / weights)) / 2.0
-    assert error_growth(request).final == pytest.approx(grown, rel=2e-5)
+    expected_growth = float(np.linalg.norm(end / weights)) / 2.0
+    assert error_growth(request).final == pytest.approx(expected_growth, rel=2e-5)
 
 
 def test_the_derivative_of_the_flow_contracts_volume_to_rounding() -> None:
@@ -117,7 +126,7 @@ def test_tiny_damping_is_stable_and_zero_damping_is_not(damping: float) -> None:
 
 def test_two_close_roots_near_the_start_are_both_found() -> None:
     # (t − δ)(t − 2 δ): a flight that lasts the fraction δ of a step, soon after its start.
-    for part in (1e-9, 1e-11, 1e-13):
-        assert list(roots([2.0 * part * part, -3.0 * part, 1.0])) == pytest.approx(
-            [part, 2.0 * part], rel=1e-14
+    for fraction in (1e-9, 1e-11, 1e-13):
+        assert list(roots([2.0 * fraction * fraction, -3.0 * fraction, 1.0])) == pytest.approx(
+            [fraction, 2.0 * fraction], rel=1e-14
         )

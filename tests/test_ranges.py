@@ -1,3 +1,5 @@
+"""Ranges of values: parsing, spacing, and messages about wrong ones."""
+
 import math
 
 import mpmath
@@ -45,7 +47,7 @@ def test_a_range_spaced_by_numpy_is_recognised() -> None:
         range_text("k_nl", np.geomspace(1.0, 500.0, 1001) * (1.0 + 1e-9 * np.arange(1001)))
 
 
-def test_a_range_may_fall_and_may_be_negative() -> None:
+def test_a_range_may_descend_and_may_be_negative() -> None:
     assert parse_range("--over", "F=50:-50:3").values().tolist() == [50.0, 0.0, -50.0]
 
 
@@ -88,7 +90,7 @@ def test_a_wrong_range_is_reported_with_the_allowed_one(text: str, message: str)
     assert "\n" not in str(caught.value)
 
 
-def test_several_ranges_are_of_different_names() -> None:
+def test_several_ranges_must_have_different_names() -> None:
     first, second = parse_ranges("--over", ["F=1:2:3", "mu=0:1:2"])
     assert (first.name, second.name) == ("F", "mu")
     with pytest.raises(InputError, match=r"--over F=…: given twice"):

@@ -36,19 +36,19 @@ from .test_figures_read_back import invented_sweep, output_value
 Printed = pytest.CaptureFixture[str]
 
 
-def text_of(printed: Printed) -> str:
+def printed_text(printed: Printed) -> str:
     """Printed text without trailing blanks."""
     return re.sub(r" +$", "", printed.readouterr().out, flags=re.MULTILINE)
 
 
-def listed(printed: Printed) -> list[tuple[str, str]]:
+def read_list(printed: Printed) -> list[tuple[str, str]]:
     """Rows of a list: name and text."""
     lines = printed.readouterr().out.splitlines()
-    parts = [re.split(r"\s{2,}", line.strip(), maxsplit=1) for line in lines]
-    return [(part[0], part[1]) for part in parts if len(part) == 2]
+    rows = [re.split(r"\s{2,}", line.strip(), maxsplit=1) for line in lines]
+    return [(row[0], row[1]) for row in rows if len(row) == 2]
 
 
-def tabled(text: str) -> list[dict[str, str]]:
+def read_table(text: str) -> list[dict[str, str]]:
     """Rows of a table by column names; all columns but the first are right-aligned."""
     header, *lines = [line.rstrip() for line in text.splitlines()]
     names = [(match.end(), match[0]) for match in re.finditer(r"\S+(?: \S+)*", header)]
@@ -72,18 +72,18 @@ def numbers(text: str) -> list[float]:
 # The equilibrium
 
 
-def test_a_printed_stability_has_its_numbers_under_their_names(capsys: Printed) -> None:
+def test_printed_numbers_of_stability_agree_with_independent_equations(capsys: Printed) -> None:
     p = Parameters(F=100.0, k_nl=500.0, mu=1.1, c1=0.8)
     changes = {"F": 100.0, "k_nl": 500.0, "mu": 1.1, "c1": 0.8}
     print_stability(stability(p))
-    rows = listed(capsys)
+    rows = read_list(capsys)
     values = dict(rows)
     x, y, force = own_slider.equilibrium(**changes)
     assert values["equilibrium x"] == f"{x:.6g} m  Eq. 6"
     assert values["equilibrium y"] == f"{y:.6g} m  negative: contact is compressed"
     assert values["contact force"] == f"{force:.6g} N  in contact"
     eigenvalues = own_slider.eigenvalues(**changes).tolist()
-    rate = max(v.real for v in eigenvalues)
+    rate = max(value.real for value in eigenvalues)
     halving = f"amplitude halves every {np.log(2.0) / -rate:.4g} s"
     assert values["growth rate"] == f"{rate:+.6g} 1/s  {halving}"
     assert values["verdict"] == "STABLE  small disturbances die out"
@@ -93,7 +93,9 @@ def test_a_printed_stability_has_its_numbers_under_their_names(capsys: Printed) 
     assert len(shown) == 2
     for text in shown:
         real, imaginary = re.fullmatch(r"(\S+) ± (\S+)i 1/s", text).groups()  # type: ignore[union-attr]
-        assert min(abs(v - complex(float(real), float(imaginary))) for v in eigenvalues) < 1e-4
+        assert (
+            min(abs(value - complex(float(real), float(imaginary))) for value in eigenvalues) < 1e-4
+        )
     modes = [text for name, text in rows if name.startswith("mode ")]
     assert len(modes) == 2
     for text in modes:
@@ -101,7 +103,7 @@ def test_a_printed_stability_has_its_numbers_under_their_names(capsys: Printed) 
         assert match is not None
         hertz, damping, ratio, degrees = map(float, match.groups())
         angular = 2.0 * np.pi * hertz
-        value = min(eigenvalues, key=lambda v: abs(v.imag - angular))
+        value = min(eigenvalues, key=lambda eigenvalue: abs(eigenvalue.imag - angular))
         assert value.imag == pytest.approx(angular, rel=1e-5)
         assert damping == pytest.approx(-value.real / abs(value), rel=1e-3)
         # From the vertical equation of motion: (m λ² + c2 λ + kt + h) y = h x.
@@ -109,29 +111,36 @@ def test_a_printed_stability_has_its_numbers_under_their_names(capsys: Printed) 
         shape = 30.0 / ((5.0 * value + 0.32) * value + kt + 30.0)
         assert ratio == pytest.approx(abs(shape), rel=1e-3)
         assert degrees == pytest.approx(np.degrees(np.angle(shape)), abs=0.02)
-    critical = own_slider.critical_mu(**{k: v for k, v in changes.items() if k != "mu"})
+    critical = own_slider.critical_mu(
+        **{name: value for name, value in changes.items() if name != "mu"}
+    )
     linear = own_slider.critical_mu(F=100.0, c1=0.8, k_nl=0.0)
-    part = 100.0 * (1.0 - 1.1 / critical)
-    margin = f"μ {part:.3g} % below, margin {critical - 1.1:+.6g}"
+    percent_below = 100.0 * (1.0 - 1.1 / critical)
+    margin = f"μ {percent_below:.3g} % below, margin {critical - 1.1:+.6g}"
     assert values["critical μ"] == f"{critical:.6g} (unstable above)  {margin}"
     assert numbers(values["critical μ, linear"])[0] == pytest.approx(linear, rel=1e-5)
     # The friction at which undamped modes coalesce, by bisection of eigenvalues.
-    free = {name: value for name, value in changes.items() if name != "mu"} | {"c1": 0.0, "c2": 0.0}
+    undamped = {name: value for name, value in changes.items() if name != "mu"} | {
+        "c1": 0.0,
+        "c2": 0.0,
+    }
     low, high = 0.0, 4.0
     for _ in range(40):
         middle = (low + high) / 2.0
-        flutters = own_slider.growth_rate(**free, mu=middle) > 1e-5
+        flutters = own_slider.growth_rate(**undamped, mu=middle) > 1e-5
         low, high = (low, middle) if flutters else (middle, high)
-    distance, meet = values["frequency distance"].split("  undamped, the modes coalesce at μ ")
-    assert float(meet) == pytest.approx(high, rel=1e-4)
-    frequencies = sorted(v.imag for v in eigenvalues if v.imag > 0.0)
+    distance, coalescence_mu = values["frequency distance"].split(
+        "  undamped, the modes coalesce at μ "
+    )
+    assert float(coalescence_mu) == pytest.approx(high, rel=1e-4)
+    frequencies = sorted(value.imag for value in eigenvalues if value.imag > 0.0)
     assert distance.endswith(" Hz")
     assert numbers(distance)[0] == pytest.approx(
         (frequencies[1] - frequencies[0]) / 2 / np.pi, rel=1e-2
     )
 
 
-def test_stability_as_data_has_hertz_and_radians_apart() -> None:
+def test_stability_as_data_has_frequencies_in_hertz_and_in_radians() -> None:
     data = stability(Parameters()).to_dict()
     eigenvalues = own_slider.eigenvalues().tolist()
     for pair in data["eigenvalues"]:
@@ -145,7 +154,7 @@ def test_stability_as_data_has_hertz_and_radians_apart() -> None:
     assert data["linear_critical_mu"] == pytest.approx(own_slider.critical_mu(k_nl=0.0))
 
 
-def written(path: Path) -> tuple[dict[str, Any], dict[str, np.ndarray[Any, Any]]]:
+def read_csv(path: Path) -> tuple[dict[str, Any], dict[str, np.ndarray[Any, Any]]]:
     """Comments and columns of a CSV file."""
     lines = path.read_text(encoding="utf-8").splitlines()
     comments = [line[2:].partition(": ") for line in lines if line.startswith("# ")]
@@ -158,7 +167,7 @@ def written(path: Path) -> tuple[dict[str, Any], dict[str, np.ndarray[Any, Any]]
 def test_written_modes_and_maps_have_every_number_in_its_column(tmp_path: Path) -> None:
     p = Parameters()
     save_study("stability", stability(p), tmp_path / "modes.csv")
-    header, columns = written(tmp_path / "modes.csv")
+    header, columns = read_csv(tmp_path / "modes.csv")
     for index in (0, 100, 240):
         eigenvalues = own_slider.eigenvalues(mu=float(columns["mu"][index]))
         for number in "1234":
@@ -170,7 +179,7 @@ def test_written_modes_and_maps_have_every_number_in_its_column(tmp_path: Path) 
     over = {"F": np.array([20.0, 50.0, 90.0]), "mu": np.array([0.2, 0.9])}
     result = stability_map(p, over)
     save_result(result, tmp_path / "map.csv")
-    header, columns = written(tmp_path / "map.csv")
+    header, columns = read_csv(tmp_path / "map.csv")
     assert [header["units"][name] for name in ("F", "growth_rate")] == ["N", "1/s"]
     for force, mu, rate in zip(*(columns[n] for n in ("F", "mu", "growth_rate")), strict=True):
         assert rate == pytest.approx(own_slider.growth_rate(F=force, mu=mu), abs=1e-7)
@@ -183,8 +192,10 @@ def test_written_modes_and_maps_have_every_number_in_its_column(tmp_path: Path) 
 def test_a_printed_map_has_ranges_and_the_unstable_share(capsys: Printed) -> None:
     forces, frictions = np.linspace(20.0, 100.0, 5), np.linspace(0.1, 1.0, 4)
     study("map").show(stability_map(Parameters(), {"F": forces, "mu": frictions}))
-    rows = dict(listed(capsys))
-    rates = np.array([[own_slider.growth_rate(F=f, mu=m) for m in frictions] for f in forces])
+    rows = dict(read_list(capsys))
+    rates = np.array(
+        [[own_slider.growth_rate(F=force, mu=mu) for mu in frictions] for force in forces]
+    )
     assert rows["F"] == "20 to 100 N, 5"
     assert rows["mu"] == "0.1 to 1, 4"
     assert rows["points"] == "20"
@@ -204,12 +215,12 @@ def runs() -> tuple[Transient, Transient]:
     return considered, ignored
 
 
-def test_a_printed_transient_has_its_numbers_under_their_names(
+def test_printed_numbers_of_a_transient_agree_with_independent_equations(
     runs: tuple[Transient, Transient], capsys: Printed
 ) -> None:
     estimate = Deviation(1e-3, 2e-4, 3e-5, 4e-6, 0)
     print_run(SceneTransient(runs[0], Verified(runs[0], {}, estimate, 3)))
-    rows = dict(listed(capsys))
+    rows = dict(read_list(capsys))
     t, motion = own_slider.motion(3.0, separation=True)
     x, vx, y, _, force = motion.T
     peak = rows["peak |y|"]
@@ -224,13 +235,13 @@ def test_a_printed_transient_has_its_numbers_under_their_names(
     assert numbers(rows["contact force"]) == pytest.approx([0.0, force.max()], rel=3e-3, abs=1e-9)
     assert rows["contact force"].endswith(" N")
     switches = np.diff((y > 0.0).astype(int))
-    lifted, back = int((switches > 0).sum()), int((switches < 0).sum())
-    assert rows["separations"] == f"{lifted}  ± 4e-06 s in their times"
-    assert rows["reattachments"] == str(back)
-    off = float(np.mean(y > 0.0))
+    separation_count, reattachment_count = int((switches > 0).sum()), int((switches < 0).sum())
+    assert rows["separations"] == f"{separation_count}  ± 4e-06 s in their times"
+    assert rows["reattachments"] == str(reattachment_count)
+    separated_share = float(np.mean(y > 0.0))
     time, share = numbers(rows["time off the belt"])
-    assert time == pytest.approx(3.0 * off, rel=3e-2)
-    assert share == pytest.approx(100.0 * off, abs=0.1)
+    assert time == pytest.approx(3.0 * separated_share, rel=3e-2)
+    assert share == pytest.approx(100.0 * separated_share, abs=0.1)
     assert re.fullmatch(r"\S+ s  \S+% of the run", rows["time off the belt"])
     assert numbers(rows["max ẋ"]) == [pytest.approx(vx.max(), rel=3e-3)]
     assert rows["max ẋ"].endswith(" m/s  valid for faster belts")
@@ -250,7 +261,7 @@ def test_only_the_ends_and_some_outputs_of_a_long_sweep_are_printed(capsys: Prin
     result = invented_sweep({"F": tuple(range(1, 101))}, DEFAULT_OUTPUTS, (True,))
     print_sweep(result)
     printed = capsys.readouterr()
-    rows = tabled(printed.out.partition("\n")[2])
+    rows = read_table(printed.out.partition("\n")[2])
     assert [float(row["F (N)"]) for row in rows] == [*range(1, 21), *range(81, 101)]
     assert "P_max (N)" not in rows[0]
     assert float(rows[-1]["y_abs (m)"]) == pytest.approx(output_value(0, True, 100.0))
@@ -288,10 +299,10 @@ def test_a_printed_trade_off_has_milliseconds_and_every_error_in_its_column(
     features = [Feature("events", 0.001, 0.004, 10, 12), Feature("rest", None, 0.004, None, 12)]
     result = Tradeoff(PRESETS["base"], None, floor, rows, features, {"peak": 1e-4})
     print_tradeoff(result)
-    parts = re.split(r"\n(?=Cost of features|Cheapest)", text_of(capsys))
+    parts = re.split(r"\n(?=Cost of features|Cheapest)", printed_text(capsys))
     title, table = parts[0].split("\n", 1)
     assert title == "Trade-off: base, 100 s"
-    shown = tabled(table.partition("\n\n")[0].partition("\nbest for")[0])
+    shown = read_table(table.partition("\n\n")[0].partition("\nbest for")[0])
     first, second = shown[0], shown[1]
     for line, source in ((first, rows[0]), (second, rows[1])):
         assert (line["method"], line["setting"]) == (source.setting.label, "step=0.01")
@@ -306,7 +317,7 @@ def test_a_printed_trade_off_has_milliseconds_and_every_error_in_its_column(
     assert (first["best for"], second["best for"]) == ("FPH", "E")
     assert "final 1e-13, peak 2e-14" in parts[0]
     assert "events 4e-12" in parts[0]
-    costs = tabled(parts[1][parts[1].index("feature ") :].rstrip())
+    costs = read_table(parts[1][parts[1].index("feature ") :].rstrip())
     assert (costs[0]["without"], costs[0]["with"], costs[0]["ratio"]) == ("1.000", "4.000", "4.00")
     assert costs[1]["with"] == "4.000"
     assert "peak to 0.0001" in parts[2]

@@ -28,7 +28,7 @@ from fivtui.results import Result, equal_values, scene_text
 from fivtui.tradeoffs import measure
 from fivtui.transient.result import Transient
 
-_P: Final = Parameters(F=120.0, mu=0.5)
+_PARAMETERS: Final = Parameters(F=120.0, mu=0.5)
 
 
 def _fmu_run() -> Result:
@@ -64,11 +64,11 @@ def _validation() -> Result:
 
 # Results, and the studies that write them; no study if they are parts of another result.
 RESULTS: Final[dict[str, tuple[str, Callable[[], Result]]]] = {
-    "transient": ("run", lambda: fivtui.simulate(_P, t_end=20.0, samples=201)),
+    "transient": ("run", lambda: fivtui.simulate(_PARAMETERS, t_end=20.0, samples=201)),
     "dense": ("", lambda: fivtui.simulate(t_end=20.0, samples="dense")),
     "trajectory": ("", lambda: _trajectory(fivtui.simulate(t_end=20.0, samples=5))),
-    "stability": ("stability", lambda: fivtui.stability(_P)),
-    "modes": ("", lambda: fivtui.stability(_P).modes_over_mu()),
+    "stability": ("stability", lambda: fivtui.stability(_PARAMETERS)),
+    "modes": ("", lambda: fivtui.stability(_PARAMETERS).modes_over_mu()),
     "map": (
         "map",
         lambda: fivtui.stability_map(
@@ -95,8 +95,8 @@ RESULTS: Final[dict[str, tuple[str, Callable[[], Result]]]] = {
         "boundary",
         lambda: fivtui.boundary(None, "hopf", {"F": (60.0, 120.0), "mu": (0.3, 0.8)}),
     ),
-    "basin": ("basin", lambda: fivtui.basin(_P, {"y0": [-0.8, 0.0], "vy0": [0.0, 1.0]})),
-    "accuracy": ("accuracy", lambda: fivtui.accuracy(_P, t_end=10.0)),
+    "basin": ("basin", lambda: fivtui.basin(_PARAMETERS, {"y0": [-0.8, 0.0], "vy0": [0.0, 1.0]})),
+    "accuracy": ("accuracy", lambda: fivtui.accuracy(_PARAMETERS, t_end=10.0)),
     "tradeoff": ("trade-off", _tradeoff),
     "fmu": ("", _fmu_run),
 }
@@ -169,7 +169,7 @@ def test_a_sweep_of_many_columns_prints_few_lines() -> None:
 
 def test_the_scene_is_described_by_its_differences_from_the_base_set() -> None:
     assert scene_text(System(Parameters())) == "base set"
-    assert scene_text(System(_P), without=("mu",)) == "base set with F=120"
+    assert scene_text(System(_PARAMETERS), without=("mu",)) == "base set with F=120"
     assert scene_text(System(Parameters(), separation=False)) == "base set; separation ignored"
 
 
@@ -195,10 +195,10 @@ def test_columns_are_arrays_of_one_length_that_data_frames_take(name: str, packa
 
 @pytest.mark.parametrize("name", RESULTS)
 @pytest.mark.parametrize(
-    "twin", [lambda r: pickle.loads(pickle.dumps(r)), copy.copy, copy.deepcopy]
+    "duplicate", [lambda result: pickle.loads(pickle.dumps(result)), copy.copy, copy.deepcopy]
 )
-def test_a_result_can_be_pickled_and_copied(name: str, twin: Callable[[Any], Any]) -> None:
-    copied = twin(result_named(name))
+def test_a_result_can_be_pickled_and_copied(name: str, duplicate: Callable[[Any], Any]) -> None:
+    copied = duplicate(result_named(name))
     assert type(copied) is type(result_named(name))
     assert repr(copied) == repr(result_named(name))
     assert copied == result_named(name)
@@ -253,9 +253,9 @@ def test_columns_of_a_batch_are_the_required_ones() -> None:
 
 def test_without_samples_there_are_no_columns_and_no_figure() -> None:
     run = fivtui.simulate(t_end=1.0)
-    for ask in (run.to_columns, run.figure):
+    for export in (run.to_columns, run.figure):
         with pytest.raises(InputError, match="compute it with sample times"):
-            ask()
+            export()
 
 
 def test_non_finite_numbers_are_not_exported() -> None:
@@ -291,9 +291,9 @@ def test_a_linear_scene_is_sampled_the_same_way() -> None:
 
 def test_a_solution_is_called_with_times_as_in_scipy() -> None:
     run = result_named("dense")
-    at = run.solution(np.array([0.0, 7.5, 20.0]))
-    assert at.y.shape == (3,)
-    assert at.y[-1] == pytest.approx(run.final.y, rel=1e-12)
+    states = run.solution(np.array([0.0, 7.5, 20.0]))
+    assert states.y.shape == (3,)
+    assert states.y[-1] == pytest.approx(run.final.y, rel=1e-12)
     assert run.solution(20.0).x[0] == pytest.approx(run.final.x, rel=1e-12)
     assert re.fullmatch(r"<DenseSolution, 0 to 20[.\d]* s, \d+ segments>", repr(run.solution))
 

@@ -54,8 +54,8 @@ VIOLATIONS: Final = {
     "click is known to the command line alone": ("fivtui.sweeps.options", "click"),
     "matplotlib is known to figures alone": ("fivtui.batch.result", "matplotlib"),
 }
-# Children of fivtui that may import a package in spite of the contract about it.
-FREE: Final = {
+# Children of fivtui that may import a package which a contract forbids to all others.
+ALLOWED_CHILDREN: Final = {
     "textual": {"__main__", "tui", "lazy", "version"},
     "click": {"__main__", "cli", "lazy", "version"},
     "matplotlib": {
@@ -95,7 +95,7 @@ def lint_imports(root: Path) -> str:
     return process.stdout
 
 
-def sections(report: str) -> dict[str, str]:
+def reports_by_contract(report: str) -> dict[str, str]:
     """The report on each broken contract, by contract."""
     parts = re.split(r"^(.+)\n-+\n", report, flags=re.MULTILINE)
     return dict(zip(parts[1::2], parts[2::2], strict=True))
@@ -113,7 +113,7 @@ def test_each_contract_refuses_a_forbidden_import(tmp_path: Path) -> None:
         with path.open("a", encoding="utf-8") as file:
             file.write(f"\nimport {imported}\n")
     (tmp_path / "fivtui" / "unplaced.py").write_text("", encoding="utf-8")
-    reports = sections(lint_imports(tmp_path))
+    reports = reports_by_contract(lint_imports(tmp_path))
     assert list(VIOLATIONS) == [contract["name"] for contract in CONTRACTS]
     for name, (importer, imported) in VIOLATIONS.items():
         assert f"{name} BROKEN" in "".join(reports.values())
@@ -121,26 +121,26 @@ def test_each_contract_refuses_a_forbidden_import(tmp_path: Path) -> None:
     assert "unplaced" in reports["Layers of fivtui"]
 
 
-@pytest.mark.parametrize("package", FREE)
+@pytest.mark.parametrize("package", ALLOWED_CHILDREN)
 def test_the_contract_of_a_package_has_every_other_child_of_fivtui(package: str) -> None:
     (contract,) = (
         candidate for candidate in CONTRACTS if candidate.get("forbidden_modules") == [package]
     )
     modules = {name.removeprefix("fivtui.") for name in contract["source_modules"]}
-    assert modules & CHILDREN == CHILDREN - FREE[package]
+    assert modules & CHILDREN == CHILDREN - ALLOWED_CHILDREN[package]
 
 
-def test_no_module_bears_the_name_of_an_exported_function() -> None:
+def test_no_module_has_the_name_of_an_exported_function() -> None:
     assert not CHILDREN.intersection(fivtui.__all__)
 
 
 # Importers use modules of these packages directly: the FMU contains single modules without the
 # packages' exports, and the kernel is generated from the model's modules.
-BY_MODULE: Final = {"fivtui.model", "fivtui.taylor", "fivtui.kernel", "fmu_src.slave"}
+DIRECTLY_IMPORTED: Final = {"fivtui.model", "fivtui.taylor", "fivtui.kernel", "fmu_src.slave"}
 
 
 @cache
-def parsed(path: Path) -> ast.Module:
+def syntax_tree(path: Path) -> ast.Module:
     """Syntax tree of a module, cached for all tests."""
     return ast.parse(path.read_text(encoding="utf-8"))
 
@@ -149,7 +149,7 @@ def is_package(name: str) -> bool:
     return SOURCES[name].name == "__init__.py"
 
 
-def subject(name: str) -> str:
+def package_of(name: str) -> str:
     """The package that a module belongs to: a child of fivtui, fivtui.tui or fmu_src."""
     parts = name.split(".") if is_package(name) else name.split(".")[:-1]
     return ".".join(parts[: 3 if parts[:2] == ["fivtui", "tui"] else 2])
@@ -160,14 +160,14 @@ def imported_names(name: str) -> list[tuple[str, str]]:
     """Module and name of each import from the project's own modules."""
     package = name if is_package(name) else name.rpartition(".")[0]
     imports = []
-    for node in ast.walk(parsed(SOURCES[name])):
+    for node in ast.walk(syntax_tree(SOURCES[name])):
         if isinstance(node, ast.ImportFrom):
             module = resolve_name("." * node.level + (node.module or ""), package)
             imports += [(module, alias.name) for alias in node.names if module in SOURCES]
     return imports
 
 
-def exports(package: str) -> set[str]:
+def exported_names(package: str) -> set[str]:
     return set(dir(import_module(package)))
 
 
@@ -177,9 +177,9 @@ def test_a_package_imports_only_exported_names_of_another() -> None:
         for name in SOURCES
         for module, imported in imported_names(name)
         if module not in PACKAGES
-        and subject(module) not in (subject(name), *PACKAGES)
-        and not {subject(name), subject(module)} <= BY_MODULE
-        and (not is_package(module) or imported not in exports(module))
+        and package_of(module) not in (package_of(name), *PACKAGES)
+        and not {package_of(name), package_of(module)} <= DIRECTLY_IMPORTED
+        and (not is_package(module) or imported not in exported_names(module))
     ]
     assert not wrong
 
@@ -192,7 +192,7 @@ def test_every_name_that_a_package_exports_is_used_by_another() -> None:
         (package, name)
         for package in SOURCES
         if is_package(package) and package not in ("fivtui", "fivtui.cli")
-        for name in exports(package)
+        for name in exported_names(package)
         if "lazy_exports" in SOURCES[package].read_text(encoding="utf-8")
         if (package, name) not in used
     }
@@ -217,7 +217,7 @@ def test_rk4_imports_only_the_segment_type_from_taylor() -> None:
     assert imports == {("fivtui.taylor", "Segment")}
 
 
-IN_ORDER: Final = """
+IMPORT_ALL: Final = """
 import random, sys
 from importlib import import_module
 
@@ -234,12 +234,12 @@ for package in modules:
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    "seed", [1, *(pytest.param(n, marks=pytest.mark.whole) for n in range(2, 9))]
+    "seed", [1, *(pytest.param(seed, marks=pytest.mark.whole) for seed in range(2, 9))]
 )
-def test_modules_are_imported_in_any_order_and_hide_no_function(seed: int) -> None:
+def test_modules_can_be_imported_in_any_order_and_hide_no_function(seed: int) -> None:
     # `__main__` starts a program.
     chosen = [name for name in SOURCES if not name.endswith("__main__")]
-    run_python("-c", IN_ORDER, seed, *chosen)
+    run_python("-c", IMPORT_ALL, seed, *chosen)
 
 
 @pytest.mark.parametrize("package", PACKAGES)
@@ -260,7 +260,7 @@ sys.exit(hatchling())
 """
 
 
-def test_the_rules_of_git_and_of_the_wheel_leave_out_no_module(tmp_path: Path) -> None:
+def test_the_wheel_has_every_module(tmp_path: Path) -> None:
     run_python("-c", BUILD, "build", "-t", "wheel", "-d", tmp_path, environment={"CC": "none"})
     (wheel,) = tmp_path.iterdir()
     shutil.unpack_archive(wheel, tmp_path / "wheel", "zip")
@@ -276,22 +276,22 @@ def test_the_rules_of_git_and_of_the_wheel_leave_out_no_module(tmp_path: Path) -
 def imported_by(path: Path) -> set[str]:
     """Packages that a module imports anywhere, except for type checkers."""
     modules: set[str] = set()
-    waiting: list[ast.AST] = [parsed(path)]
-    while waiting:
-        node = waiting.pop()
+    pending: list[ast.AST] = [syntax_tree(path)]
+    while pending:
+        node = pending.pop()
         if isinstance(node, ast.Import):
             modules.update(alias.name.partition(".")[0] for alias in node.names)
         elif isinstance(node, ast.ImportFrom) and not node.level and node.module:
             modules.add(node.module.partition(".")[0])
         elif isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING":
-            waiting += node.orelse
+            pending += node.orelse
         elif isinstance(node, ast.mod | ast.stmt | ast.ExceptHandler | ast.match_case):
-            waiting += ast.iter_child_nodes(node)
+            pending += ast.iter_child_nodes(node)
     return modules
 
 
 # Modules that may import a package, as a regular expression.
-KNOWN_TO: Final = {
+ALLOWED_IMPORTERS: Final = {
     "click": r"fivtui\.cli(\..+)?",
     "distributed": r"fivtui\.sweeps\.cluster",
     "fmpy": r"fivtui\.fmu\..+|fmu_src\.build\..+",
@@ -303,39 +303,39 @@ KNOWN_TO: Final = {
 }
 
 
-@pytest.mark.parametrize("package", KNOWN_TO)
+@pytest.mark.parametrize("package", ALLOWED_IMPORTERS)
 def test_a_package_is_imported_only_by_its_allowed_modules(package: str) -> None:
-    knowing = [name for name, path in SOURCES.items() if package in imported_by(path)]
-    assert knowing
-    assert not [name for name in knowing if not re.fullmatch(KNOWN_TO[package], name)]
+    importers = [name for name, path in SOURCES.items() if package in imported_by(path)]
+    assert importers
+    assert not [name for name in importers if not re.fullmatch(ALLOWED_IMPORTERS[package], name)]
 
 
 def test_modules_in_the_python_fmu_import_only_the_standard_library_and_the_wrapper() -> None:
-    walled = re.compile(r"fivtui\.(model|taylor)(\..+)?|fmu_src\.slave(\..+)?")
+    carried = re.compile(r"fivtui\.(model|taylor)(\..+)?|fmu_src\.slave(\..+)?")
     allowed = {*sys.stdlib_module_names, *PACKAGES, "pythonfmu"}
     assert not {
         name: imported_by(path) - allowed
         for name, path in SOURCES.items()
-        if walled.fullmatch(name) and imported_by(path) - allowed
+        if carried.fullmatch(name) and imported_by(path) - allowed
     }
 
 
-def test_no_folder_is_too_wide_to_be_read_at_a_glance() -> None:
+def test_no_folder_has_more_than_16_modules() -> None:
     modules = Counter(path.parent for path in SOURCES.values() if path.name != "__init__.py")
     assert max(modules.values()) <= 16
 
 
-def test_a_class_name_has_one_meaning() -> None:
+def test_no_two_classes_have_the_same_name() -> None:
     classes = Counter(
         node.name
         for path in SOURCES.values()
-        for node in ast.walk(parsed(path))
+        for node in ast.walk(syntax_tree(path))
         if isinstance(node, ast.ClassDef)
     )
     assert [name for name, count in classes.items() if count > 1] == []
 
 
-def test_a_test_that_hangs_is_ended_in_compiled_code_too(pytestconfig: pytest.Config) -> None:
+def test_the_time_limit_also_ends_tests_in_compiled_code(pytestconfig: pytest.Config) -> None:
     assert 0.0 < float(pytestconfig.getini("timeout")) <= 300.0
     # The signal method would wait until compiled code returns.
     assert pytestconfig.getini("timeout_method") == "thread"

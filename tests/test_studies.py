@@ -67,13 +67,13 @@ class Bounce(Result):
         return figure
 
 
-def save(result: Bounce, path: Path) -> None:
+def save_bounce(result: Bounce, path: Path) -> None:
     header = {"bounce_of": result.parameters.as_dict(), "separation": result.separation}
     heights = {"height": np.array(result.heights)}
     write_table(path, "bounce", [Column("height", "m", "of a bounce")], heights, header)
 
 
-def load(path: Path) -> Bounce:
+def load_bounce(path: Path) -> Bounce:
     header = read_header(path, "bounce")
     heights = tuple(read_columns(path, "bounce")["height"].tolist())
     return Bounce(Parameters(**header["bounce_of"]), header["separation"], heights)
@@ -84,15 +84,15 @@ BOUNCE = StudyKind(
     show=list_printer("Bounce"),
     warning=lambda result: "high" if max(result.heights) > 1.0 else None,
     suffixes=(".csv", ".npz", ".parquet"),
-    save=save,
+    save=save_bounce,
     as_json=True,
     stem=lambda _: "bounce",
-    load=load,
+    load=load_bounce,
     header=frozenset({"bounce_of"}),
     command=lambda result: command_for("bounce", result),
     stored=Storage(".npz"),
 )
-RESULT = Bounce(Parameters(F=60.0), True, (0.5, 0.25, 1.0 / 3.0))
+BOUNCE_RESULT = Bounce(Parameters(F=60.0), True, (0.5, 0.25, 1.0 / 3.0))
 
 
 @pytest.fixture
@@ -108,9 +108,9 @@ def bounce(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.parametrize("suffix", [".csv", ".npz", ".parquet"])
 def test_a_new_study_is_written_recognised_and_read(suffix: str, tmp_path: Path) -> None:
     path = tmp_path / f"b{suffix}"
-    save_study("bounce", RESULT, path)
+    save_study("bounce", BOUNCE_RESULT, path)
     assert kind_of(path) == "bounce"
-    assert load_study("bounce", path) == RESULT
+    assert load_study("bounce", path) == BOUNCE_RESULT
 
 
 @pytest.mark.usefixtures("bounce")
@@ -120,38 +120,38 @@ def test_a_new_study_is_written_drawn_and_printed_by_a_command(
     out, plot = tmp_path / "b.csv", tmp_path / "b.svg"
     outputs = Outputs(out, plot)
     outputs.check("bounce")
-    outputs.write("bounce", RESULT)
-    assert load(out) == RESULT
+    outputs.write("bounce", BOUNCE_RESULT)
+    assert load_bounce(out) == BOUNCE_RESULT
     assert "<svg" in plot.read_text()
     with pytest.raises(InputError, match="exists already"):
         outputs.check("bounce")
     with pytest.raises(InputError, match="the suffix of a bounce file"):
         Outputs(tmp_path / "b.xls").check("bounce")
     capsys.readouterr()
-    Outputs(as_json=True).show("bounce", RESULT)
-    assert json.loads(capsys.readouterr().out) == {"heights": list(RESULT.heights)}
-    Outputs().show("bounce", RESULT)
+    Outputs(as_json=True).show("bounce", BOUNCE_RESULT)
+    assert json.loads(capsys.readouterr().out) == {"heights": list(BOUNCE_RESULT.heights)}
+    Outputs().show("bounce", BOUNCE_RESULT)
     assert "greatest height  0.5 m" in capsys.readouterr().out
 
 
 @pytest.mark.usefixtures("bounce")
 def test_a_new_study_is_exported_stored_and_shown_by_the_laboratory(tmp_path: Path) -> None:
-    data = scene_study_export(DATA, "bounce", RESULT, "mine")
+    data = scene_study_export(DATA, "bounce", BOUNCE_RESULT, "mine")
     assert (data.file_name, data.subject) == ("mine-bounce.csv", "the bounce")
     assert data.suffixes == (".csv", ".npz", ".parquet", ".json")
     for suffix in data.suffixes:
         assert write_export(data, tmp_path / f"b{suffix}") == ""
-    assert json.loads((tmp_path / "b.json").read_text()) == RESULT.to_dict()
-    figure = scene_study_export(FIGURE, "bounce", RESULT, "mine")
+    assert json.loads((tmp_path / "b.json").read_text()) == BOUNCE_RESULT.to_dict()
+    figure = scene_study_export(FIGURE, "bounce", BOUNCE_RESULT, "mine")
     assert write_export(figure, tmp_path / "b.png") == ""
     store = ResultStore(tmp_path / "kept")
-    files, notes = store.save({"bounce": DisplayedStudy(RESULT, "mine", "here")})
+    files, notes = store.save({"bounce": DisplayedStudy(BOUNCE_RESULT, "mine", "here")})
     assert notes == {}
-    again = ResultStore(tmp_path / "kept").read("bounce", files["bounce"])
-    assert (again.value, again.name, again.source) == (RESULT, "mine", "here")
+    reread = ResultStore(tmp_path / "kept").read("bounce", files["bounce"])
+    assert (reread.value, reread.name, reread.source) == (BOUNCE_RESULT, "mine", "here")
     store.remove_unused({})
     assert list((tmp_path / "kept").iterdir()) == []
-    line = study_command("bounce", RESULT, Origin(PRESETS["base"], ""))
+    line = study_command("bounce", BOUNCE_RESULT, Origin(PRESETS["base"], ""))
     assert line == "fivtui bounce --set F=60"
 
 
@@ -161,9 +161,9 @@ def test_every_study_declares_its_files_and_reads_stored_ones() -> None:
         assert callable(kind.show)
         if kind.suffixes:
             assert kind.stem is not str or kind.load is not None, name
-    kept_alone = {name for name, kind in studies() if kind.stored is not None and not kind.load}
+    stored_only = {name for name, kind in studies() if kind.stored is not None and not kind.load}
     # All stored studies can also be opened from files, except claims, which are recomputed.
-    assert kept_alone == {"claims"}
+    assert stored_only == {"claims"}
     names = [name for name, kind in studies() if kind.header]
     # The header of a map has the fewest keys, so other kinds must be recognised before it.
     assert names[-1] == "map"
@@ -184,7 +184,7 @@ WRITTEN = [
     if kind
     for suffix in (*study(kind).suffixes, *([".json"] if study(kind).as_json else []))
 ]
-READ = [name for name, kind in studies() if kind.load is not None]
+READABLE = [name for name, kind in studies() if kind.load is not None]
 STORED = [name for name, (kind, _) in RESULTS.items() if kind and study(kind).stored is not None]
 
 
@@ -257,7 +257,7 @@ def test_results_stored_by_the_laboratory_are_restored_completely(
         restore_study(kind, path)
 
 
-@pytest.mark.parametrize("kind", READ)
+@pytest.mark.parametrize("kind", READABLE)
 @pytest.mark.parametrize("suffix", [".csv", ".json", ".parquet", ".npz", ".txt"])
 @pytest.mark.parametrize(
     "content", [b"", b"[1]", b"# a: [\nx\n", b"\xff\xfe", b"a,b,c\n1,2,3\n", b"PAR1"]
@@ -290,7 +290,7 @@ def test_datasets_have_the_columns_with_their_units(name: str) -> None:
     assert dataset.attrs == result._header()
 
 
-def test_a_grid_keeps_its_two_dimensions() -> None:
+def test_a_dataset_of_a_grid_has_two_dimensions() -> None:
     result = result_named("map")
     dataset = result.to_xarray()
     assert dataset["critical_mu"].dims == ("F", "k_nl")
