@@ -384,7 +384,7 @@ from .steppers.rk4 import FloatArray, ReferenceStepper, RungeKutta4
 class MidpointSteps(RungeKutta4):
     """Second-order steps of fixed length."""
 
-    def _rk4(self, state: FloatArray, contact, step: FloatArray) -> FloatArray:
+    def _step(self, state: FloatArray, contact, step: FloatArray) -> FloatArray:
         half = state + 0.5 * step * self._derivatives(state, contact)
         return state + step * self._derivatives(half, contact)
 
