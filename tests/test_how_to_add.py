@@ -529,9 +529,9 @@ TAB: Final = (
     Edit(
         "fivtui/tui/tabs/tabs.py",
         r' +TabSpec\("result".*\n',
-        r'    TabSpec("words", "Words", "alt+0", _pane_class("words", "WordsPane")),\n'
+        r'    TabSpec("words", "Words", "alt+0", _importer("words", "WordsPane")),\n'
         r'    TabSpec("friction", "Friction", "f11", '
-        r'_pane_class("studies.friction", "FrictionPane")),\n'
+        r'_importer("studies.friction", "FrictionPane")),\n'
         r"\g<0>",
     ),
 )
