@@ -188,11 +188,11 @@ def _check_scipy_family(distribution: Distribution) -> None:
     if not len(shapes) <= len(distribution.numbers) <= len(number_names):
         raise InputError(
             f"{distribution}: must be {distribution.name}:{':'.join(number_names)}; "
-            "LOC and SCALE may lack"
+            "LOC and SCALE are optional"
         )
     if not math.isfinite(float(family(*distribution.numbers).ppf(0.5))):
         raise InputError(
-            f"{distribution}: its numbers must be such as scipy.stats.{distribution.name} allows"
+            f"{distribution}: scipy.stats.{distribution.name} does not allow these numbers"
         )
 
 

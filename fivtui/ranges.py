@@ -152,7 +152,7 @@ def range_text(name: str, values: Floats) -> str:
         values, _spaced_values(start, stop, count, log=True), rtol=_LIBRARY_RTOL, atol=0.0
     ):
         return f"{text}:{_SPACING}"
-    raise InputError(f"{name}: its values are not evenly spaced; a command cannot say them")
+    raise InputError(f"{name}: its values are not evenly spaced; no command has a range for them")
 
 
 def _spaced_values(start: float, stop: float, count: int, *, log: bool) -> Floats:

@@ -142,7 +142,7 @@ def restore_study(name: str, path: Path) -> Any:
     """Read what `store_study` wrote; `InputError` if it cannot be read."""
     stored = study(name).stored
     if stored is None:
-        raise InputError("no result that is kept")
+        raise InputError(f"{name}: such results are not stored in a session")
     return load_study(name, path) if stored.load is None else stored.load(path)
 
 
@@ -150,5 +150,5 @@ def build_command(name: str, subject: Any) -> Command:
     """The command that computes a study; `subject` is its result or its request."""
     command = study(name).command
     if command is None:
-        raise InputError(f"{name}: no command says it")
+        raise InputError(f"{name}: no command computes such a study")
     return command(subject)

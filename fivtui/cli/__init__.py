@@ -32,7 +32,7 @@ EXIT_INPUT: Final = 2
 EXIT_COMPUTATION: Final = 3
 EXIT_INTERRUPTED: Final = 130
 TRACEBACK_VARIABLE: Final = "FIVTUI_TRACEBACK"
-_REPORT_REQUEST: Final = f"please report it, with what {TRACEBACK_VARIABLE}=1 shows"
+_REPORT_REQUEST: Final = f"please report it with the traceback that {TRACEBACK_VARIABLE}=1 prints"
 
 
 def main(args: Sequence[str] | None = None) -> NoReturn:

@@ -124,7 +124,7 @@ def sound(call: Call[SoundOptions]) -> None:
 @command(
     ValidateOptions,
     out="Write both signals (.csv, .npz, .parquet).",
-    plot="Draw both with the band, and their spectra (.png, .svg, .pdf).",
+    plot="Draw both signals with the tolerance band, and their spectra (.png, .svg, .pdf).",
 )
 def validate(call: Call[ValidateOptions]) -> None:
     """Compare a run with measured data: overlay, spectra, tolerances.

@@ -13,7 +13,7 @@ from .studies import choose_engine
 
 @command(
     UncertaintyOptions,
-    out="Write the members (.csv, .parquet); a stopped study continues.",
+    out="Write the members (.csv, .parquet); continues a stopped study.",
     plot="Draw histograms, Sobol indices and samples (.png, .svg, .pdf).",
     in_parts=True,
 )
@@ -38,7 +38,9 @@ def uncertainty(call: Call[UncertaintyOptions]) -> None:
 
     options, out = call.options, call.outputs.out
     if options.samples is not None and options.until is not None:
-        raise InputError("--samples: must be given without --until, which decides on them")
+        raise InputError(
+            "--samples: must be given without --until, which sets the number of samples"
+        )
     scene = call.scene(varied=options.varied)
     until = None if options.until is None else check_until(options.until)
     study = scattered_study(
@@ -52,7 +54,7 @@ def uncertainty(call: Call[UncertaintyOptions]) -> None:
         outputs=options.outputs or DEFAULT_OUTPUTS,
     )
     if scene.correlation and options.indices is None:
-        print_note("inputs are correlated: no Sobol indices, which are those of independent ones")
+        print_note("inputs are correlated: no Sobol indices, which require independent inputs")
     # The members are stored while they are computed.
     outputs = replace(call.outputs, out=None)
     outputs.check("uncertainty")

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
 @command(
     SweepOptions,
-    out="Write the rows (.csv, .parquet); a stopped sweep continues.",
+    out="Write the rows (.csv, .parquet); continues a stopped sweep.",
     plot="Draw amplitudes over the one or two names varied (.png, .svg, .pdf).",
     in_parts=True,
 )
@@ -98,9 +98,7 @@ def choose_engine(scheduler: str | None, workers: int | None) -> "AbstractContex
         from fivtui.sweeps import cluster_engine
 
         if workers is not None:
-            raise InputError(
-                "--workers: must be given without --scheduler, whose cluster has its own"
-            )
+            raise InputError("--workers: must be given without --scheduler, a cluster with workers")
         return cluster_engine(scheduler)
     from contextlib import nullcontext
 

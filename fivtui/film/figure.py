@@ -99,7 +99,7 @@ class Film(Result):
 def check_film_path(path: Path) -> None:
     """Raise `InputError` if a film cannot be written to this path; checks before computing."""
     if check_suffix(path, "film", (_GIF, _MP4)) == _MP4 and not FFMpegWriter.isAvailable():
-        raise InputError(f"{path}: MP4 needs ffmpeg, which is not installed; .gif needs nothing")
+        raise InputError(f"{path}: MP4 needs ffmpeg, which is not installed; use .gif")
     check_output(path)
 
 

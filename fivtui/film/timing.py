@@ -78,7 +78,7 @@ def film_timing(run: Transient, window: tuple[float, float] | None, speed: float
         )
     if frames < 1.0 - _ROUNDING:
         raise InputError(
-            f"speed = {speed:g}: {end - start:g} s last less than a frame, "
+            f"speed = {speed:g}: {end - start:g} s are shorter than one frame, "
             f"{1.0 / FRAMES_PER_SECOND:g} s of the film; lengthen the window or lower the speed"
         )
     shortest = _SHORTEST_WINDOW * time_scale(run.parameters)

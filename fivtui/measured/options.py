@@ -21,13 +21,13 @@ class ValidateOptions(RunOptions):
     )
     signal: str = option(
         "--signal",
-        "Column of the signal; the one of that quantity's name or the second if not given.",
+        "Column of the signal; by default the column named as --quantity, else the second.",
         "",
         metavar="NAME|N",
     )
     quantity: str = option(
         "--quantity",
-        "What was measured: x, vx, y, vy or P.",
+        "Measured quantity: x, vx, y, vy or P.",
         "y",
         metavar="NAME",
         show_default=True,

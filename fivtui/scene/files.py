@@ -76,8 +76,8 @@ _COMMENTS: Final[Mapping[str, str]] = {
         name: setting.comment or f"{setting.meaning}; {setting.allowed}"
         for name, setting in SETTINGS.items()
     },
-    "outputs": f"what is required: {', '.join(OUTPUTS)}",
-    "correlation": "of the normal scores of scattered quantities, by name",
+    "outputs": f"outputs to be computed: {', '.join(OUTPUTS)}",
+    "correlation": "correlations of the normal scores of scattered quantities, by name",
 }
 # Fields that error targets determine.
 _TOL_OR_STEP: Final = ("tol", "step")

@@ -140,8 +140,8 @@ def test_by_default_a_film_has_ten_seconds_of_the_last_cycles() -> None:
         ((5.0, 4.0), None, "must be two ascending times"),
         (None, 1e-12, r"^window: 1e-11 s show no motion; must be at least \d"),
         ((0.0, 1e-9), None, r"^window: 1e-09 s show no motion; must be at least \d"),
-        (None, 1e12, r"^speed = 1e\+12: 100 s last less than a frame"),
-        ((0.0, 1.0), 25.1, "1 s last less than a frame"),
+        (None, 1e12, r"^speed = 1e\+12: 100 s are shorter than one frame"),
+        ((0.0, 1.0), 25.1, "1 s are shorter than one frame"),
     ],
 )
 def test_runs_that_cannot_be_filmed_are_refused(
