@@ -10,7 +10,7 @@ from fivtui.cli import run
 from fivtui.orbits import coexistence
 from fivtui.scene.presets import PRESETS
 
-from .test_cli import fivtui
+from .test_cli import run_fivtui
 
 
 @pytest.mark.parametrize(
@@ -52,7 +52,7 @@ from .test_cli import fivtui
     ],
 )
 def test_wrong_input_is_one_line_and_exit_2(args: list[str], message: str, tmp_path: Path) -> None:
-    process = fivtui(*args, cwd=tmp_path)
+    process = run_fivtui(*args, cwd=tmp_path)
     assert process.returncode == 2
     assert message in process.stderr
     assert len(process.stderr.splitlines()) == 1
@@ -60,14 +60,14 @@ def test_wrong_input_is_one_line_and_exit_2(args: list[str], message: str, tmp_p
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_lifted_slider_that_nothing_holds_is_exit_3() -> None:
-    process = fivtui("attractors", "--set=F=-10", "--set=k3=0")
+def test_a_slider_without_equilibrium_is_exit_3() -> None:
+    process = run_fivtui("attractors", "--set=F=-10", "--set=k3=0")
     assert process.returncode == 3
     assert "no equilibrium" in process.stderr
 
 
-def test_stability_warns_of_the_attractor_that_eigenvalues_do_not_see() -> None:
-    process = fivtui("stability", "--set=F=120", "--attractors", "--json")
+def test_stability_warns_of_a_limit_cycle_beside_a_stable_equilibrium() -> None:
+    process = run_fivtui("stability", "--set=F=120", "--attractors", "--json")
     assert process.returncode == 0
     data = json.loads(process.stdout)
     assert data["stable"] is True
@@ -82,7 +82,7 @@ def test_stability_warns_of_the_attractor_that_eigenvalues_do_not_see() -> None:
 
 
 def test_stability_on_a_belt_of_finite_speed_reports_attractors_of_transients() -> None:
-    process = fivtui("stability", "--set=v_belt=1", "--json")
+    process = run_fivtui("stability", "--set=v_belt=1", "--json")
     assert process.returncode == 0
     data = json.loads(process.stdout)
     assert data["safe_mu"] is None
@@ -93,7 +93,7 @@ def test_stability_on_a_belt_of_finite_speed_reports_attractors_of_transients() 
 
 
 def test_a_map_of_the_critical_friction_over_friction_is_refused() -> None:
-    process = fivtui("map", "--over=F=1:2:3", "--over=mu=0:1:3", "--value=critical-mu")
+    process = run_fivtui("map", "--over=F=1:2:3", "--over=mu=0:1:3", "--value=critical-mu")
     assert process.returncode == 2
     assert "critical-mu over mu: must be over two other parameters" in process.stderr
 
@@ -108,13 +108,13 @@ def test_printed_attractors_include_the_escape_offset(
     assert captured.err == f"warning: {coexistence(PRESETS['coexistence'].system).warning}\n"
 
 
-def test_a_branch_that_does_not_begin_is_exit_3() -> None:
-    process = fivtui("branch", "--vary=mu=1:2")
+def test_a_branch_without_a_first_orbit_is_exit_3() -> None:
+    process = run_fivtui("branch", "--vary=mu=1:2")
     assert (process.returncode, process.stdout) == (3, "")
     assert len(process.stderr.splitlines()) == 1
 
 
 def test_a_branch_is_drawn_over_a_fold(tmp_path: Path) -> None:
-    process = fivtui("branch", "--set=F=120", "--vary=mu=0.2:1", "--plot=b.svg", cwd=tmp_path)
+    process = run_fivtui("branch", "--set=F=120", "--vary=mu=0.2:1", "--plot=b.svg", cwd=tmp_path)
     assert process.returncode == 0, process.stderr
     assert "0.2779350934" in process.stdout

@@ -15,7 +15,7 @@ from fivtui.cli import run
 ROOT = Path(__file__).parents[2]
 
 
-def fivtui(*args: str, cwd: Path | None = None) -> subprocess.CompletedProcess[str]:
+def run_fivtui(*args: str, cwd: Path | None = None) -> subprocess.CompletedProcess[str]:
     """Output and exit status of a command, run in this process, which has imported every module."""
     out, error = io.StringIO(), io.StringIO()
     with chdir(cwd or Path.cwd()), redirect_stdout(out), redirect_stderr(error):
@@ -68,7 +68,7 @@ def test_wrong_input_prints_one_line_exits_with_2_and_leaves_no_files(
 ) -> None:
     for name in ("taken.csv", "taken.png", "taken.fmu"):
         (tmp_path / name).write_text("mine")
-    process = fivtui(*args, cwd=tmp_path)
+    process = run_fivtui(*args, cwd=tmp_path)
     assert process.returncode == 2, process.stderr
     assert process.stdout == ""
     assert message in process.stderr
@@ -83,7 +83,7 @@ def test_wrong_input_prints_one_line_exits_with_2_and_leaves_no_files(
 
 def test_a_failed_computation_reports_time_and_reason_and_exits_with_3() -> None:
     unbounded = ["--set", "k2=186", "--set", "k_nl=0", "--set", "mu=2", "--ignore-separation"]
-    process = fivtui("simulate", "--t-end", "1e5", *unbounded)
+    process = run_fivtui("simulate", "--t-end", "1e5", *unbounded)
     assert process.returncode == 3
     assert process.stdout == ""
     assert "at t = " in process.stderr
@@ -112,19 +112,19 @@ def test_an_unexpected_error_is_one_line_without_a_traceback() -> None:
 
 def test_force_replaces_an_output(tmp_path: Path) -> None:
     (tmp_path / "run.csv").write_text("old")
-    process = fivtui("simulate", "--t-end", "1", "--out", "run.csv", "--force", cwd=tmp_path)
+    process = run_fivtui("simulate", "--t-end", "1", "--out", "run.csv", "--force", cwd=tmp_path)
     assert process.returncode == 0
     assert "old" not in (tmp_path / "run.csv").read_text()
 
 
-def test_a_scene_file_is_a_scene(tmp_path: Path) -> None:
+def test_a_scene_file_can_be_simulated(tmp_path: Path) -> None:
     (tmp_path / "mine.toml").write_text("fivtui_scene = 1\nt_end = 3.0\n[parameters]\nF = 33.0\n")
-    process = fivtui("simulate", "mine.toml", "--set", "mu=0.1", "--json", cwd=tmp_path)
+    process = run_fivtui("simulate", "mine.toml", "--set", "mu=0.1", "--json", cwd=tmp_path)
     data = json.loads(process.stdout)
     assert (data["t_end"], data["parameters"]["F"], data["parameters"]["mu"]) == (3.0, 33.0, 0.1)
 
 
-def test_a_closed_pipe_is_no_error() -> None:
+def test_a_pipe_closed_by_its_reader_gives_no_traceback() -> None:
     command = f"{sys.executable} -m fivtui presets | head -n 1"
     process = subprocess.run(
         ["bash", "-o", "pipefail", "-c", command],

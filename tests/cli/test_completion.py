@@ -19,12 +19,12 @@ from fivtui.transient.settings.checks import START_SPECS
 ROOT = Path(__file__).parents[2]
 
 
-def typed(line: str) -> dict[str, str]:
+def completion_environment(line: str) -> dict[str, str]:
     """The environment in which bash asks for the completion of the last word of a line."""
     return {"COMP_WORDS": line, "COMP_CWORD": str(len(line.split(" ")) - 1)}
 
 
-def plain(names: Iterable[str]) -> list[str]:
+def plain_candidates(names: Iterable[str]) -> list[str]:
     return [f"plain,{name}" for name in names]
 
 
@@ -35,19 +35,22 @@ VARIED = [f"{name}=" for name in (*ALL_PARAMETERS, *START_SPECS)]
 @pytest.mark.parametrize(
     ("line", "expected"),
     [
-        ("fivtui ", plain(sorted(commands.commands))),
+        ("fivtui ", plain_candidates(sorted(commands.commands))),
         ("fivtui sta", ["plain,stability"]),
         ("fivtui fmu b", ["plain,build"]),
-        ("fivtui simulate ", plain(list(PRESETS))),
+        ("fivtui simulate ", plain_candidates(list(PRESETS))),
         ("fivtui simulate lin", ["plain,linear"]),
         ("fivtui simulate mine.to", ["file,mine.to"]),
         ("fivtui simulate --met", ["plain,--method"]),
-        ("fivtui simulate --method ", plain(list(ALL_METHODS))),
-        ("fivtui simulate --set ", plain(ASSIGNED)),
-        ("fivtui stability --set F=120 --set k", plain([n for n in ASSIGNED if n[0] == "k"])),
+        ("fivtui simulate --method ", plain_candidates(list(ALL_METHODS))),
+        ("fivtui simulate --set ", plain_candidates(ASSIGNED)),
+        (
+            "fivtui stability --set F=120 --set k",
+            plain_candidates([n for n in ASSIGNED if n[0] == "k"]),
+        ),
         ("fivtui sweep --set c", ["plain,c1=", "plain,c2="]),
-        ("fivtui simulate --error ", plain([f"{name}=" for name in QUANTITIES])),
-        ("fivtui sweep --vary ", plain(VARIED)),
+        ("fivtui simulate --error ", plain_candidates([f"{name}=" for name in QUANTITIES])),
+        ("fivtui sweep --vary ", plain_candidates(VARIED)),
         ("fivtui map --over k_", ["plain,k_nl="]),
         ("fivtui attractors --vary m", ["plain,m=", "plain,mu="]),
         ("fivtui attractors --basin v", ["plain,vx0=", "plain,vy0="]),
@@ -55,16 +58,16 @@ VARIED = [f"{name}=" for name in (*ALL_PARAMETERS, *START_SPECS)]
         ("fivtui fmu check s", ["file,s"]),
         ("fivtui figures --out f", ["dir,f"]),
         # A wrong line completes as usual; errors are reported when it runs.
-        ("fivtui no-such-command ", plain(sorted(commands.commands))),
-        ("fivtui simulate --tol 1 --tol 2 --set m", plain(["m=", "mu=", "mu_s="])),
-        ("fivtui simulate --tol '' --set m", plain(["m=", "mu=", "mu_s="])),
-        ("fivtui stability no-such-scene --set m", plain(["m=", "mu=", "mu_s="])),
+        ("fivtui no-such-command ", plain_candidates(sorted(commands.commands))),
+        ("fivtui simulate --tol 1 --tol 2 --set m", plain_candidates(["m=", "mu=", "mu_s="])),
+        ("fivtui simulate --tol '' --set m", plain_candidates(["m=", "mu=", "mu_s="])),
+        ("fivtui stability no-such-scene --set m", plain_candidates(["m=", "mu=", "mu_s="])),
     ],
 )
 def test_typed_prefixes_are_completed(
     line: str, expected: list[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    for name, value in typed(line).items():
+    for name, value in completion_environment(line).items():
         monkeypatch.setenv(name, value)
     shell = BashComplete(commands, {}, "fivtui", "_FIVTUI_COMPLETE")
     assert shell.complete().split() == expected
@@ -73,7 +76,7 @@ def test_typed_prefixes_are_completed(
 @pytest.mark.parametrize(
     ("line", "expected"),
     [
-        ("fivtui stability --set k", plain([n for n in ASSIGNED if n[0] == "k"])),
+        ("fivtui stability --set k", plain_candidates([n for n in ASSIGNED if n[0] == "k"])),
         ("fivtui no-such-command --set k", []),
         ("fivtui simulate --tol 1 --tol 2 --method t", ["plain,taylor"]),
     ],
@@ -82,7 +85,7 @@ def test_completion_prints_only_the_candidates(line: str, expected: list[str]) -
     process = subprocess.run(
         [sys.executable, "-m", "fivtui"],
         env=os.environ
-        | typed(line)
+        | completion_environment(line)
         | {"PYTHONPATH": str(ROOT), "_FIVTUI_COMPLETE": "bash_complete"},
         stdin=subprocess.DEVNULL,
         capture_output=True,

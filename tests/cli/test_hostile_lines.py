@@ -13,17 +13,17 @@ from fivtui.cli import run
 from tests.support.command_lines import lines, prepare
 
 ROOT = Path(__file__).parents[2]
-LONGEST = 2300
+MAX_MESSAGE_LENGTH = 2300
 
 
-def content(folder: Path) -> dict[str, bytes | None]:
+def read_files(folder: Path) -> dict[str, bytes | None]:
     return {
         str(path.relative_to(folder)): path.read_bytes() if path.is_file() else None
         for path in folder.rglob("*")
     }
 
 
-def restore(folder: Path, before: dict[str, bytes | None]) -> None:
+def restore_files(folder: Path, before: dict[str, bytes | None]) -> None:
     for path in sorted(folder.rglob("*"), reverse=True):
         if str(path.relative_to(folder)) not in before:
             shutil.rmtree(path) if path.is_dir() and not path.is_symlink() else path.unlink()
@@ -32,18 +32,18 @@ def restore(folder: Path, before: dict[str, bytes | None]) -> None:
             (folder / name).write_bytes(data)
 
 
-def fault(code: int, message: str, changed: set[str]) -> str:
-    """Describe what is wrong with how a command ended; empty if nothing is."""
+def find_fault(code: int, message: str, changed: set[str]) -> str:
+    """What is wrong with the end of a command; empty if nothing is."""
     if code not in (0, 2, 3):
         return f"exit {code}"
     if "Traceback" in message or "please report" in message:
-        return "not foreseen"
+        return "unexpected error"
     if code == 0:
         return ""
     if message.count("\n") != 1 or not message.startswith("fivtui: "):
         return "not one line"
-    if not message.rstrip("\n").isprintable() or len(message) > LONGEST:
-        return "not a line to be read"
+    if not message.rstrip("\n").isprintable() or len(message) > MAX_MESSAGE_LENGTH:
+        return "not printable, or too long"
     return f"left {sorted(changed)}" if changed else ""
 
 
@@ -57,20 +57,20 @@ def test_a_random_command_line_exits_with_a_valid_status(
     prepare(work)
     monkeypatch.chdir(work)
     monkeypatch.setattr(tempfile, "tempdir", str(scratch))
-    before = content(tmp_path)
+    before = read_files(tmp_path)
     faults, codes = [], []
     for command_line in lines(seed, 150):
         out, error = io.StringIO(), io.StringIO()
         with contextlib.redirect_stdout(out), contextlib.redirect_stderr(error):
             code = run(command_line)
-        after = content(tmp_path)
+        after = read_files(tmp_path)
         changed = {name for name in before | after if before.get(name) != after.get(name)}
-        if problem := fault(code, error.getvalue(), changed):
+        if problem := find_fault(code, error.getvalue(), changed):
             brief = " ".join(shlex.quote(argument[:60]) for argument in command_line)
             faults.append(f"{problem}: fivtui {brief}\n    {error.getvalue()[-300:]}")
         codes.append(code)
         if changed:
-            restore(tmp_path, before)
+            restore_files(tmp_path, before)
     assert not faults, "\n".join(faults)
     # The sample contains both lines that run and lines that are refused.
     assert codes.count(0) > 2

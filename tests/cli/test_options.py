@@ -56,7 +56,7 @@ def test_options_survive_a_round_trip_through_the_command_line(name: str) -> Non
         assert {key: read[key] for key in values} == vars(options)
 
 
-def test_an_option_of_a_setting_is_that_of_the_table() -> None:
+def test_options_of_settings_have_the_flags_of_the_table() -> None:
     for options_class in DECLARED.values():
         assert set(declared_settings(options_class)) <= set(SETTINGS)
         for declared, _ in declared_options(options_class).values():

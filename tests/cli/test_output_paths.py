@@ -26,15 +26,15 @@ def _in_a_folder(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.chdir(tmp_path)
 
 
-def commands_in(group: click.Group, above: tuple[str, ...] = ()) -> Iterator[tuple[str, ...]]:
+def list_commands(group: click.Group, above: tuple[str, ...] = ()) -> Iterator[tuple[str, ...]]:
     for name, command in group.commands.items():
         if isinstance(command, click.Group):
-            yield from commands_in(command, (*above, name))
+            yield from list_commands(command, (*above, name))
         else:
             yield (*above, name)
 
 
-def command_of(names: tuple[str, ...]) -> click.Command:
+def find_command(names: tuple[str, ...]) -> click.Command:
     command: click.Command = commands
     for name in names:
         assert isinstance(command, click.Group)
@@ -42,9 +42,9 @@ def command_of(names: tuple[str, ...]) -> click.Command:
     return command
 
 
-ALL = list(commands_in(commands))
+ALL_COMMANDS = list(list_commands(commands))
 # Arguments that each command needs besides its output paths.
-NEEDED: dict[tuple[str, ...], list[str]] = {
+REQUIRED_ARGUMENTS: dict[tuple[str, ...], list[str]] = {
     ("stability",): [],
     ("attractors",): ["--vary=F=20:80:2"],
     ("branch",): ["--vary=mu=0.3:0.5"],
@@ -69,48 +69,54 @@ SUFFIXES: dict[tuple[str, ...], str] = {
 }
 
 
-def outputs_of(names: tuple[str, ...]) -> list[str]:
-    params = command_of(names).params
+def output_flags(names: tuple[str, ...]) -> list[str]:
+    params = find_command(names).params
     return [param.opts[0] for param in params if isinstance(param.type, OutputFile)]
 
 
-def inputs_of(names: tuple[str, ...]) -> list[click.Parameter]:
-    params = command_of(names).params
+def input_params(names: tuple[str, ...]) -> list[click.Parameter]:
+    params = find_command(names).params
     return [param for param in params if isinstance(param.type, (InputFile, SceneName))]
 
 
 def test_every_command_declares_its_input_and_output_paths() -> None:
-    for names in ALL:
-        command = command_of(names)
+    for names in ALL_COMMANDS:
+        command = find_command(names)
         assert isinstance(command, CheckedCommand)
         for param in command.params:
             kinds = (InputFile, OutputFile, OutputFolder)
             assert not isinstance(param.type, click.Path) or isinstance(param.type, kinds)
             assert (param.name == "scene") == isinstance(param.type, SceneName)
-    assert {names for names in ALL if outputs_of(names)} == set(NEEDED)
+    assert {names for names in ALL_COMMANDS if output_flags(names)} == set(REQUIRED_ARGUMENTS)
     folders = {
-        n for n in ALL if any(isinstance(p.type, OutputFolder) for p in command_of(n).params)
+        n
+        for n in ALL_COMMANDS
+        if any(isinstance(p.type, OutputFolder) for p in find_command(n).params)
     }
     assert folders == {("figures",), ("compare",)}
 
 
-def arguments(names: tuple[str, ...], outputs: dict[str, str], argument: str = "") -> list[str]:
+def build_arguments(
+    names: tuple[str, ...], outputs: dict[str, str], argument: str = ""
+) -> list[str]:
     if names == ("fmu", "run"):
         argument = argument or "some.fmu"
     options = [f"{name}={path}" for name, path in outputs.items()]
-    needed = [option for option in NEEDED[names] if option.partition("=")[0] not in outputs]
-    return [*names, *([argument] if argument else []), *needed, *options, "--force"]
+    required = [
+        option for option in REQUIRED_ARGUMENTS[names] if option.partition("=")[0] not in outputs
+    ]
+    return [*names, *([argument] if argument else []), *required, *options, "--force"]
 
 
-def contents(folder: Path) -> dict[str, str]:
+def read_texts(folder: Path) -> dict[str, str]:
     return {path.name: path.read_text() for path in folder.iterdir() if path.is_file()}
 
 
-def names_in(folder: Path) -> list[str]:
+def file_names(folder: Path) -> list[str]:
     return sorted(path.name for path in folder.iterdir())
 
 
-def refused(args: list[str], capsys: pytest.CaptureFixture[str]) -> str:
+def run_refused(args: list[str], capsys: pytest.CaptureFixture[str]) -> str:
     assert run(args) == 2
     captured = capsys.readouterr()
     assert captured.out == ""
@@ -118,54 +124,56 @@ def refused(args: list[str], capsys: pytest.CaptureFixture[str]) -> str:
     return captured.err
 
 
-def link(path: str, target: str, how: str) -> None:
-    if how == "hard":
+def link(path: str, target: str, alias: str) -> None:
+    if alias == "hard":
         os.link(target, path)
     else:
         Path(path).symlink_to(target)
 
 
-@pytest.mark.parametrize("names", [n for n in NEEDED if len(outputs_of(n)) > 1], ids=" ".join)
-@pytest.mark.parametrize("how", ["same", "dotted", "hard", "soft", "dangling"])
-def test_two_outputs_are_two_files(
-    names: tuple[str, ...], how: str, capsys: pytest.CaptureFixture[str], tmp_path: Path
+@pytest.mark.parametrize(
+    "names", [n for n in REQUIRED_ARGUMENTS if len(output_flags(n)) > 1], ids=" ".join
+)
+@pytest.mark.parametrize("alias", ["same", "dotted", "hard", "soft", "dangling"])
+def test_two_outputs_to_one_file_are_refused(
+    names: tuple[str, ...], alias: str, capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
-    first, second = outputs_of(names)
+    first, second = output_flags(names)
     paths = {"same": "a.csv", "dotted": "x/../a.csv", "hard": "h.csv", "soft": "s.csv"}
     Path("a.csv").write_text("mine")
     Path("x").mkdir()
-    if how in ("hard", "soft"):
-        link(paths[how], "a.csv", how)
-    if how == "dangling":
+    if alias in ("hard", "soft"):
+        link(paths[alias], "a.csv", alias)
+    if alias == "dangling":
         link("d.csv", "new.csv", "soft")
         outputs = {first: "d.csv", second: "new.csv"}
     else:
-        outputs = {first: "a.csv", second: paths[how]}
-    before = contents(tmp_path)
-    message = refused(arguments(names, outputs), capsys)
+        outputs = {first: "a.csv", second: paths[alias]}
+    before = read_texts(tmp_path)
+    message = run_refused(build_arguments(names, outputs), capsys)
     assert "is the same file as" in message
     assert first in message
     assert second in message
-    assert contents(tmp_path) == before
+    assert read_texts(tmp_path) == before
 
 
-@pytest.mark.parametrize("names", [n for n in NEEDED if inputs_of(n)], ids=" ".join)
-@pytest.mark.parametrize("how", ["same", "hard", "soft"])
-def test_no_output_is_an_input(
-    names: tuple[str, ...], how: str, capsys: pytest.CaptureFixture[str], tmp_path: Path
+@pytest.mark.parametrize("names", [n for n in REQUIRED_ARGUMENTS if input_params(n)], ids=" ".join)
+@pytest.mark.parametrize("alias", ["same", "hard", "soft"])
+def test_an_output_that_is_an_input_is_refused(
+    names: tuple[str, ...], alias: str, capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
-    for flag in outputs_of(names):
-        for param in inputs_of(names):
+    for flag in output_flags(names):
+        for param in input_params(names):
             Path("in.csv").write_text(SCENE)
-            out = "in.csv" if how == "same" else f"out{flag}.csv"
-            if how != "same":
+            out = "in.csv" if alias == "same" else f"out{flag}.csv"
+            if alias != "same":
                 Path(out).unlink(missing_ok=True)
-                link(out, "in.csv", how)
+                link(out, "in.csv", alias)
             if isinstance(param, click.Argument):
-                args = arguments(names, {flag: out}, "in.csv")
+                args = build_arguments(names, {flag: out}, "in.csv")
             else:
-                args = arguments(names, {flag: out, param.opts[0]: "in.csv"})
-            message = refused(args, capsys)
+                args = build_arguments(names, {flag: out, param.opts[0]: "in.csv"})
+            message = run_refused(args, capsys)
             assert "is the same file as" in message
             assert "which is read" in message
             assert Path("in.csv").read_text() == SCENE
@@ -173,7 +181,7 @@ def test_no_output_is_an_input(
 
 
 @pytest.mark.parametrize("flag", ["--plot", "scene"])
-def test_a_sweep_has_the_folder_of_its_pieces_to_itself(
+def test_files_in_the_folder_of_a_sweeps_pieces_are_refused(
     flag: str, capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
     parts = parts_folder(Path("out.csv"))
@@ -181,20 +189,20 @@ def test_a_sweep_has_the_folder_of_its_pieces_to_itself(
     (parts / "a.png").write_text(SCENE)
     path = "out.csv.parts/a.png"
     options = [f"--plot={path}", "--force"] if flag == "--plot" else [path]
-    message = refused(["sweep", *options, "--vary=F=20:80:2", "--out=out.csv"], capsys)
+    message = run_refused(["sweep", *options, "--vary=F=20:80:2", "--out=out.csv"], capsys)
     assert "is in the folder" in message
-    assert contents(parts) == {"a.png": SCENE}
+    assert read_texts(parts) == {"a.png": SCENE}
     assert not Path("out.csv").exists()
 
 
-@pytest.mark.parametrize("names", NEEDED, ids=" ".join)
+@pytest.mark.parametrize("names", REQUIRED_ARGUMENTS, ids=" ".join)
 def test_an_unwritable_output_is_a_one_line_error_before_any_work(
     names: tuple[str, ...], capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
     Path("file").write_text("mine")
     Path("scene.toml").write_text(SCENE)
     scene = "scene.toml" if names == ("run",) else ""
-    for flag in outputs_of(names):
+    for flag in output_flags(names):
         kind = ".png" if flag == "--plot" else SUFFIXES.get(names, ".csv")
         if not Path(f"d{kind}").exists():
             Path(f"d{kind}").mkdir()
@@ -210,9 +218,9 @@ def test_an_unwritable_output_is_a_one_line_error_before_any_work(
             (f"loop{kind}/a{kind}", "there is no folder"),
             (f"{'n' * 300}{kind}", "File name too long"),
         ):
-            before = names_in(tmp_path)
-            assert reason in refused(arguments(names, {flag: path}, scene), capsys)
-            assert names_in(tmp_path) == before
+            before = file_names(tmp_path)
+            assert reason in run_refused(build_arguments(names, {flag: path}, scene), capsys)
+            assert file_names(tmp_path) == before
             assert Path("file").read_text() == "mine"
             assert Path(f"loop{kind}").is_symlink()
 
@@ -225,23 +233,23 @@ def test_a_dangling_link_creates_its_target_and_stays(tmp_path: Path) -> None:
     assert Path("out.csv").is_symlink()
     assert Path("chain.csv").is_symlink()
     assert Path("data/new.csv").read_text().count("\n") > 2
-    assert names_in(tmp_path / "data") == ["new.csv"]
+    assert file_names(tmp_path / "data") == ["new.csv"]
 
 
-def test_pictures_and_data_of_the_paper_are_different_files(tmp_path: Path) -> None:
-    files_of = figure_files(2, tmp_path, ["svg", "png"])
-    files_of.pictures[0].symlink_to(files_of.data[0])
+def test_picture_and_data_of_a_figure_in_one_file_are_refused(tmp_path: Path) -> None:
+    figure = figure_files(2, tmp_path, ["svg", "png"])
+    figure.pictures[0].symlink_to(figure.data[0])
     with pytest.raises(InputError, match="is the same file as"):
         save_figures([2], output_path(tmp_path, force=True), formats=["svg", "png"])
-    assert [path.name for path in tmp_path.iterdir()] == [files_of.pictures[0].name]
+    assert [path.name for path in tmp_path.iterdir()] == [figure.pictures[0].name]
 
 
-def test_the_files_of_a_comparison_are_different_ones(tmp_path: Path) -> None:
+def test_fmu_and_picture_of_a_comparison_in_one_file_are_refused(tmp_path: Path) -> None:
     fmu, figure = comparison_files(tmp_path)
     figure.symlink_to(fmu)
     with pytest.raises(InputError, match="is the same file as"):
         compare(PRESETS["base"], output_path(tmp_path, force=True))
-    assert names_in(tmp_path) == [figure.name]
+    assert file_names(tmp_path) == [figure.name]
 
 
 def test_a_comparison_does_not_overwrite_its_scene(
@@ -251,7 +259,7 @@ def test_a_comparison_does_not_overwrite_its_scene(
         path = comparison_files(Path("out"))[index]
         path.parent.mkdir(exist_ok=True)
         path.write_text(SCENE)
-        message = refused(["compare", str(path), "--out=out", "--force"], capsys)
+        message = run_refused(["compare", str(path), "--out=out", "--force"], capsys)
         assert "which is read" in message
         assert path.read_text() == SCENE
 
@@ -278,5 +286,5 @@ def test_a_link_to_itself_is_refused_and_stays(tmp_path: Path) -> None:
     link("loop.csv", "loop.csv", "soft")
     with pytest.raises(InputError, match=r"loop\.csv: is a symbolic link that leads back to"):
         write_atomically(output_path("loop.csv", force=True), lambda file: None)
-    assert names_in(tmp_path) == ["loop.csv"]
+    assert file_names(tmp_path) == ["loop.csv"]
     assert Path("loop.csv").is_symlink()

@@ -4,11 +4,11 @@ from pathlib import Path
 
 import pytest
 
-from .test_cli import fivtui
+from .test_cli import run_fivtui
 
 
 def test_figures_are_written_with_their_data(tmp_path: Path) -> None:
-    process = fivtui("figures", "2", "10", "--out", "figs", cwd=tmp_path)
+    process = run_fivtui("figures", "2", "10", "--out", "figs", cwd=tmp_path)
     assert process.returncode == 0, process.stderr
     assert process.stdout == ""
     assert sorted(path.name for path in (tmp_path / "figs").iterdir()) == [
@@ -25,7 +25,7 @@ def test_figures_are_written_with_their_data(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_amplitudes_are_drawn_in_the_requested_formats(tmp_path: Path) -> None:
-    process = fivtui("figures", "16", "--out", ".", "--format", "svg", cwd=tmp_path)
+    process = run_fivtui("figures", "16", "--out", ".", "--format", "svg", cwd=tmp_path)
     assert process.returncode == 0, process.stderr
     assert sorted(path.name for path in tmp_path.iterdir()) == ["fig-16.csv", "fig-16.svg"]
     rows = [
@@ -61,7 +61,7 @@ def test_wrong_input_prints_one_line_exits_with_2_and_leaves_no_files(
 ) -> None:
     for name in ("taken", "fig-02b.csv"):
         (tmp_path / name).write_text("mine")
-    process = fivtui(*args, cwd=tmp_path)
+    process = run_fivtui(*args, cwd=tmp_path)
     assert process.returncode == 2, process.stderr
     assert process.stdout == ""
     assert message in process.stderr
@@ -72,6 +72,6 @@ def test_wrong_input_prints_one_line_exits_with_2_and_leaves_no_files(
 
 def test_force_replaces_figures(tmp_path: Path) -> None:
     (tmp_path / "fig-06.png").write_text("mine")
-    process = fivtui("figures", "6", "--out", ".", "--format", "png", "--force", cwd=tmp_path)
+    process = run_fivtui("figures", "6", "--out", ".", "--format", "png", "--force", cwd=tmp_path)
     assert process.returncode == 0, process.stderr
     assert (tmp_path / "fig-06.png").read_bytes().startswith(b"\x89PNG")

@@ -14,8 +14,9 @@ from fivtui.cli import run
 ROOT = Path(__file__).parents[2]
 
 
-def fivtui(*args: str, **options: Any) -> subprocess.CompletedProcess[bytes]:
-    environment = os.environ | {"PYTHONPATH": str(ROOT)} | options.pop("extra", {})
+def run_fivtui(*args: str, **options: Any) -> subprocess.CompletedProcess[bytes]:
+    """Run the command in a process of its own; `options` are those of `subprocess.run`."""
+    environment = os.environ | {"PYTHONPATH": str(ROOT)} | options.pop("environment", {})
     return subprocess.run(
         [sys.executable, "-m", "fivtui", *args],
         env=environment,
@@ -35,7 +36,7 @@ def test_a_full_disk_under_standard_output_is_one_line_and_exit_3(
     args: list[str], unbuffered: str
 ) -> None:
     with Path("/dev/full").open("wb") as full:
-        process = fivtui(*args, stdout=full, extra={"PYTHONUNBUFFERED": unbuffered})
+        process = run_fivtui(*args, stdout=full, environment={"PYTHONUNBUFFERED": unbuffered})
     assert process.returncode == 3
     assert process.stderr.startswith(b"fivtui: standard output: cannot be written: No space left")
     assert process.stderr.count(b"\n") == 1
@@ -43,23 +44,25 @@ def test_a_full_disk_under_standard_output_is_one_line_and_exit_3(
 
 def test_non_ascii_characters_are_replaced_in_tables_and_escaped_in_json() -> None:
     ascii_only = {"PYTHONIOENCODING": "ascii", "PYTHONUTF8": "0"}
-    table = fivtui("stability", stdout=subprocess.PIPE, extra=ascii_only)
+    table = run_fivtui("stability", stdout=subprocess.PIPE, environment=ascii_only)
     assert (table.returncode, table.stderr) == (0, b"")
     assert "?" in table.stdout.decode("ascii")
-    process = fivtui("fmu", "check", "--json", "é.fmu", stdout=subprocess.PIPE, extra=ascii_only)
+    process = run_fivtui(
+        "fmu", "check", "--json", "é.fmu", stdout=subprocess.PIPE, environment=ascii_only
+    )
     assert process.returncode == 2
     assert process.stderr.decode("ascii") == "fivtui: \\xe9.fmu: there is no such file\n"
-    data = fivtui("presets", "--json", stdout=subprocess.PIPE, extra=ascii_only)
+    data = run_fivtui("presets", "--json", stdout=subprocess.PIPE, environment=ascii_only)
     assert json.loads(data.stdout.decode("ascii"))["base"]["t_end"] == 100.0
 
 
 def test_a_closed_pipe_or_standard_output_gives_no_error() -> None:
     reader, writer = os.pipe()
     os.close(reader)
-    process = fivtui("presets", stdout=writer)
+    process = run_fivtui("presets", stdout=writer)
     os.close(writer)
     assert (process.returncode, process.stderr) == (0, b"")
-    closed = fivtui("presets", preexec_fn=lambda: os.close(1))
+    closed = run_fivtui("presets", preexec_fn=lambda: os.close(1))
     assert (closed.returncode, closed.stderr) == (0, b"")
 
 

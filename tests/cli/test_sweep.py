@@ -230,7 +230,7 @@ def test_without_a_terminal_progress_is_printed_as_occasional_lines(
     ]
 
 
-def test_the_offered_designs_are_the_implemented_ones() -> None:
+def test_the_choices_of_design_are_the_implemented_kinds() -> None:
     (option,) = [param for param in commands.commands["sweep"].params if param.name == "design"]
     assert isinstance(option.type, click.Choice)
     assert list(option.type.choices) == list(KINDS)
@@ -244,7 +244,7 @@ def test_a_design_is_read_from_text() -> None:
     assert (design.count, design.seed) == (4, 2)
 
 
-def figure_of(
+def draw_sweep(
     axes: dict[str, Any], kind: Kind = "product", count: int | None = None, **options: Any
 ) -> Figure:
     study = Study(Design(axes, kind, count), Parameters(), t_end=5.0, **options)
@@ -252,13 +252,13 @@ def figure_of(
 
 
 def test_a_logarithmic_range_has_a_logarithmic_axis() -> None:
-    (axes,) = figure_of({"F": Range(1.0, 9.0, 3, log=True)}, outputs=("P_max",)).axes
+    (axes,) = draw_sweep({"F": Range(1.0, 9.0, 3, log=True)}, outputs=("P_max",)).axes
     assert axes.get_xscale() == "log"
     assert axes.get_ylabel() == "Greatest contact force (N)"
 
 
-def test_a_map_of_failures_is_blank() -> None:
-    figure = figure_of({"k2": (186.0, 187.0), "k_nl": (0.0,)}, outputs=("y_abs",))
+def test_a_map_of_failed_members_can_be_drawn() -> None:
+    figure = draw_sweep({"k2": (186.0, 187.0), "k_nl": (0.0,)}, outputs=("y_abs",))
     figure.canvas.draw()
     axes = dict.fromkeys(("F", "mu", "k1"), (1.0, 2.0))
     with pytest.raises(InputError, match="one name or two"):

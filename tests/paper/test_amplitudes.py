@@ -14,7 +14,7 @@ from fivtui.simulation import simulate
 BASE = dataclasses.replace(PRESETS["base"], t_end=4.0, tol=1e-9)
 
 
-def scenes(count: int) -> list[Scene]:
+def short_scenes(count: int) -> list[Scene]:
     return [BASE.with_values({"F": 20.0 + number}) for number in range(count)]
 
 
@@ -22,7 +22,7 @@ def measure(scene: Scene) -> Amplitude:
     return compute_amplitudes([scene], workers=1)[0]
 
 
-def unbounded() -> Scene:
+def unbounded_scene() -> Scene:
     scene = dataclasses.replace(PRESETS["linear"], name="soars", t_end=1e5)
     return scene.with_values({"k2": 186.0, "mu": 2.0})
 
@@ -36,22 +36,22 @@ def test_an_amplitude_is_that_of_the_run() -> None:
     assert amplitude.separated_time == pytest.approx(run.events.separated_time, rel=1e-12)
 
 
-def test_several_threads_give_the_same_in_the_same_order() -> None:
-    requested = scenes(40)
+def test_several_threads_give_the_same_amplitudes_in_the_same_order() -> None:
+    requested = short_scenes(40)
     fractions: list[float] = []
 
     def progress(fraction: float) -> bool:
         fractions.append(fraction)
         return True
 
-    several = compute_amplitudes(requested, workers=2, progress=progress)
-    assert several == [measure(scene) for scene in requested]
+    amplitudes = compute_amplitudes(requested, workers=2, progress=progress)
+    assert amplitudes == [measure(scene) for scene in requested]
     assert fractions == sorted(fractions)
     assert fractions[-1] == 1.0
 
 
 def test_scenes_of_different_lengths_and_tolerances_are_measured_in_their_order() -> None:
-    requested = scenes(4)
+    requested = short_scenes(4)
     requested[1] = dataclasses.replace(requested[1], tol=1e-10)
     requested[2] = dataclasses.replace(requested[2], t_end=3.0)
     assert compute_amplitudes(requested, workers=2) == [measure(scene) for scene in requested]
@@ -60,18 +60,18 @@ def test_scenes_of_different_lengths_and_tolerances_are_measured_in_their_order(
 @pytest.mark.parametrize("count", [8, 40])
 def test_work_can_be_cancelled(count: int) -> None:
     with pytest.raises(Cancelled):
-        compute_amplitudes(scenes(count), workers=2, progress=lambda fraction: fraction < 0.2)
+        compute_amplitudes(short_scenes(count), workers=2, progress=lambda fraction: fraction < 0.2)
 
 
 @pytest.mark.parametrize("count", [1, 40])
-def test_a_run_that_cannot_be_finished_is_named(count: int) -> None:
+def test_an_error_names_the_scene_that_cannot_be_finished(count: int) -> None:
     with pytest.raises(ComputationError, match=r"soars \(m = 5, .*mu = 2\): .* at t = "):
-        compute_amplitudes([unbounded(), *scenes(count)], workers=2)
+        compute_amplitudes([unbounded_scene(), *short_scenes(count)], workers=2)
 
 
 def test_no_workers_are_refused() -> None:
     with pytest.raises(InputError, match="workers = 0"):
-        compute_amplitudes(scenes(1), workers=0)
+        compute_amplitudes(short_scenes(1), workers=0)
 
 
 def test_no_scenes_give_no_amplitudes() -> None:
@@ -81,13 +81,13 @@ def test_no_scenes_give_no_amplitudes() -> None:
 def test_a_study_computes_a_scene_once(monkeypatch: pytest.MonkeyPatch) -> None:
     counts: list[int] = []
 
-    def counting(members: list[Scene], **options: object) -> object:
+    def count_members(members: list[Scene], **options: object) -> object:
         counts.append(len(members))
         return compute_amplitudes(members, workers=1)
 
-    monkeypatch.setattr("fivtui.paper.results.compute_amplitudes", counting)
+    monkeypatch.setattr("fivtui.paper.results.compute_amplitudes", count_members)
     results = PaperResults()
-    three = scenes(3)
+    three = short_scenes(3)
     results.prepare(three[:2])
     assert results.amplitudes([three[2], three[0], three[2]]) == [
         measure(three[2]),

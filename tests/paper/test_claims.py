@@ -26,7 +26,7 @@ from fivtui.paper.claims.report import claims_markdown, print_claims
 from fivtui.paper.claims.trends import crossing, falls, falls_then_rises, rises
 from fivtui.paper.results import PaperResults
 from fivtui.scene.scene import Scene
-from tests.cli.test_cli import fivtui
+from tests.cli.test_cli import run_fivtui
 
 DO_NOT_HOLD = {
     "reattachment-at-the-static-position",
@@ -96,7 +96,7 @@ HOLD = {
 }
 
 
-def alike(scenes: Sequence[Scene], **options: Any) -> list[Amplitude]:
+def equal_amplitudes(scenes: Sequence[Scene], **options: Any) -> list[Amplitude]:
     # Constant amplitudes: claims about amplitudes must then fail.
     progress = options.get("progress")
     if progress is not None and not progress(1.0):
@@ -105,7 +105,7 @@ def alike(scenes: Sequence[Scene], **options: Any) -> list[Amplitude]:
 
 
 @pytest.fixture(scope="module")
-def early() -> list[CheckedClaim]:
+def claims_without_amplitudes() -> list[CheckedClaim]:
     # Claims that need no amplitudes.
     results = PaperResults(workers=1)
     return [check(claim, results) for claim in CLAIMS if claim.id in stability.TESTS]
@@ -113,7 +113,7 @@ def early() -> list[CheckedClaim]:
 
 @pytest.mark.slow
 def test_every_claim_has_its_verdict_on_the_command_line() -> None:
-    process = fivtui("claims", "--json")
+    process = run_fivtui("claims", "--json")
     assert process.returncode == 0, process.stderr
     assert process.stderr == ""
     rows = {row["id"]: row for row in json.loads(process.stdout)}
@@ -148,7 +148,7 @@ def test_every_claim_has_its_verdict_on_the_command_line() -> None:
             assert number in rows[name]["computed"]
 
 
-def test_claims_have_names_of_their_own_and_say_what_they_are_about() -> None:
+def test_claims_have_unique_ids_statements_and_sections() -> None:
     names = [claim.id for claim in CLAIMS]
     assert set(names) == HOLD | DO_NOT_HOLD | NOT_TESTABLE
     assert len(names) == len(set(names)) >= 25
@@ -164,13 +164,19 @@ def test_claims_have_names_of_their_own_and_say_what_they_are_about() -> None:
         assert (claim.test is None) == (not claim.names)
 
 
-def test_claims_that_need_no_runs_hold_but_for_two(early: list[CheckedClaim]) -> None:
-    failing = {e.claim.id for e in early if e.verdict is Verdict.DOES_NOT_HOLD}
+def test_all_claims_without_amplitudes_hold_except_two(
+    claims_without_amplitudes: list[CheckedClaim],
+) -> None:
+    failing = {e.claim.id for e in claims_without_amplitudes if e.verdict is Verdict.DOES_NOT_HOLD}
     assert failing == {"reattachment-at-the-static-position", "stabilised-at-1-2"}
 
 
-def test_computed_values_are_the_known_ones(early: list[CheckedClaim]) -> None:
-    values = {(e.claim.id, q.name): q.value for e in early for q in e.quantities}
+def test_computed_values_agree_with_known_values(
+    claims_without_amplitudes: list[CheckedClaim],
+) -> None:
+    values = {
+        (e.claim.id, q.name): q.value for e in claims_without_amplitudes for q in e.quantities
+    }
     expected = {
         ("critical-friction-falls-at-small-preload", "μ_c(linear)"): 1.0181,
         ("critical-friction-falls-at-small-preload", "μ_c(k_nl = 50 N/m³)"): 0.7650,
@@ -188,16 +194,16 @@ def test_computed_values_are_the_known_ones(early: list[CheckedClaim]) -> None:
     assert needed == pytest.approx(307.2, abs=0.05)
 
 
-def test_claims_about_amplitudes_fail_where_nothing_depends_on_anything(
+def test_claims_about_amplitudes_fail_if_all_amplitudes_are_equal(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr("fivtui.paper.results.compute_amplitudes", alike)
+    monkeypatch.setattr("fivtui.paper.results.compute_amplitudes", equal_amplitudes)
     results = PaperResults()
     # Whether an equilibrium in the figures is unstable does not depend on amplitudes.
-    spared = {"figures-show-unstable-motion"}
+    unaffected = {"figures-show-unstable-motion"}
     amplitudes = CLAIMS[[claim.id for claim in CLAIMS].index("figures-show-unstable-motion") :]
     for claim in amplitudes:
-        if claim.test is not None and claim.id not in spared:
+        if claim.test is not None and claim.id not in unaffected:
             checked = check(claim, results)
             assert checked.verdict is Verdict.DOES_NOT_HOLD, claim.id
             assert all(np.isfinite(quantity.value) for quantity in checked.quantities)
@@ -228,7 +234,7 @@ def test_the_verdict_is_that_of_the_test(holds: bool, verdict: str) -> None:
     ]
 
 
-def test_a_claim_without_a_test_is_not_testable_and_says_why() -> None:
+def test_a_claim_without_a_test_is_not_testable_and_has_a_reason() -> None:
     claim = Claim("some-id", "9", "It matters", "much", untestable="no law of it")
     (row,) = claims_to_list([check(claim, PaperResults())])
     assert (row["verdict"], row["reason"], row["computed"]) == ("not testable", "no law of it", "–")
@@ -240,14 +246,16 @@ def test_a_row_without_reason_has_no_such_key() -> None:
 
 
 def test_checking_can_be_cancelled(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("fivtui.paper.results.compute_amplitudes", alike)
+    monkeypatch.setattr("fivtui.paper.results.compute_amplitudes", equal_amplitudes)
     with pytest.raises(Cancelled):
         check_claims(progress=lambda _: False)
 
 
-def test_the_markdown_table_has_seven_cells_a_row(early: list[CheckedClaim]) -> None:
-    lines = claims_markdown(early).splitlines()
-    assert len(lines) == len(early) + 2
+def test_the_markdown_table_has_seven_cells_a_row(
+    claims_without_amplitudes: list[CheckedClaim],
+) -> None:
+    lines = claims_markdown(claims_without_amplitudes).splitlines()
+    assert len(lines) == len(claims_without_amplitudes) + 2
     for line in lines:
         assert len(re.split(r"(?<!\\)\|", line)) == 9
     assert lines[1] == "| --- | --- | --- | --- | --- | --- | --- |"
@@ -262,21 +270,28 @@ def test_markdown_keeps_bars_and_underscores_as_they_are() -> None:
 
 
 def test_the_printed_table_has_every_claim_and_ends_with_the_count(
-    early: list[CheckedClaim], capsys: pytest.CaptureFixture[str]
+    claims_without_amplitudes: list[CheckedClaim], capsys: pytest.CaptureFixture[str]
 ) -> None:
-    odd = dataclasses.replace(early[0].claim, statement="[bold]|x| is shown as it is")
-    print_claims([*early, dataclasses.replace(early[0], claim=odd)])
+    odd = dataclasses.replace(
+        claims_without_amplitudes[0].claim, statement="[bold]|x| is shown as it is"
+    )
+    print_claims(
+        [*claims_without_amplitudes, dataclasses.replace(claims_without_amplitudes[0], claim=odd)]
+    )
     printed = capsys.readouterr()
-    for entry in early:
+    for entry in claims_without_amplitudes:
         assert entry.claim.id in printed.out
         assert str(entry.quantities[0])[:12] in printed.out
     assert "[bold]|x| is shown" in printed.out
     assert "does not hold" in printed.out
-    holding = sum(entry.verdict is Verdict.HOLDS for entry in early) + 1
-    assert f"{len(early) + 1} claims: holds {holding}, does not hold 2" in printed.err
+    holding = sum(entry.verdict is Verdict.HOLDS for entry in claims_without_amplitudes) + 1
+    assert (
+        f"{len(claims_without_amplitudes) + 1} claims: holds {holding}, does not hold 2"
+        in printed.err
+    )
 
 
-def test_trends() -> None:
+def test_rules_of_trends_recognise_rising_and_falling_values() -> None:
     line = np.array([3.0, 1.0, 2.0, 4.0])
     assert falls_then_rises(line)
     assert not falls_then_rises(line[1:])
@@ -304,7 +319,7 @@ def test_a_crossing_is_found_if_it_exists(excess: list[float], expected: float |
     assert crossing(np.array([0.0, 10.0, 20.0, 30.0]), np.array(excess)) == expected
 
 
-def test_what_was_checked_is_stored_and_read_again_unless_its_words_changed(tmp_path: Path) -> None:
+def test_stored_claims_are_read_back_unless_their_text_changed(tmp_path: Path) -> None:
     checked = claims(["critical-friction-of-the-example"])
     path = tmp_path / "claims.json"
     path.write_text(json.dumps(claims_to_stored(checked)))
@@ -316,7 +331,7 @@ def test_what_was_checked_is_stored_and_read_again_unless_its_words_changed(tmp_
         stored_claims(path)
 
 
-def test_a_verdict_by_counting_is_kept_as_plain_numbers() -> None:
+def test_counts_are_stored_as_plain_numbers() -> None:
     # NumPy integers are not JSON: the session could not be saved with them.
     claim = next(candidate for candidate in CLAIMS if candidate.id == "contact-means-negative-y")
     stored = claims_to_stored([check(claim, PaperResults(workers=1))])

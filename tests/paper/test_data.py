@@ -26,11 +26,11 @@ POINTS: list[dict[str, Any]] = json.loads(
 STABILITY_KEYS = ("2a", "2b", "3", "4", "5", "6", "7", "8", "9")
 
 
-def points(*keys: str) -> list[dict[str, Any]]:
+def stored_points_of(*keys: str) -> list[dict[str, Any]]:
     return [point for point in POINTS if point["key"] in keys]
 
 
-def row(data: FigureData, changes: dict[str, float]) -> int:
+def row_index(data: FigureData, changes: dict[str, float]) -> int:
     matches = np.all(
         [np.isclose(data[name], value, rtol=1e-12) for name, value in changes.items()], axis=0
     )
@@ -48,10 +48,10 @@ def test_equilibria_and_eigenvalues_are_those_of_the_papers_equations(
     key: str, results: PaperResults
 ) -> None:
     data = results.table(key)
-    stored_points = points(key)
+    stored_points = stored_points_of(key)
     assert stored_points
     for point in stored_points:
-        index = row(data, point["changes"])
+        index = row_index(data, point["changes"])
         for name in ("x_e", "y_e", "mu_c"):
             if name in point:
                 assert data[name][index] == pytest.approx(point[name], rel=1e-9, abs=1e-12)
@@ -66,21 +66,21 @@ def test_equilibria_and_eigenvalues_are_those_of_the_papers_equations(
 
 
 def test_runs_are_those_of_the_papers_method(results: PaperResults) -> None:
-    for point in points("base"):
+    for point in stored_points_of("base"):
         for time, (x, _, y, _) in point["states"].items():
             condition = {"separation": point["changes"]["separation"], "t": float(time)}
             for key, name, expected in (("11", "x", x), ("12", "y", y)):
                 data = results.table(key)
-                assert data[name][row(data, condition)] == pytest.approx(expected, abs=1e-6)
+                assert data[name][row_index(data, condition)] == pytest.approx(expected, abs=1e-6)
             force = results.table("10")
             base = Parameters()
             pressed = y < 0.0 or not point["changes"]["separation"]
             expected = -base.k2 * y - base.k_nl * y**3 if pressed else 0.0
-            assert force["P"][row(force, condition)] == pytest.approx(expected, abs=1e-3)
+            assert force["P"][row_index(force, condition)] == pytest.approx(expected, abs=1e-3)
 
 
 def test_amplitudes_are_those_of_the_papers_method() -> None:
-    stored_points = points("13", "14", "15", "16")
+    stored_points = stored_points_of("13", "14", "15", "16")
     scenes = [scene_at(point) for point in stored_points]
     for point, amplitude in zip(stored_points, compute_amplitudes(scenes, workers=1), strict=True):
         assert amplitude.y_peak == pytest.approx(point["y_peak"], rel=2e-5)
@@ -115,7 +115,7 @@ def test_every_figure_from_2_to_16_has_panels_of_one_kind() -> None:
         ("13", "separation", (0.0, 1.0)),
     ],
 )
-def test_lines_stand_in_the_papers_order(key: str, by: str, values: tuple[float, ...]) -> None:
+def test_lines_are_in_the_papers_order(key: str, by: str, values: tuple[float, ...]) -> None:
     panel = PANELS[key]
     assert panel.by == by
     holders = [line.scene if by == "separation" else line.scene.parameters for line in panel.lines]
@@ -189,7 +189,7 @@ def test_data_that_are_not_finite_are_refused() -> None:
         FigureData("6", "", "k_nl", "F", columns, {})
 
 
-def test_an_existing_data_file_stays(results: PaperResults, tmp_path: Path) -> None:
+def test_an_existing_data_file_is_not_replaced(results: PaperResults, tmp_path: Path) -> None:
     path = tmp_path / "fig-06.csv"
     path.write_text("mine")
     with pytest.raises(InputError, match="exists"):
@@ -197,23 +197,23 @@ def test_an_existing_data_file_stays(results: PaperResults, tmp_path: Path) -> N
     assert path.read_text() == "mine"
 
 
-def test_a_system_without_critical_friction_says_so() -> None:
+def test_a_system_without_critical_friction_is_refused() -> None:
     with pytest.raises(ComputationError, match="no friction coefficient"):
         critical_mu(Parameters(k3=0.0))
 
 
 @pytest.mark.parametrize("key", ["2a", "3", "6", "10"])
-def test_a_table_is_given_up_at_the_next_scene_or_within_a_run(key: str) -> None:
-    results, looks = PaperResults(), 0
+def test_a_table_can_be_cancelled_between_scenes_and_within_a_run(key: str) -> None:
+    results, checks = PaperResults(), 0
 
     def go_on() -> bool:
-        nonlocal looks
-        looks += 1
-        return looks < 3
+        nonlocal checks
+        checks += 1
+        return checks < 3
 
     results.go_on = go_on
     with pytest.raises(Cancelled):
         results.table(key)
-    assert looks == 3
+    assert checks == 3
     results.go_on = lambda: True
     assert results.table(key).columns

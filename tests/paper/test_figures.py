@@ -25,7 +25,7 @@ from tests.support.reading import transient_figure
 EIGENVALUES, CRITICAL, TRANSIENTS, AMPLITUDES = (3, 4, 5), (6, 7, 8, 9), (10, 11, 12), (13, 16)
 
 
-def invented(scenes: Sequence[Scene], **options: Any) -> list[Amplitude]:
+def invented_amplitudes(scenes: Sequence[Scene], **options: Any) -> list[Amplitude]:
     # Invented amplitudes, which cost no time: drawing does not depend on their origin.
     progress = options.get("progress")
     if progress is not None and not progress(1.0):
@@ -45,30 +45,30 @@ def draw(number: int, results: PaperResults) -> Figure:
 @pytest.fixture(scope="module")
 def results() -> PaperResults:
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("fivtui.paper.results.compute_amplitudes", invented)
+        patch.setattr("fivtui.paper.results.compute_amplitudes", invented_amplitudes)
         paper = PaperResults()
         for key in ("13", "14", "15", "16"):
             paper.table(key)
         return paper
 
 
-def curves(axes: Axes) -> list[Line2D]:
+def curves_in(axes: Axes) -> list[Line2D]:
     # Lines with many points; others mark single points or zero.
     return [line for line in axes.get_lines() if np.size(line.get_xdata()) > 2]
 
 
-def look(line: Line2D) -> tuple[Any, ...]:
+def line_style(line: Line2D) -> tuple[Any, ...]:
     # Properties of a line that are visible in black and white.
     dashes = line._unscaled_dash_pattern  # type: ignore[attr-defined]
     return (line.get_marker(), str(dashes))
 
 
 @pytest.mark.parametrize("number", NUMBERS)
-def test_lines_are_told_apart_without_colour(number: int, results: PaperResults) -> None:
+def test_lines_differ_without_colour(number: int, results: PaperResults) -> None:
     figure = draw(number, results)
     for axes in figure.axes:
-        named = [line for line in curves(axes) if not str(line.get_label()).startswith("_")]
-        assert len({look(line) for line in named}) == len(named) >= 2
+        named = [line for line in curves_in(axes) if not str(line.get_label()).startswith("_")]
+        assert len({line_style(line) for line in named}) == len(named) >= 2
 
 
 @pytest.mark.parametrize("number", NUMBERS)
@@ -85,9 +85,7 @@ def test_every_axis_has_a_label_with_a_unit_unless_dimensionless(
 
 
 @pytest.mark.parametrize("number", NUMBERS)
-def test_a_figure_belongs_to_no_window_and_fits_its_frame(
-    number: int, results: PaperResults
-) -> None:
+def test_a_figure_has_no_window_and_fits_its_frame(number: int, results: PaperResults) -> None:
     figure = draw(number, results)
     assert isinstance(figure.canvas, FigureCanvasAgg)
     figure.draw_without_rendering()
@@ -99,7 +97,7 @@ def test_a_figure_belongs_to_no_window_and_fits_its_frame(
     assert box.y1 <= height + 0.01
 
 
-def legend(figure: Figure) -> list[str]:
+def legend_texts(figure: Figure) -> list[str]:
     holders = [*figure.legends, *(a.get_legend() for a in figure.axes if a.get_legend())]
     return [
         text.get_text() for holder in holders if holder is not None for text in holder.get_texts()
@@ -107,22 +105,22 @@ def legend(figure: Figure) -> list[str]:
 
 
 def test_legends_name_the_lines(results: PaperResults) -> None:
-    entries = legend(draw(6, results))
+    entries = legend_texts(draw(6, results))
     assert [entry.replace("\N{NO-BREAK SPACE}", " ") for entry in entries] == [
         "linear, $k_{\\mathrm{nl}}$ = 0 N/m$^3$",
         "$k_{\\mathrm{nl}}$ = 50 N/m$^3$",
         "$k_{\\mathrm{nl}}$ = 200 N/m$^3$",
         "$k_{\\mathrm{nl}}$ = 500 N/m$^3$",
     ]
-    assert legend(draw(13, results)) == ["separation ignored", "separation considered"]
-    assert "off the belt" in legend(draw(12, results))
+    assert legend_texts(draw(13, results)) == ["separation ignored", "separation considered"]
+    assert "off the belt" in legend_texts(draw(12, results))
 
 
 @pytest.mark.parametrize("number", CRITICAL)
 def test_lines_are_those_of_the_data(number: int, results: PaperResults) -> None:
     data = results.table(str(number))
     (axes,) = draw(number, results).axes
-    for line, (_, columns) in zip(curves(axes), data.lines(), strict=True):
+    for line, (_, columns) in zip(curves_in(axes), data.lines(), strict=True):
         np.testing.assert_array_equal(line.get_xdata(), columns[data.along])
         np.testing.assert_array_equal(line.get_ydata(), columns["mu_c"])
 
@@ -131,7 +129,7 @@ def test_lines_are_those_of_the_data(number: int, results: PaperResults) -> None
 def test_merged_modes_are_drawn_once(number: int, results: PaperResults) -> None:
     data = results.table(str(number))
     frequencies, _ = draw(number, results).axes
-    for line, (_, columns) in zip(curves(frequencies), data.lines(), strict=True):
+    for line, (_, columns) in zip(curves_in(frequencies), data.lines(), strict=True):
         second = np.asarray(line.get_ydata(), dtype=float)[columns["omega_1"].size + 1 :]
         hidden = np.isnan(second)
         merged = np.isclose(columns["omega_1"], columns["omega_2"], rtol=1e-6)
@@ -153,13 +151,13 @@ def test_amplitudes_show_peak_and_half_range(number: int, results: PaperResults)
     peak, half_range = draw(number, results).axes
     data = results.table(str(number))
     for axes, name in ((peak, "y_peak"), (half_range, "y_half_range")):
-        for line, value in zip(curves(axes), (0.0, 1.0), strict=True):
+        for line, value in zip(curves_in(axes), (0.0, 1.0), strict=True):
             np.testing.assert_array_equal(line.get_ydata(), data.line(value)[name])
     assert "Peak" in peak.get_ylabel()
     assert "Half peak-to-peak" in half_range.get_ylabel()
 
 
-def test_runs_are_drawn_over_the_whole_time_and_enlarged(results: PaperResults) -> None:
+def test_runs_are_drawn_in_full_and_enlarged_at_their_end(results: PaperResults) -> None:
     overview, late = draw(10, results).axes
     assert overview.get_xlim() == (0.0, 100.0)
     assert late.get_xlim() == (90.0, 100.0)
@@ -208,7 +206,7 @@ def test_an_existing_file_stops_all_figures_before_the_work(
     assert (tmp_path / "fig-07.csv").read_text() == "mine"
 
 
-def test_force_replaces(results: PaperResults, tmp_path: Path) -> None:
+def test_force_replaces_existing_files(results: PaperResults, tmp_path: Path) -> None:
     (tmp_path / "fig-06.csv").write_text("mine")
     (files,) = save_figures(
         [6], output_path(tmp_path, force=True), formats=["png"], results=results

@@ -58,23 +58,23 @@ FIGURES: Final[Mapping[str, tuple[Any, str, Sequence[float], Mapping[str, float]
     "15": (("k_nl", 20.0, 500.0), "", (), {"F": 40.0, "mu": 0.7}),
     "16": (("k_nl", 20.0, 500.0), "", (), {"F": 60.0, "mu": 1.0}),
 }
-ALONG: Final = {
+AXIS_LABELS: Final = {
     "F": "Preload F (N)",
     "k_nl": "Cubic contact stiffness k_nl (N/m^3)",
     "mu": "Friction coefficient μ",
 }
 UNITS: Final = {"F": " N", "k_nl": " N/m^3"}
 # The step between points of thinned lines, which include both ends.
-EVERY: Final = 25
+THINNING: Final = 25
 
 
 def amplitude(case: bool, p: Mapping[str, float]) -> tuple[float, float]:
     # A different number for every scene; other tests check the amplitudes themselves.
-    at = p["F"] + 0.1 * p["k_nl"] + 7.0 * p["mu"]
-    return at + 3.0 * case, 0.5 * at + 5.0 * case
+    size = p["F"] + 0.1 * p["k_nl"] + 7.0 * p["mu"]
+    return size + 3.0 * case, 0.5 * size + 5.0 * case
 
 
-def invented(scenes: Sequence[Scene], **_: Any) -> list[Amplitude]:
+def invented_amplitudes(scenes: Sequence[Scene], **_: Any) -> list[Amplitude]:
     return [
         Amplitude(*amplitude(scene.separation, scene.parameters.as_dict()), 7, 1.0)
         for scene in scenes
@@ -84,18 +84,18 @@ def invented(scenes: Sequence[Scene], **_: Any) -> list[Amplitude]:
 @pytest.fixture(scope="module")
 def results() -> PaperResults:
     # All lines with fewer points.
-    thin = {
+    thinned_panels = {
         key: dataclasses.replace(
             panel,
             lines=tuple(
-                dataclasses.replace(line, values=line.values[::EVERY]) for line in panel.lines
+                dataclasses.replace(line, values=line.values[::THINNING]) for line in panel.lines
             ),
         )
         for key, panel in PANELS.items()
     }
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(paper_results, "compute_amplitudes", invented)
-        patch.setattr(paper_results, "PANELS", thin)
+        patch.setattr(paper_results, "compute_amplitudes", invented_amplitudes)
+        patch.setattr(paper_results, "PANELS", thinned_panels)
         patch.setattr(paper_results, "_POINTS", 2001)
         paper = PaperResults()
         for key in PANELS:
@@ -125,24 +125,26 @@ def check_line(
     line: tuple[FloatArray, FloatArray],
     value: float,
     reference: Callable[..., float],
-    skipped: bool = False,
+    may_be_hidden: bool = False,
 ) -> None:
     # Compare points of a line with values computed from its legend and the figure's caption.
     (along, *_), by, _, shared = FIGURES[key]
     x, y = line
     check_ends(key, x)
     for index in {0, x.size // 3, x.size // 2, x.size - 1}:
-        if skipped and np.isnan(y[index]):
+        if may_be_hidden and np.isnan(y[index]):
             continue
         changes = {**shared, **({by: value} if by else {}), along: float(x[index])}
         assert y[index] == pytest.approx(reference(**changes), rel=1e-7, abs=1e-7), (key, changes)
 
 
-def named(axes: Axes, holder: Mapping[str, Any]) -> list[tuple[str, tuple[FloatArray, FloatArray]]]:
-    return [(name, points(line_like(axes, handle))) for name, handle in holder.items()]
+def named_lines(
+    axes: Axes, handles: Mapping[str, Any]
+) -> list[tuple[str, tuple[FloatArray, FloatArray]]]:
+    return [(name, points(line_like(axes, handle))) for name, handle in handles.items()]
 
 
-def modes_of(line: Line2D) -> list[tuple[FloatArray, FloatArray]]:
+def split_modes(line: Line2D) -> list[tuple[FloatArray, FloatArray]]:
     # Split a line into its two modes, which a missing point separates.
     x, y = points(line)
     half = x.size // 2
@@ -155,14 +157,14 @@ def test_fig_2_has_the_equilibria_of_its_lines(results: PaperResults) -> None:
         assert axes.get_title() == f"({key[1]})"
         # Both panels share the y axis of the first.
         label = "Vertical displacement y_e (m)" if key == "2a" else ""
-        assert labels(axes) == (ALONG[FIGURES[key][0][0]], label)
+        assert labels(axes) == (AXIS_LABELS[FIGURES[key][0][0]], label)
         assert axes.get_ylim() == figure.axes[0].get_ylim()
         legend = axes.get_legend()
         assert legend is not None
         names = legend_names(key)
         shown = entries(legend)
         assert list(shown) == list(names)
-        for name, line in named(axes, shown):
+        for name, line in named_lines(axes, shown):
             check_line(key, line, names[name], lambda **p: own_slider.equilibrium(**p)[1])
         assert len(axes.lines) == len(names)
 
@@ -182,13 +184,13 @@ def test_figs_3_to_5_have_both_modes_of_every_line_and_its_critical_friction(
 ) -> None:
     figure = draw(int(key), results)
     left_axes, right = figure.axes
-    assert labels(left_axes) == (ALONG["mu"], "Frequency Im λ (rad/s)")
-    assert labels(right) == (ALONG["mu"], "Growth rate Re λ (1/s)")
+    assert labels(left_axes) == (AXIS_LABELS["mu"], "Frequency Im λ (rad/s)")
+    assert labels(right) == (AXIS_LABELS["mu"], "Growth rate Re λ (1/s)")
     names, shown = legend_names(key), the_legend(figure)
     assert list(shown) == [*names, "μ_c"]
     for name, value in names.items():
         for axes, part in ((left_axes, "imag"), (right, "real")):
-            first, second = modes_of(line_like(axes, shown[name]))
+            first, second = split_modes(line_like(axes, shown[name]))
             check_line(key, first, value, lambda part=part, **p: getattr(modes(**p)[0], part))
             check_line(
                 key, second, value, lambda part=part, **p: getattr(modes(**p)[1], part), True
@@ -214,10 +216,10 @@ def test_figs_6_to_9_have_the_critical_friction_of_every_line(
 ) -> None:
     figure = draw(int(key), results)
     (axes,) = figure.axes
-    assert labels(axes) == (ALONG[FIGURES[key][0][0]], "Critical friction coefficient μ_c")
+    assert labels(axes) == (AXIS_LABELS[FIGURES[key][0][0]], "Critical friction coefficient μ_c")
     names, shown = legend_names(key), the_legend(figure)
     assert list(shown) == list(names)
-    for name, line in named(axes, shown):
+    for name, line in named_lines(axes, shown):
         check_line(key, line, names[name], own_slider.critical_mu)
     assert len(axes.lines) == len(names)
     assert axes.get_ylim()[0] == 0.0
@@ -260,7 +262,7 @@ def test_figs_10_to_12_have_the_motions_of_the_papers_method(
 def test_figs_13_to_16_have_both_amplitudes_of_both_cases(key: str, results: PaperResults) -> None:
     figure = draw(int(key), results)
     left_axes, right = figure.axes
-    along = ALONG[FIGURES[key][0][0]]
+    along = AXIS_LABELS[FIGURES[key][0][0]]
     assert labels(left_axes) == (along, "Peak |y| (m)")
     assert labels(right)[0] == along
     assert "half" in labels(right)[1]
@@ -270,7 +272,7 @@ def test_figs_13_to_16_have_both_amplitudes_of_both_cases(key: str, results: Pap
     for axes, index in ((left_axes, 0), (right, 1)):
         assert axes.get_ylim()[0] == 0.0
         assert len(axes.lines) == 2
-        for name, line in named(axes, shown):
+        for name, line in named_lines(axes, shown):
             case = CASES[name]
             check_line(
                 key,
@@ -281,7 +283,7 @@ def test_figs_13_to_16_have_both_amplitudes_of_both_cases(key: str, results: Pap
             assert line_like(axes, shown[name]).is_dashed() == case
 
 
-SAID: Final = {
+PARAMETER_TEXTS: Final = {
     "m": "m = {:g} kg", "k1": "k_1 = {:g} N/m", "k2": "k_2 = {:g} N/m", "k3": "k_3 = {:g} N/m",
     "c1": "c_1 = {:g} N s/m", "c2": "c_2 = {:g} N s/m", "F": "F = {:g} N",
     "k_nl": "k_nl = {:g} N/m^3", "mu": "μ = {:g}",
@@ -298,7 +300,7 @@ def test_figures_name_their_fixed_parameters(number: int, results: PaperResults)
     figure = draw(number, results)
     title = figure.get_suptitle() or figure.axes[0].get_title()
     assert plain(title.replace("\n", ", ")).split(", ") == [
-        SAID[name].format(value)
+        PARAMETER_TEXTS[name].format(value)
         for name, value in {**own_slider.BASE, **shared}.items()
         if name not in varied
     ]
@@ -450,4 +452,6 @@ def test_captions_agree_with_the_axes(results: PaperResults) -> None:
         assert PANELS[key].by == (by or "separation")
     for key in ("3", "4", "8", "9"):
         for name, value in FIGURES[key][3].items():
-            assert SAID[name].format(value).replace("_", "") in results.table(key).caption
+            assert (
+                PARAMETER_TEXTS[name].format(value).replace("_", "") in results.table(key).caption
+            )

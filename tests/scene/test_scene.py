@@ -30,13 +30,13 @@ def run(scene: Scene) -> Transient:
     )
 
 
-def with_step(method: str) -> bool:
+def takes_step(method: str) -> bool:
     return method not in METHODS or METHODS[method].fixed_step
 
 
 printable = st.text(st.characters(codec="utf-8").filter(str.isprintable))
 finite = st.floats(allow_nan=False, allow_infinity=False)
-statics: st.SearchStrategy[Start] = st.just("static")
+static_starts: st.SearchStrategy[Start] = st.just("static")
 parameter_sets = st.builds(
     Parameters,
     **{name: st.floats(spec.lower, spec.upper) for name, spec in PARAMETERS.items()},
@@ -55,11 +55,11 @@ def scenes(draw: st.DrawFn) -> Scene:
         description=draw(printable),
         parameters=draw(parameter_sets),
         separation=draw(st.booleans()),
-        start=draw(statics | st.tuples(finite, finite, finite, finite)),
+        start=draw(static_starts | st.tuples(finite, finite, finite, finite)),
         t_end=t_end,
         tol=DEFAULT_TOL if accuracy else draw(st.floats(*TOL_RANGE)),
         method=method,
-        step=draw(steps) if with_step(method) and not accuracy else None,
+        step=draw(steps) if takes_step(method) and not accuracy else None,
         accuracy=accuracy,
         outputs=tuple(draw(st.lists(st.sampled_from(sorted(OUTPUTS)), unique=True))),
         correlation=draw(st.sampled_from([(), (("mu", "F", -0.25), ("mu", "y0", 0.5))])),
@@ -92,7 +92,7 @@ def test_a_saved_file_explains_every_parameter(tmp_path: Path) -> None:
         assert any(line.startswith("method") and method in line for line in lines)
 
 
-def test_a_scene_is_not_overwritten_unasked(tmp_path: Path) -> None:
+def test_a_scene_file_is_replaced_only_with_force(tmp_path: Path) -> None:
     path = tmp_path / "scene.toml"
     save_scene(PRESETS["base"], path)
     with pytest.raises(InputError, match="exists already"):
@@ -172,7 +172,7 @@ def test_a_binary_file_is_a_one_line_error(tmp_path: Path) -> None:
         load_scene(path)
 
 
-def test_a_layout_without_name_needs_one() -> None:
+def test_a_scene_without_a_name_is_refused() -> None:
     with pytest.raises(InputError, match="name is missing"):
         scene_from_dict({"fivtui_scene": 1})
 

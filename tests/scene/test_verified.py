@@ -1,3 +1,5 @@
+"""Transients computed to error targets, and scenes that require them."""
+
 import dataclasses
 import itertools
 import json
@@ -25,11 +27,11 @@ from tests.references import REFERENCES
 
 
 @pytest.mark.parametrize("name", sorted(REFERENCES))
-@pytest.mark.parametrize("wish", [1e-2, 1e-6])
-def test_errors_are_within_the_requested_and_the_estimated_ones(name: str, wish: float) -> None:
+@pytest.mark.parametrize("target", [1e-2, 1e-6])
+def test_errors_are_within_their_targets_and_estimates(name: str, target: float) -> None:
     reference = REFERENCES[name]
     result = simulate_to(
-        {"peak": wish, "final": wish},
+        {"peak": target, "final": target},
         Request(
             System(reference.parameters, reference.separation),
             t_end=reference.t_end,
@@ -42,7 +44,7 @@ def test_errors_are_within_the_requested_and_the_estimated_ones(name: str, wish:
     size = max(map(abs, reference.final))
     assert distance <= estimate.final * size + 1e-11 * size
     assert abs(run.peak.y_abs - reference.peak_y_abs) <= (estimate.peak + 1e-11) * run.peak.y_abs
-    assert max(estimate.final, estimate.peak) <= wish
+    assert max(estimate.final, estimate.peak) <= target
 
 
 def test_a_fixed_step_is_refined_until_the_error_is_met() -> None:
@@ -62,16 +64,16 @@ def test_an_error_below_rounding_is_refused_with_the_smallest_possible_one() -> 
 UNDAMPED = Parameters(c1=0.0, c2=0.0)
 
 
-@pytest.mark.parametrize("wish", [2e-4, 1e-2, 1.0])
-def test_results_after_two_runs_diverge_are_refused_with_time_and_reason(wish: float) -> None:
+@pytest.mark.parametrize("target", [2e-4, 1e-2, 1.0])
+def test_results_after_two_runs_diverge_are_refused_with_time_and_reason(target: float) -> None:
     with pytest.raises(ComputationError, match=r"diverge at t = .* switches differ") as caught:
-        simulate_to({"half_range": wish}, Request(System(UNDAMPED), t_end=1000.0))
+        simulate_to({"half_range": target}, Request(System(UNDAMPED), t_end=1000.0))
     match = re.search(r"t = ([\d.]+) s", caught.value.why)
     assert match is not None
     # The advice is correct: before the stated time the same quantity is verified.
     shorter = Request(System(UNDAMPED), t_end=0.8 * float(match[1]))
-    before = simulate_to({"half_range": wish}, shorter)
-    assert before.estimate.half_range <= wish
+    before = simulate_to({"half_range": target}, shorter)
+    assert before.estimate.half_range <= target
 
 
 def test_results_before_two_runs_diverge_are_still_printed(
@@ -108,11 +110,11 @@ def test_accidental_agreement_is_not_accepted(monkeypatch: pytest.MonkeyPatch) -
 
     shifts = itertools.cycle((0.0, 0.02 * true.peak.y_abs))
 
-    def by_chance(*_args: object, **_options: object) -> object:
+    def shifted_run(*_args: object, **_options: object) -> object:
         final = true.final._replace(x=true.final.x + next(shifts))
         return dataclasses.replace(true, final=final)
 
-    monkeypatch.setattr("fivtui.scene.verified.compute", by_chance)
+    monkeypatch.setattr("fivtui.scene.verified.compute", shifted_run)
     with pytest.raises(
         DivergenceError, match=r"diverge at t = 10 s: .*% of the amplitude"
     ) as caught:
@@ -120,29 +122,29 @@ def test_accidental_agreement_is_not_accepted(monkeypatch: pytest.MonkeyPatch) -
     assert caught.value.before is None
 
 
-def observed(final: float, *times: float) -> Observation:
+def make_observation(final: float, *times: float) -> Observation:
     return Observation((final, 0.0, 0.0, 0.0), 1.0, 1.0, np.array(times), len(times) // 2)
 
 
 @pytest.mark.parametrize(
-    ("first", "second", "at"),
+    ("first", "second", "expected_time"),
     [
-        (observed(1.0, 2.0, 3.0), observed(1.0, 2.0, 3.0), None),
-        (observed(1.0, 2.0, 3.0), observed(1.009, 2.0, 3.0009), None),
-        (observed(1.0, 2.0, 3.0), observed(1.02, 2.0, 3.0), 9.0),
-        (observed(1.0, 2.0, 3.0), observed(1.0, 2.0, 3.002), 3.0),
-        (observed(1.0, 2.0, 3.0), observed(1.0, 2.0, 3.0, 5.0, 6.0), 5.0),
-        (observed(1.0, 2.0, 4.0, 5.0, 6.0), observed(1.0, 5.0, 6.0), 2.0),
+        (make_observation(1.0, 2.0, 3.0), make_observation(1.0, 2.0, 3.0), None),
+        (make_observation(1.0, 2.0, 3.0), make_observation(1.009, 2.0, 3.0009), None),
+        (make_observation(1.0, 2.0, 3.0), make_observation(1.02, 2.0, 3.0), 9.0),
+        (make_observation(1.0, 2.0, 3.0), make_observation(1.0, 2.0, 3.002), 3.0),
+        (make_observation(1.0, 2.0, 3.0), make_observation(1.0, 2.0, 3.0, 5.0, 6.0), 5.0),
+        (make_observation(1.0, 2.0, 4.0, 5.0, 6.0), make_observation(1.0, 5.0, 6.0), 2.0),
     ],
 )
 def test_runs_diverge_at_the_first_different_switch_or_at_the_end(
-    first: Observation, second: Observation, at: float | None
+    first: Observation, second: Observation, expected_time: float | None
 ) -> None:
     for result in (
         divergence(first, second, t_end=9.0, time_scale=0.1),
         divergence(second, first, t_end=9.0, time_scale=0.1),
     ):
-        assert (None if result is None else result.t) == at
+        assert (None if result is None else result.t) == expected_time
 
 
 @pytest.mark.parametrize(
@@ -158,7 +160,7 @@ def test_a_wrong_accuracy_request_is_refused(requested: dict[str, float], messag
         check_accuracy(requested)
 
 
-def test_a_scene_states_the_accuracy_it_needs(tmp_path: Path) -> None:
+def test_the_accuracy_in_a_scene_file_is_met(tmp_path: Path) -> None:
     scene = dataclasses.replace(PRESETS["base"], t_end=20.0, accuracy=(("peak", 1e-4),))
     path = tmp_path / "scene.toml"
     save_scene(scene, path)
@@ -198,7 +200,7 @@ def test_a_stability_scene_integrates_nothing(monkeypatch: pytest.MonkeyPatch) -
     assert result.run is None
 
 
-def test_no_samples_are_stored_unasked_and_asking_takes_no_more_steps() -> None:
+def test_samples_are_stored_only_if_required_and_cost_no_steps() -> None:
     def run(*outputs: str) -> tuple[int, int]:
         scene = dataclasses.replace(PRESETS["base"], t_end=20.0, outputs=outputs)
         result = run_scene(scene).run
@@ -248,12 +250,12 @@ def test_run_computes_what_the_scene_requires(
 @given(st.floats(-16.0, 0.0).map(lambda exponent: 10.0**exponent))
 def test_tolerances_that_verify_each_other_are_a_decade_apart(error: float) -> None:
     tol = first_tol({"peak": error})
-    tried = [tol]
-    while tried[-1] > TOL_RANGE[0]:
-        tried.append(finer_tol(tried[-1]))
-    assert len(tried) > 1
-    assert tried[-1] == TOL_RANGE[0]
-    assert all(10.0 <= a / b <= 1000.1 for a, b in itertools.pairwise(tried))
+    tolerances = [tol]
+    while tolerances[-1] > TOL_RANGE[0]:
+        tolerances.append(finer_tol(tolerances[-1]))
+    assert len(tolerances) > 1
+    assert tolerances[-1] == TOL_RANGE[0]
+    assert all(10.0 <= a / b <= 1000.1 for a, b in itertools.pairwise(tolerances))
 
 
 def test_a_run_to_a_stated_accuracy_delivers_samples_while_it_runs() -> None:

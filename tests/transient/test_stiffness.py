@@ -7,7 +7,7 @@ from fivtui.model import System
 from fivtui.model.errors import ComputationError
 from fivtui.model.slider_belt import equilibrium
 from fivtui.transient.stiffness import find_stiffness
-from tests.cli.test_cli import fivtui
+from tests.cli.test_cli import run_fivtui
 
 LIGHT = Parameters(m=1e-6)
 
@@ -74,7 +74,7 @@ def test_rk4_refuses_a_step_that_the_damping_makes_unstable() -> None:
 def test_the_command_line_says_that_a_scene_is_stiff_beside_its_result() -> None:
     # Load the compiled kernel first; the interpreter would take seconds.
     simulate(t_end=1.0, kernel="compiled")
-    process = fivtui("simulate", "--set", "m=1e-6", "--t-end", "0.6")
+    process = run_fivtui("simulate", "--set", "m=1e-6", "--t-end", "0.6")
     assert process.returncode == 0
     assert "the scene is stiff" in process.stderr
     assert "--method scipy-lsoda" in process.stderr
