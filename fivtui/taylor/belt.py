@@ -1,7 +1,7 @@
-"""The Taylor integrator on a belt of finite speed, and of parameters that follow tables over time.
+"""The Taylor integrator for a belt of finite speed and for parameters that follow tables over time.
 
-Every step ends where the first guard of its mode falls to zero, by the table `MODES`, or at a row
-of a table: between rows parameters change linearly, so that guards are power series of the time.
+A step ends at the first zero of a guard of its mode, see `MODES`, or at a row of a table. Between
+rows parameters change linearly, so that guards are power series of time.
 """
 
 from collections.abc import Sequence
@@ -31,10 +31,10 @@ SIMULTANEOUS: Final = 2.0**-40
 # Shortest step, relative to t, that advances a motion creeping by a steep friction law.
 UNRESOLVED: Final = 2.0**-50
 # Largest change of v/v_s over a step with a friction law, and its growth with v/v_s. Where v/v_s
-# stays above _FAR, the exponential is below rounding and the step may be longer.
+# stays above _FAR_EXPONENT, the exponential is below rounding and the step may be longer.
 _MAX_CHANGE: Final = 12.0
-_GROWTH: Final = 0.09
-_FAR: Final = 37.0
+_CHANGE_GROWTH: Final = 0.09
+_FAR_EXPONENT: Final = 37.0
 _SHRINK_FACTOR: Final = 0.75
 _HEIGHT_GUARDS: Final = (Guard.HEIGHT, Guard.DEPTH)
 SPEED_GUARDS: Final = (Guard.AHEAD, Guard.BEHIND)
@@ -42,7 +42,7 @@ HOLD_GUARDS: Final = (Guard.HELD_FORWARD, Guard.HELD_BACKWARD)
 
 
 class BeltStepper(TaylorStepper):
-    """Taylor integrator on a belt of finite speed, or with tables over time."""
+    """Taylor integrator for a belt of finite speed, or for tables over time."""
 
     def __init__(
         self,
@@ -65,7 +65,7 @@ class BeltStepper(TaylorStepper):
         self._terms = Terms(self._by_law, p.v_belt is not None, bool(tables))
 
     def advance(self) -> Segment:
-        """Compute the next segment, as `TaylorStepper.advance`, cut also at a row of a table."""
+        """Compute the next segment as `TaylorStepper.advance` does; cut it also at a table row."""
         if self._terms.over_time:
             self._p, self._rates = self._course.after(self._time)
             self._row_time = self._course.next_row_time(self._time)
@@ -94,18 +94,18 @@ class BeltStepper(TaylorStepper):
         v_s = self._p.v_s or 1.0
         speed = MODES[self._mode].friction_sign * ((self._p.v_belt or 0.0) - x[1])
         exponent = max(speed / v_s, 0.0)
-        allowed = max(_MAX_CHANGE + _GROWTH * exponent, exponent - _FAR) * v_s
+        allowed = max(_MAX_CHANGE + _CHANGE_GROWTH * exponent, exponent - _FAR_EXPONENT) * v_s
         # v_r also changes with the speed of the belt.
-        relative = (*x[:2], x[2] - 0.5 * self._rates.v_belt, *x[3:])
-        while _max_speed_change(relative, duration) > allowed:
+        relative_motion = (*x[:2], x[2] - 0.5 * self._rates.v_belt, *x[3:])
+        while _max_speed_change(relative_motion, duration) > allowed:
             duration *= _SHRINK_FACTOR
         return duration
 
-    def _final_state(self, final: State, duration: float, ended: Transition | None) -> State:
+    def _final_state(self, final: State, duration: float, transition: Transition | None) -> State:
         x, vx, y, vy = final
-        guard = None if ended is None else ended.guard
-        on_belt = self._mode is Mode.STICK or guard in SPEED_GUARDS
-        speed = self._speed_after(duration) if on_belt else vx / duration
+        guard = None if transition is None else transition.guard
+        has_belt_speed = self._mode is Mode.STICK or guard in SPEED_GUARDS
+        speed = self._speed_after(duration) if has_belt_speed else vx / duration
         return (x, speed, 0.0 if guard in _HEIGHT_GUARDS else y, vy / duration)
 
     def _speed_after(self, duration: float) -> float:
@@ -118,9 +118,9 @@ class BeltStepper(TaylorStepper):
         p, _ = self._course.after(self._time + (duration + self._remainder))
         return p.v_belt or 0.0
 
-    def _next_mode(self, ended: Transition, state: State) -> Mode:
-        if ended.guard in HOLD_GUARDS:
-            return ended.next_modes[0]
+    def _next_mode(self, transition: Transition, state: State) -> Mode:
+        if transition.guard in HOLD_GUARDS:
+            return transition.next_modes[0]
         p, rates = self._course.after(self._time)
         return mode_of(p, state, separation=self._separation, rates=rates)
 
@@ -144,19 +144,19 @@ class BeltStepper(TaylorStepper):
         return (*balanced[:3], balanced[3] - self._rates.F / (6.0 * self._p.m), *balanced[4:])
 
     def _set_belt_acceleration(self, x: tuple[float, ...], *, forward: bool) -> tuple[float, ...]:
-        # Where friction balances the other forces, start with the belt's acceleration: a rounding
-        # error would make the slider stick again at once.
+        # Where friction balances the other forces, or the slider would pass the belt, use the
+        # belt's acceleration: else a rounding error makes the slider stick again at once.
         guard = Guard.HELD_FORWARD if forward else Guard.HELD_BACKWARD
         p, (position, _, y, _) = self._p, self._state
         grip = p.mu_static * abs(spring_force(p, y))
         size = holding_force_size(p, position, y, self._rates) + grip
         margin = guard_value(p, self._state, guard, self._rates)
         # Friction is continuous at v_r = 0.
-        smooth = p.mu_static == p.mu or p.speed_law is not None
-        balanced = smooth and abs(margin) <= BALANCE_TOL * size
-        with_belt = 0.5 * self._rates.v_belt
-        leaves = x[2] > with_belt if forward else x[2] < with_belt
-        return (x[0], x[1], with_belt, *x[3:]) if balanced or leaves else x
+        is_continuous = p.mu_static == p.mu or p.speed_law is not None
+        balanced = is_continuous and abs(margin) <= BALANCE_TOL * size
+        half_belt_acceleration = 0.5 * self._rates.v_belt
+        passes_belt = x[2] > half_belt_acceleration if forward else x[2] < half_belt_acceleration
+        return (x[0], x[1], half_belt_acceleration, *x[3:]) if balanced or passes_belt else x
 
     def _check_progress(self, mode: Mode, start: float, duration: float, *, cut: bool) -> None:
         if self._by_law and MODES[mode].slips and duration < UNRESOLVED * start:
@@ -167,7 +167,7 @@ class BeltStepper(TaylorStepper):
     def _find_first_end(
         self, motion: Coefficients, y: tuple[float, ...], powers: Sequence[float], final: State
     ) -> tuple[float, Transition] | None:
-        first: tuple[float, Transition] | None = None
+        first_end: tuple[float, Transition] | None = None
         for transition in MODES[self._mode].ends:
             guard = transition.guard
             root: float | None
@@ -183,9 +183,9 @@ class BeltStepper(TaylorStepper):
                 root = _first_root_of_guard(list(map(mul, c, powers)), value)
             if root is None:
                 continue
-            if first is None or root < first[0] * (1.0 - SIMULTANEOUS):
-                first = root, transition
-        return first
+            if first_end is None or root < first_end[0] * (1.0 - SIMULTANEOUS):
+                first_end = root, transition
+        return first_end
 
     def _guard_at_end(self, state: State, guard: Guard, duration: float) -> float:
         # Value of a guard at the end of a step.
@@ -202,11 +202,11 @@ def _max_speed_change(x: Sequence[float], duration: float) -> float:
 
 
 def _first_root_of_guard(c: Sequence[float], final: float) -> float | None:
-    # First root of a guard. A guard differs from its chord by at most max|second derivative|/8. A
-    # guard that starts at zero is divided by θ.
-    first = c[0] if c[0] != 0.0 else c[1]
+    # First root of a guard. A guard differs from its chord by at most max|second derivative|/8. If
+    # it starts at zero, the bound serves for guard/θ.
+    start_value = c[0] if c[0] != 0.0 else c[1]
     chord_distance = sum(abs(coefficient) * n * (n - 1) for n, coefficient in enumerate(c)) / 8.0
-    if min(first, final) > chord_distance:
+    if min(start_value, final) > chord_distance:
         return None
     root = first_root(c)
     if root is None and final <= 0.0:
@@ -217,6 +217,6 @@ def _first_root_of_guard(c: Sequence[float], final: float) -> float | None:
 
 def taylor_stepper(system: System, state: State, *, t: float = 0.0, tol: float) -> TaylorStepper:
     """The integrator of a system from a state, with the local tolerance for a run's `tol`."""
-    on_belt = system.parameters.v_belt is not None or bool(system.over_time)
-    make = BeltStepper if on_belt else TaylorStepper
-    return make(system, state, t=t, tol=local_tolerance(tol))
+    needs_belt = system.parameters.v_belt is not None or bool(system.over_time)
+    stepper_class = BeltStepper if needs_belt else TaylorStepper
+    return stepper_class(system, state, t=t, tol=local_tolerance(tol))

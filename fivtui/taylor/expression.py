@@ -3,8 +3,8 @@
 from typing import Any
 
 
-class Reflected:
-    """Operators with a number on the left-hand side, which `_operand` converts."""
+class ReflectedOperators:
+    """Operators whose left operand is a number; `_operand` converts it."""
 
     __slots__ = ()
 
@@ -24,7 +24,7 @@ class Reflected:
         return self._operand(value) / self
 
 
-class Expression(Reflected):
+class Expression(ReflectedOperators):
     """An arithmetic expression; products with 0 or 1 and sums with 0 are simplified."""
 
     __slots__ = ("precedence", "text")
@@ -44,7 +44,7 @@ class Expression(Reflected):
         return self.text.lstrip("-")[0].isdigit()
 
     def __neg__(self) -> "Expression":
-        text = self._in_parentheses(2)
+        text = self._operand_text(2)
         if text.startswith("-"):
             return Expression(text[1:], 2)
         return self if self.is_zero else Expression(f"-{text}", 2)
@@ -53,28 +53,28 @@ class Expression(Reflected):
         b = expression(operand)
         if self.is_zero or b.is_zero:
             return b if self.is_zero else self
-        return Expression(f"{self.text} + {b._in_parentheses(2)}", 1)
+        return Expression(f"{self.text} + {b._operand_text(2)}", 1)
 
     def __sub__(self, operand: object) -> "Expression":
         b = expression(operand)
         if self.is_zero or b.is_zero:
             return -b if self.is_zero else self
-        return Expression(f"{self.text} - {b._in_parentheses(2)}", 1)
+        return Expression(f"{self.text} - {b._operand_text(2)}", 1)
 
     def __mul__(self, operand: object) -> "Expression":
         b = expression(operand)
         if self.is_zero or b.is_zero:
             return Expression(_ZERO)
-        for factor, rest in ((self, b), (b, self)):
+        for factor, cofactor in ((self, b), (b, self)):
             if factor.text in (_ONE, _MINUS_ONE):
-                return rest if factor.text == _ONE else -rest
-        return Expression(f"{self._in_parentheses(2)} * {b._in_parentheses(3)}", 2)
+                return cofactor if factor.text == _ONE else -cofactor
+        return Expression(f"{self._operand_text(2)} * {b._operand_text(3)}", 2)
 
     def __truediv__(self, operand: object) -> "Expression":
         b = expression(operand)
         if self.is_zero or b.text == _ONE:
             return self
-        return Expression(f"{self._in_parentheses(2)} / {b._in_parentheses(3)}", 2)
+        return Expression(f"{self._operand_text(2)} / {b._operand_text(3)}", 2)
 
     def _operand(self, value: object) -> "Expression":
         return expression(value)
@@ -83,8 +83,8 @@ class Expression(Reflected):
         """The exponential function, named `exponential` in C and Python."""
         return Expression(f"exponential({self.text})")
 
-    def _in_parentheses(self, precedence: int) -> str:
-        return self.text if self.precedence >= precedence else f"({self.text})"
+    def _operand_text(self, min_precedence: int) -> str:
+        return self.text if self.precedence >= min_precedence else f"({self.text})"
 
 
 _ZERO, _ONE, _MINUS_ONE = "0.0", "1.0", "-1.0"

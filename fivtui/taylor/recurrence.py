@@ -18,7 +18,7 @@ from fivtui.model.modes import Guard, Mode
 from fivtui.model.parameters import ALL_PARAMETERS
 from fivtui.model.slider_belt import accelerations
 
-from .expression import Expression, Reflected, expression
+from .expression import Expression, ReflectedOperators, expression
 from .series import Coefficients, compile_function
 
 # Text of a value from its group ("p": parameters, "rates": their rates) and its name in the group.
@@ -26,10 +26,10 @@ Naming = Callable[[str, str], str]
 
 
 class Terms(NamedTuple):
-    """Which terms the equations have.
+    """Optional terms of the equations.
 
-    Whether friction follows a law of speed, the belt has a finite speed, and parameters follow
-    tables over time.
+    They come from a friction law over speed, from a finite belt speed and from parameters that
+    follow tables over time.
     """
 
     by_law: bool
@@ -38,10 +38,10 @@ class Terms(NamedTuple):
 
 
 class Recurrence:
-    """The statements of a recurrence.
+    """The statements of a recurrence, each as the text of its right-hand side by name.
 
-    `constants` are texts of numbers by name. `linear` has the texts of value and slope of linear
-    functions of time. `statements` are texts of n-th coefficients in the order of computation.
+    `constants` are numbers. `linear` are linear functions of time, as value and slope.
+    `statements` are n-th coefficients in the order of computation.
     """
 
     def __init__(self) -> None:
@@ -76,11 +76,10 @@ class Recurrence:
         return position, Series(self, Expression(f"(n + 1) * {name}[n + 1]", 2), "")
 
 
-class Series(Reflected):
+class Series(ReflectedOperators):
     """A function of time, or a constant. `value` is its n-th coefficient, or the constant.
 
-    `array` is the name of the array of coefficients. It is empty if they are not stored, and None
-    for a constant.
+    `array` names the array of coefficients: "" if they are not stored, None for a constant.
     """
 
     __slots__ = ("array", "recurrence", "value")

@@ -46,7 +46,7 @@ ORDER_STEP: Final = 4
 LONGEST_STEP: Final = 1e3
 # Smallest scale of a coordinate relative to the larger scale of x and y.
 MIN_SCALE_RATIO: Final = 2.0**-30
-# Centres the error of `rough_exp2`, which is a straight line between powers of two.
+# Offset that centres the error of `rough_exp2`, which is linear between powers of two.
 EXP2_BIAS: Final = 0.043
 # States below this, in m and m/s, overflow by their derivatives, not by growth.
 _SMALL: Final = 1e30
@@ -194,20 +194,20 @@ class TaylorStepper:
         x, y = tuple(map(mul, x, powers)), tuple(map(mul, y, powers))
         final = self._evaluate(x, y, 1.0)
         end = self._find_first_end(motion, y, powers, final)
-        ended: Transition | None = None
+        transition: Transition | None = None
         if end is not None:
-            root, ended = end
+            root, transition = end
             duration *= root
             powers = tuple(accumulate(repeat(root, self._degree), mul, initial=1.0))
             x, y = tuple(map(mul, x, powers)), tuple(map(mul, y, powers))
             final = self._evaluate(x, y, 1.0)
         if not math.isfinite(sum(final)) or duration == 0.0:
             raise self._overflow_error(self._state)
-        self._state = state = self._final_state(final, duration, ended)
+        self._state = state = self._final_state(final, duration, transition)
         self._add_to_time(duration)
-        if ended is not None:
-            self._mode = self._next_mode(ended, state)
-        self._check_progress(mode, start, duration, cut=ended is not None)
+        if transition is not None:
+            self._mode = self._next_mode(transition, state)
+        self._check_progress(mode, start, duration, cut=transition is not None)
         return Segment(mode, start, remainder, duration, self._time, x, y, state, self._mode)
 
     def _expand(self, mode: Mode) -> Coefficients:
@@ -222,10 +222,10 @@ class TaylorStepper:
         root = self._first_root(y, final[2]) if self._separation else None
         return None if root is None else (root, MODES[self._mode].ends[0])
 
-    def _final_state(self, final: State, duration: float, ended: Transition | None) -> State:
+    def _final_state(self, final: State, duration: float, transition: Transition | None) -> State:
         # Convert the final state from step units to SI.
         x, vx, y, vy = final
-        return (x, vx / duration, y if ended is None else 0.0, vy / duration)
+        return (x, vx / duration, y if transition is None else 0.0, vy / duration)
 
     def _next_mode(self, _ended: Transition, state: State) -> Mode:
         return mode_of(self._p, state, separation=self._separation)

@@ -1,4 +1,4 @@
-"""Deviations from a motion: its derivatives by numbers that change start and parameters.
+"""Deviations from a motion: its derivatives with respect to changes of start and parameters.
 
 A deviation is the imaginary part of the motion (complex-step derivative): the equations of
 `fivtui.model.field` are expanded at a state and parameters with small imaginary parts, so that no
@@ -29,7 +29,7 @@ from .series import Coefficients, coefficient_function, right_hand_side, state_f
 from .stepper import overflow_error
 
 ORDER: Final = 20
-# Largest ratio of the last terms of a substep to its first ones, and the number of first terms.
+# Largest ratio of the last two terms of a substep to the greatest of its first nine.
 _NEGLIGIBLE: Final = 2.0**-54
 _FIRST_TERMS: Final = 9
 _SHORTENING: Final = 0.8
@@ -37,7 +37,7 @@ _MAX_SHORTENINGS: Final = 64
 
 
 class Seed(NamedTuple):
-    """Derivatives of the start (x, ẋ, y, ẏ), and of parameters by name, by a number."""
+    """A direction of change: of the start (x, ẋ, y, ẏ), and of parameters by name."""
 
     start: State
     parameters: Mapping[str, float] = {}
@@ -205,13 +205,13 @@ def _substep_length(series: Sequence[Series], remaining: float) -> float:
     sizes = [list(map(max, map(abs, x), map(abs, y))) for x, y in series]
     length = remaining
     for _ in range(_MAX_SHORTENINGS):
-        if all(_is_short(size, length) for size in sizes):
+        if all(_converges(size, length) for size in sizes):
             return remaining / math.ceil(remaining / length)
         length *= _SHORTENING
     return 0.0
 
 
-def _is_short(size: Sequence[float], length: float) -> bool:
+def _converges(size: Sequence[float], length: float) -> bool:
     powers = accumulate(repeat(length, ORDER + 1), mul, initial=1.0)
     terms = list(map(mul, size, powers))
     scale = max(terms[:_FIRST_TERMS])
