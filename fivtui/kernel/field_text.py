@@ -14,7 +14,7 @@ from typing import Any, Final, NamedTuple
 from fivtui.model import field as equations
 from fivtui.model.modes import Mode
 from fivtui.model.parameters import ALL_PARAMETERS, PARAMETERS
-from fivtui.taylor.expression import Expression, Reflected, expression
+from fivtui.taylor.expression import Expression, ReflectedOperators, expression
 from fivtui.taylor.recurrence import Terms, motion_recurrence
 
 # Compiler options. Contraction is off, so that every compiler gives the same bits.
@@ -26,7 +26,7 @@ FLAGS: Final = (
 _COMMA: Final = ",\n        "
 
 
-class Dual(Reflected):
+class Dual(ReflectedOperators):
     """An expression with its derivative."""
 
     __slots__ = ("slope", "value")
@@ -77,12 +77,12 @@ def _symbols(prefix: str) -> dict[str, Expression]:
 
 
 def _namespace(values: Mapping[str, Any], *, by_law: bool = False) -> SimpleNamespace:
-    law = {"v_s": values["v_s"] if by_law else None, "mu_static": values["mu_s"]}
-    return SimpleNamespace(**{**values, **law})
+    friction = {"v_s": values["v_s"] if by_law else None, "mu_static": values["mu_s"]}
+    return SimpleNamespace(**{**values, **friction})
 
 
 class Function(NamedTuple):
-    """A C function of parameters and numbers: its Python function, and names of the numbers.
+    """A C function of parameters and of the named numbers, and the Python function it equals.
 
     With `has_change` its derivative is generated too, as `NAME_change`.
     """
@@ -149,7 +149,7 @@ def _define_change(name: str, function: Function, change: str) -> str:
     )
 
 
-def _definitions() -> list[str]:
+def _function_definitions() -> list[str]:
     texts = [_define(name, f, _value_text(f)) for name, f in _FUNCTIONS.items()]
     texts += [
         _define_change(name, f, _change_text(f)) for name, f in _FUNCTIONS.items() if f.has_change
@@ -164,9 +164,9 @@ def _definitions() -> list[str]:
     return [*texts, "#if LANES == 1\n", *scalar, "#endif\n"]
 
 
-def _coefficients() -> list[str]:
-    # C functions: coefficients of each mode, coefficients of a mode given by its number, and their
-    # derivative for a derivative q of the parameters.
+def _coefficient_functions() -> list[str]:
+    # C functions: the coefficients of each mode, those of a mode given by its number, and their
+    # derivative in the direction q of the parameters. A case: mode, coefficients, derivative.
     values, slopes = _symbols("p"), _symbols("q")
     duals = {name: Dual(value, slopes[name]) for name, value in values.items()}
     p, changed = _namespace(values), _namespace(duals)
@@ -209,8 +209,8 @@ def _field_header() -> str:
         f"    double {', '.join(equations.Field._fields)};\n}} Coefficients;\n",
         f"/* Slopes over time: `Rates` in `fivtui.model.field`. */\ntypedef struct {{\n"
         f"    double {', '.join(equations.Rates._fields)};\n}} Rates;\n",
-        *_definitions(),
-        *_coefficients(),
+        *_function_definitions(),
+        *_coefficient_functions(),
         "#endif\n",
     ]
     return "\n".join(parts)

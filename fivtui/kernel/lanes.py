@@ -9,9 +9,9 @@ from .runs import COLUMNS
 
 Floats = NDArray[np.float64]
 
-_K_NL: Final = 7
+_K_NL_COLUMN: Final = 7
 # Bytes of a cache line of the processor.
-_LINE: Final = 64
+_CACHE_LINE: Final = 64
 
 
 class LaneBatch:
@@ -46,9 +46,9 @@ class LaneBatch:
         self._separation = np.ascontiguousarray(separation, dtype=np.uint8)
         self._count = count = len(parameters)
         self.results = np.empty((count, COLUMNS))
-        self._memory = np.zeros((size() + _LINE) // 8)
-        self._aligned_address = -(-self._memory.ctypes.data // _LINE) * _LINE
-        has_cubic_spring = bool(count) and bool(self._parameters[0, _K_NL] > 0.0)
+        self._memory = np.zeros((size() + _CACHE_LINE) // 8)
+        self._aligned_address = -(-self._memory.ctypes.data // _CACHE_LINE) * _CACHE_LINE
+        has_cubic_spring = bool(count) and bool(self._parameters[0, _K_NL_COLUMN] > 0.0)
         self._options = (t_end, tol, float(max_steps), order, has_cubic_spring, *observed)
 
     def advance(self, budget: int) -> float:

@@ -29,7 +29,7 @@ _LIBRARY: Final = _FOLDER / (
     "libfivtui" + {"win32": ".dll", "darwin": ".dylib"}.get(sys.platform, ".so")
 )
 _REASON: Final = _FOLDER / "libfivtui.txt"
-# Names by the return value of `fivtui_instruction_set`.
+# `fivtui_instruction_set` returns an index of this tuple.
 INSTRUCTION_SETS: Final = ("baseline", "avx2", "avx512")
 # Prefixes of functions for one run. They gain nothing from registers wider than those of AVX2.
 _SINGLE_RUN_PREFIXES: Final = ("run_", "belt_", "driven_", "vary_", "orbit_")
@@ -102,8 +102,8 @@ class Kernel:
         self._functions = functions
         single_run_set = "avx2" if chosen == "avx512" else chosen
         for name, (result, arguments) in _SIGNATURES.items():
-            variant = single_run_set if name.startswith(_SINGLE_RUN_PREFIXES) else chosen
-            function = getattr(library, f"fivtui_{name}_{variant}")
+            function_set = single_run_set if name.startswith(_SINGLE_RUN_PREFIXES) else chosen
+            function = getattr(library, f"fivtui_{name}_{function_set}")
             function.restype, function.argtypes = result, arguments
             functions[name] = function
         self._run_memory = _float * (functions["run_size"]() // 8)
@@ -124,11 +124,11 @@ class Kernel:
         belt: tuple[float, float, float] | None = None,
         table: CourseTable | None = None,
     ) -> KernelRun:
-        """Begin a run with a local tolerance, of order 8, 12, 16 or 20, with a law also 24.
+        """Begin a run with a local tolerance and an order: 8, 12, 16, 20, or 24 with a law.
 
         `times` are ascending sample times, s; `segments` says whether to return segments. `belt`
-        is v_belt, μ_s and v_s of a belt of finite speed, with v_s = 0 for constant friction. With
-        `belt` or `table`, the parameters over time, the run is a `BeltRun`.
+        is v_belt, μ_s and v_s of a belt of finite speed, v_s = 0 for constant friction. `table` has
+        the parameters over time. With `belt` or `table` the run is a `BeltRun`.
         """
         state = _pack_state(*start)
         if belt is None and table is None:
@@ -137,13 +137,13 @@ class Kernel:
             return KernelRun(self._functions["run_advance"], memory, order, times, segments)
         memory = self._belt_memory()
         packed = _pack_with_belt(*parameters, *(belt or (0.0, 0.0, 0.0)))
-        problem = memory, packed, separation, state, t_end, tol, order
+        begin_arguments = memory, packed, separation, state, t_end, tol, order
         if table is None:
-            self._functions["belt_begin"](*problem)
+            self._functions["belt_begin"](*begin_arguments)
         else:
             rows = table.rows.ctypes.data, len(table.rows)
-            finite = belt is not None
-            self._functions["driven_begin"](*problem, finite, *rows, table.greatest_load)
+            has_belt = belt is not None
+            self._functions["driven_begin"](*begin_arguments, has_belt, *rows, table.greatest_load)
         run = BeltRun(self._functions["belt_advance"], memory, order, times, segments)
         run.table = table
         return run
@@ -188,13 +188,13 @@ class Kernel:
         self, *, observed: tuple[bool, bool, bool], belts: Floats | None = None, **arguments: Any
     ) -> LaneBatch | SequentialBatch:
         """Begin a chunk of a batch, side by side or one by one: see `LaneBatch`."""
-        if belts is not None and (self._is_slow_in_lanes or not has_tuned_law()):
+        if belts is not None and (self._are_belts_slow_in_lanes or not has_tuned_law()):
             # Single runs record all extremes, whatever `observed`.
             return SequentialBatch(self.begin_run, belts=belts, **arguments)
         return LaneBatch(self._functions, observed=observed, belts=belts, **arguments)
 
     @property
-    def _is_slow_in_lanes(self) -> bool:
+    def _are_belts_slow_in_lanes(self) -> bool:
         # Without the processor's fused multiply-add, lanes with finite belts call a slow function.
         return self.instruction_set == "baseline" and platform.machine().lower() in _X86
 

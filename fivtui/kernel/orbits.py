@@ -11,9 +11,9 @@ from fivtui.model import PARAMETERS
 
 Floats = NDArray[np.float64]
 
-_STATE: Final = 4
+_STATE_SIZE: Final = 4
 _MAX_VARIED: Final = 2
-_UNKNOWNS: Final = _STATE + 1 + _MAX_VARIED
+_MAX_UNKNOWNS: Final = _STATE_SIZE + 1 + _MAX_VARIED
 _EXTREMES: Final = 7
 _double, _int = ctypes.c_double, ctypes.c_int64
 
@@ -22,7 +22,7 @@ class _Request(ctypes.Structure):
     # Layout of the struct `OrbitRequest` in orbit.c.
     _fields_ = (
         ("parameters", _double * len(PARAMETERS)),
-        ("scales", _double * _UNKNOWNS),
+        ("scales", _double * _MAX_UNKNOWNS),
         ("low", _double * _MAX_VARIED),
         ("high", _double * _MAX_VARIED),
         ("tol", _double),
@@ -36,12 +36,12 @@ class _Request(ctypes.Structure):
 
 
 # End offsets of the arrays in the struct `Orbit` in orbit.c.
-_PART_ENDS: Final = np.cumsum([_UNKNOWNS, _UNKNOWNS, _STATE, 9, _EXTREMES]).tolist()
+_PART_ENDS: Final = np.cumsum([_MAX_UNKNOWNS, _MAX_UNKNOWNS, _STATE_SIZE, 9, _EXTREMES]).tolist()
 _RESULT_SIZE: Final = _PART_ENDS[-1] + 2
 
 
 class FoundOrbit(NamedTuple):
-    """A periodic orbit, its tangent on the curve of orbits, and its flow direction, scaled."""
+    """A periodic orbit in scaled units, with the tangent of the curve of orbits and its flow."""
 
     unknowns: Floats
     tangent: Floats
@@ -96,26 +96,26 @@ class OrbitSearch:
             order,
             budget,
         )
-        self._count = _STATE + 1 + count
+        self._count = _STATE_SIZE + 1 + count
 
     def solve(
-        self, guess: Floats, planes: Floats, along: Floats, *, tangent_across: bool
+        self, guess: Floats, planes: Floats, direction: Floats, *, tangent_across: bool
     ) -> FoundOrbit | None:
         """The orbit near a guess of the n scaled unknowns; None if Newton's method finds none.
 
         The search runs in the planes through the guess with the normals `planes`, shape (n − 4, n).
-        The new tangent points along `along` on the curve of orbits. It is normal to the orbit if
+        The new tangent has a positive component along `direction`. It is normal to the orbit if
         `tangent_across`, else to the first of `planes`.
         """
         orbit = np.empty(_RESULT_SIZE)
-        arguments = np.concatenate([guess, along, planes.ravel()])
-        start, item = arguments.ctypes.data, arguments.itemsize
+        arguments = np.concatenate([guess, direction, planes.ravel()])
+        address, item_size = arguments.ctypes.data, arguments.itemsize
         if not self._function(
             self._memory.ctypes.data,
             ctypes.addressof(self._request),
-            start,
-            start + 2 * item * self._count,
-            start + item * self._count,
+            address,
+            address + 2 * item_size * self._count,
+            address + item_size * self._count,
             tangent_across,
             orbit.ctypes.data,
         ):

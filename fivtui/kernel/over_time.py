@@ -28,5 +28,5 @@ def course_table(course: Course, t_end: float) -> CourseTable:
         speed_before = course.speed_before(next_time)
         rows.append((t, *values.get("F", (p.F, 0.0)), *mu, *mu_static, *speed, speed_before))
         t = next_time
-    heaviest = p.with_values({"F": course.greatest_load})
-    return CourseTable(np.array(rows), abs(load(heaviest)))
+    parameters_at_greatest_load = p.with_values({"F": course.greatest_load})
+    return CourseTable(np.array(rows), abs(load(parameters_at_greatest_load)))

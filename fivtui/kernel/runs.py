@@ -56,12 +56,12 @@ class RunColumns(NamedTuple):
 
 COLUMNS: Final = len(RunColumns._fields)
 _STATUSES: Final = tuple(Status)
-_CHANGE_COLUMNS: Final = 3
-# Use ctypes arrays: in a short run, creating and passing buffers dominates the cost.
+_SWITCH_COLUMNS: Final = 3
+# Three counts follow the columns. Buffers are ctypes arrays: they dominate the cost of short runs.
 _Result, _Switches = ctypes.c_double * (COLUMNS + 3), ctypes.c_double * _SWITCHES
-# Columns after the common results: stick time, and the number of switches for each pair of modes.
-_STICK_COLUMNS: Final = slice(COLUMNS + 3, COLUMNS + 4 + len(Mode) ** 2)
-_NO_TIMES: Final = np.empty(0)
+# Columns of a `BeltRun` behind those: stick time, and counts of switches for each pair of modes.
+_TALLY_COLUMNS: Final = slice(COLUMNS + 3, COLUMNS + 4 + len(Mode) ** 2)
+_NO_SWITCHES: Final = np.empty(0)
 
 
 class KernelRun:
@@ -89,7 +89,7 @@ class KernelRun:
         self._function, self._memory = function, memory
         self._result: Any = self._ResultBuffer()
         self._switch_buffer: Any = self._SwitchBuffer()
-        self._columns = SEGMENT_HEAD + 2 * (order + 2) if segments else 0
+        self._segment_columns = SEGMENT_HEAD + 2 * (order + 2) if segments else 0
         self._sampling: tuple[Any, ...] = (None, 0, None, None)
         self.sampled = 0
         if times is not None:
@@ -102,10 +102,10 @@ class KernelRun:
     def advance(self, budget: int) -> Status:
         """Continue until the run has ended, a buffer is full or `budget` steps have been taken."""
         segment_address, rows = None, 0
-        if self._columns:
+        if self._segment_columns:
             rows = min(budget, _SEGMENTS)
-            stored = np.empty((rows, self._columns))
-            segment_address = stored.ctypes.data
+            segment_rows = np.empty((rows, self._segment_columns))
+            segment_address = segment_rows.ctypes.data
         status: int = self._function(
             self._memory,
             self._switch_buffer,
@@ -123,10 +123,10 @@ class KernelRun:
         self.switches = (
             np.frombuffer(self._switch_buffer, count=int(switch_count) * self._switch_width).copy()
             if switch_count
-            else _NO_TIMES
+            else _NO_SWITCHES
         )
-        if self._columns:
-            self.segments = stored[: int(segment_count)]
+        if self._segment_columns:
+            self.segments = segment_rows[: int(segment_count)]
         return _STATUSES[status]
 
 
@@ -139,14 +139,14 @@ class BeltRun(KernelRun):
 
     # Keeps the array alive that the kernel reads during the run.
     table: CourseTable | None = None
-    _switch_width, _SwitchBuffer = _CHANGE_COLUMNS, ctypes.c_double * (_CHANGE_COLUMNS * _SWITCHES)
-    _ResultBuffer = ctypes.c_double * _STICK_COLUMNS.stop
+    _switch_width, _SwitchBuffer = _SWITCH_COLUMNS, ctypes.c_double * (_SWITCH_COLUMNS * _SWITCHES)
+    _ResultBuffer = ctypes.c_double * _TALLY_COLUMNS.stop
 
     @property
-    def tally(self) -> tuple[float, list[float]]:
-        """Stick time so far, s, and counts of switches by mode before · modes + mode after."""
-        stick_time, *kinds = self._result[_STICK_COLUMNS]
-        return stick_time, kinds
+    def stick_time_and_switch_counts(self) -> tuple[float, list[float]]:
+        """Stick time so far, s, and counts of switches at the index before · modes + after."""
+        stick_time, *switch_counts = self._result[_TALLY_COLUMNS]
+        return stick_time, switch_counts
 
 
 class VariedRun:

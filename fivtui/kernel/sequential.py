@@ -11,11 +11,11 @@ from .status import Status
 
 Floats = NDArray[np.float64]
 
-_STATUS: Final = RunColumns._fields.index("status")
+_STATUS_COLUMN: Final = RunColumns._fields.index("status")
 
 
 class SequentialBatch:
-    """Runs of a batch with the same bits as those of `LaneBatch`; records all extremes."""
+    """Runs of a batch, bit for bit those of `LaneBatch`; all extremes are recorded."""
 
     def __init__(
         self,
@@ -30,7 +30,7 @@ class SequentialBatch:
         max_steps: int,
         belts: Floats | None = None,
     ) -> None:
-        def start(member: int) -> KernelRun:
+        def begin_member(member: int) -> KernelRun:
             return begin(
                 parameters[member].tolist(),
                 starts[member].tolist(),
@@ -41,7 +41,7 @@ class SequentialBatch:
                 belt=None if belts is None else tuple(belts[member].tolist()),
             )
 
-        self._start, self._t_end, self._max_steps = start, t_end, max_steps
+        self._begin_member, self._t_end, self._max_steps = begin_member, t_end, max_steps
         self._member = 0
         self._run: KernelRun | None = None
         self.results = np.empty((len(parameters), COLUMNS))
@@ -52,7 +52,7 @@ class SequentialBatch:
         Returns the number of ended runs plus the computed fraction of the current run.
         """
         while budget > 0 and not self.done:
-            run = self._run or self._start(self._member)
+            run = self._run or self._begin_member(self._member)
             steps_before = 0 if self._run is None else int(run.outcome.steps)
             status = run.advance(min(budget, self._max_steps - steps_before))
             steps = int(run.outcome.steps)
@@ -62,7 +62,7 @@ class SequentialBatch:
             self._run = run
             if status is not Status.RUNNING:
                 self.results[self._member] = run.outcome
-                self.results[self._member, _STATUS] = status
+                self.results[self._member, _STATUS_COLUMN] = status
                 self._member, self._run = self._member + 1, None
         fraction = 0.0 if self._run is None else min(self._run.outcome.t / self._t_end, 1.0)
         return self._member + fraction

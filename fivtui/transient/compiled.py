@@ -102,7 +102,7 @@ def run(request: Request, work: Progress, on_samples: OnSamples | None = None) -
         separates = outcome.separations + outcome.reattachments > 0.0
         switch_times = contact_switch_times(mode_changes) if separates else mode_changes[:0, 0]
         changes = mode_changes if p.v_belt is not None else NO_CHANGES
-        tally = native.tally
+        tally = native.stick_time_and_switch_counts
     return build_transient(
         request,
         final=outcome[:4],
