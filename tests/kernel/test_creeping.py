@@ -1,4 +1,4 @@
-"""No run creeps: steps keep to the time scale of the motion, over millions of them."""
+"""No run creeps: over millions of steps, their mean keeps to the time scale of the motion."""
 
 from collections.abc import Iterator
 
@@ -7,21 +7,21 @@ import pytest
 
 from fivtui.kernel import Kernel, Status, load_kernel
 from fivtui.model import Parameters, State, time_scale
-from tests.kernel.test_same_bits import members
+from tests.kernel.test_same_bits import random_members
 from tests.references import random_scenes
 from tests.transient.test_switch_starts import FOUND, cases
 
-# Steps between two looks, and the least mean step there over √(m/stiffness) at the deepest contact;
-# half of it is the least that was seen.
-WINDOW, LEAST = 256, 0.25
-ENDLESS = 1e12
-Watched = tuple[Parameters, bool, State]
+# Steps between two checks, and the least mean step between them relative to √(m/stiffness) at the
+# deepest contact. The least measured mean step is twice as large.
+WINDOW, MIN_MEAN_STEP = 256, 0.25
+NEVER_REACHED = 1e12
+Motion = tuple[Parameters, bool, State]
 
 
-def watched(seed: int, count: int) -> Iterator[Watched]:
-    """Random motions; some start within rounding of the switch, some differ widely in x and y."""
+def random_motions(seed: int, count: int) -> Iterator[Motion]:
+    """Random motions: some start within rounding of the switch, some differ widely in x and y."""
     names = list(Parameters().as_dict())
-    for values, separation, start in zip(*members(count, seed), strict=True):
+    for values, separation, start in zip(*random_members(count, seed), strict=True):
         p = Parameters(**dict(zip(names, values.tolist(), strict=True)))
         x, vx, y, vy = start.tolist()
         yield p, bool(separation), (x, vx, y, vy)
@@ -31,14 +31,14 @@ def watched(seed: int, count: int) -> Iterator[Watched]:
         yield scene.parameters, scene.separation, scene.start
 
 
-def steps_of(kernel: Kernel, motion: Watched, order: int, step_limit: int) -> int:
-    """Count the steps of a run that may only overflow; check the mean step of each `WINDOW`."""
+def count_steps(kernel: Kernel, motion: Motion, order: int, step_limit: int) -> int:
+    """Number of steps until the limit or an overflow; checks the mean step of each `WINDOW`."""
     p, separation, start = motion
     run = kernel.begin_run(
         np.array(p.values()),
         np.array(start),
         separation=separation,
-        t_end=ENDLESS,
+        t_end=NEVER_REACHED,
         tol=10.0 ** (-0.75 * order),
         order=order,
     )
@@ -50,7 +50,7 @@ def steps_of(kernel: Kernel, motion: Watched, order: int, step_limit: int) -> in
             break
         assert status is Status.RUNNING, motion
         deepest = min(outcome.y_min, 0.0) if separation else max(outcome.y_max, -outcome.y_min)
-        assert outcome.t - t > LEAST * WINDOW * time_scale(p, deepest), (motion, t)
+        assert outcome.t - t > MIN_MEAN_STEP * WINDOW * time_scale(p, deepest), (motion, t)
         t, steps = outcome.t, int(outcome.steps)
     return steps
 
@@ -58,7 +58,7 @@ def steps_of(kernel: Kernel, motion: Watched, order: int, step_limit: int) -> in
 @pytest.mark.parametrize("order", [12, 20])
 def test_steps_keep_to_the_time_scale_of_the_motion(order: int) -> None:
     kernel = load_kernel()
-    total = sum(steps_of(kernel, motion, order, 2000) for motion in watched(order, 60))
+    total = sum(count_steps(kernel, motion, order, 2000) for motion in random_motions(order, 60))
     assert total > 200_000
 
 
@@ -67,8 +67,8 @@ def test_steps_keep_to_the_time_scale_of_the_motion(order: int) -> None:
 def test_millions_of_steps_keep_to_the_time_scale_of_the_motion(order: int) -> None:
     kernel = load_kernel()
     total = sum(
-        steps_of(kernel, motion, order, 20_000)
+        count_steps(kernel, motion, order, 20_000)
         for seed in range(3)
-        for motion in watched(seed, 150)
+        for motion in random_motions(seed, 150)
     )
     assert total > 5_000_000

@@ -16,10 +16,10 @@ from fivtui.model.parameters import ALL_PARAMETERS
 from fivtui.taylor.expression import Expression
 
 HEADER = headers()["field.h"]
-P = Parameters(c1=0.4, F=70.0, mu=0.5, v_belt=1.0, mu_s=0.9, v_s=0.4).as_dict()
-# Derivative of each parameter by the number Q.
-Q = {name: 0.1 * (n + 1) for n, name in enumerate(P)}
-PYTHON: dict[str, Callable[..., Any]] = {
+VALUES = Parameters(c1=0.4, F=70.0, mu=0.5, v_belt=1.0, mu_s=0.9, v_s=0.4).as_dict()
+# Derivative of each parameter with respect to a common number.
+DERIVATIVES = {name: 0.1 * (n + 1) for n, name in enumerate(VALUES)}
+PYTHON_FUNCTIONS: dict[str, Callable[..., Any]] = {
     "load_of": equations.load,
     "coupling_stiffness": equations.coupling_stiffness,
     "horizontal_stiffness": equations.horizontal_stiffness,
@@ -39,10 +39,10 @@ PYTHON: dict[str, Callable[..., Any]] = {
     "rest_linear": lambda p, mu: equations.rest_coefficients(p, mu)[1],
     "friction_coefficient": equations.friction_coefficient,
 }
-FUNCTIONS = re.findall(
+C_FUNCTIONS = re.findall(
     r"INLINE double (\w+)\(const double \*p(.*?)\)\n\{\n    return (.*?);\n\}", HEADER
 )
-MODES = re.findall(
+C_COEFFICIENTS = re.findall(
     r"INLINE Coefficients (\w+)_coefficients\(const double \*p\)\n\{\n    return \(Coefficients\)"
     r"\{\n(.*?)\};",
     HEADER,
@@ -50,55 +50,62 @@ MODES = re.findall(
 )
 
 
-def parameters(step: float) -> Any:
-    """Parameters with their derivative along Q."""
-    values = {name: complex(P[name], step * Q[name]) if step else P[name] for name in P}
+def parameters_moved_by(step: float) -> Any:
+    """Parameters with an imaginary step along `DERIVATIVES`; real ones for the step 0."""
+    values = {
+        name: complex(VALUES[name], step * DERIVATIVES[name]) if step else VALUES[name]
+        for name in VALUES
+    }
     return SimpleNamespace(**values, mu_static=values["mu_s"])
 
 
-def of_text(text: str, names: dict[str, float]) -> Any:
-    """Value of an expression in C."""
+def evaluate_c(text: str, names: dict[str, float]) -> Any:
+    """Value of a C expression for `VALUES`, `DERIVATIVES` and named numbers."""
     columns = {f"P_{name.upper()}": name for name in ALL_PARAMETERS}
-    namespace = {**columns, **names, "p": P, "q": Q, "exponential": math.exp}
+    namespace = {**columns, **names, "p": VALUES, "q": DERIVATIVES, "exponential": math.exp}
     text = re.sub(r"^(.*) \? (.*) : (.*)$", r"(\2) if (\1) else (\3)", text)
     return eval(text, {}, namespace)
 
 
-@pytest.mark.parametrize(("name", "arguments", "text"), FUNCTIONS, ids=[f[0] for f in FUNCTIONS])
-def test_functions_in_c_are_those_of_the_model(name: str, arguments: str, text: str) -> None:
+@pytest.mark.parametrize(
+    ("name", "arguments", "text"), C_FUNCTIONS, ids=[f[0] for f in C_FUNCTIONS]
+)
+def test_functions_in_c_equal_those_of_the_model(name: str, arguments: str, text: str) -> None:
     is_change = name.endswith("_change")
     numbers = re.findall(r"double (\w+)", arguments)
     values = {number: 0.3 + 0.2 * n for n, number in enumerate(numbers)}
-    compute, step = PYTHON[name.removesuffix("_change")], equations.DERIVATIVE_STEP
+    compute, step = PYTHON_FUNCTIONS[name.removesuffix("_change")], equations.DERIVATIVE_STEP
     if not is_change:
-        expected = compute(parameters(0.0), *values.values())
+        expected = compute(parameters_moved_by(0.0), *values.values())
     else:
         # Each number is followed by its derivative.
         pairs = zip(numbers[::2], numbers[1::2], strict=True)
-        moved = [complex(values[number], step * values[change]) for number, change in pairs]
-        expected = equations.derivative(compute(parameters(step), *moved) + 0j)
-    assert of_text(text, values) == pytest.approx(expected, rel=1e-14)
+        complex_arguments = [
+            complex(values[number], step * values[change]) for number, change in pairs
+        ]
+        expected = equations.derivative(compute(parameters_moved_by(step), *complex_arguments) + 0j)
+    assert evaluate_c(text, values) == pytest.approx(expected, rel=1e-14)
 
 
 def test_every_function_of_the_header_is_compared() -> None:
-    assert {name.removesuffix("_change") for name, _, _ in FUNCTIONS} == set(PYTHON)
-    assert HEADER.count("INLINE double") == len(FUNCTIONS)
+    assert {name.removesuffix("_change") for name, _, _ in C_FUNCTIONS} == set(PYTHON_FUNCTIONS)
+    assert HEADER.count("INLINE double") == len(C_FUNCTIONS)
     assert has_tuned_law()
 
 
-def test_the_coefficients_of_every_mode_and_their_changes_are_those_of_the_model() -> None:
+def test_the_coefficients_of_every_mode_and_their_changes_equal_those_of_the_model() -> None:
     changes = re.findall(r"return \(Coefficients\)\{\n([^}]*q\[.*?)\};", HEADER, re.DOTALL)
-    assert [name for name, _ in MODES] == [mode.name.lower() for mode in Mode]
-    assert len(changes) == len(MODES)
+    assert [name for name, _ in C_COEFFICIENTS] == [mode.name.lower() for mode in Mode]
+    assert len(changes) == len(C_COEFFICIENTS)
     step = equations.DERIVATIVE_STEP
-    for mode, (_, values), slopes in zip(Mode, MODES, changes, strict=True):
-        expected = equations.field(parameters(0.0), mode)
-        moved = equations.field(parameters(step), mode)
+    for mode, (_, values), slopes in zip(Mode, C_COEFFICIENTS, changes, strict=True):
+        expected = equations.field(parameters_moved_by(0.0), mode)
+        expected_changes = equations.field(parameters_moved_by(step), mode)
         for text, value in zip(values.split(",\n"), expected, strict=True):
-            assert of_text(text.strip(), {}) == pytest.approx(value, rel=1e-14)
-        for text, value in zip(slopes.split(",\n"), moved, strict=True):
+            assert evaluate_c(text.strip(), {}) == pytest.approx(value, rel=1e-14)
+        for text, value in zip(slopes.split(",\n"), expected_changes, strict=True):
             slope = equations.derivative(value + 0j)
-            assert of_text(text.strip(), {}) == pytest.approx(slope, rel=1e-13, abs=1e-13)
+            assert evaluate_c(text.strip(), {}) == pytest.approx(slope, rel=1e-13, abs=1e-13)
 
 
 def test_expressions_omit_neutral_terms() -> None:

@@ -25,7 +25,7 @@ KERNEL = PACKAGE / "kernel"
 
 
 @pytest.fixture
-def anew(monkeypatch: pytest.MonkeyPatch) -> None:
+def without_cache(monkeypatch: pytest.MonkeyPatch) -> None:
     """Load the kernel without the cache during the test."""
     monkeypatch.setattr(native, "_load_or_error", native._load_or_error.__wrapped__)
 
@@ -68,7 +68,7 @@ def test_the_choice_of_samples_changes_no_bit() -> None:
     assert states.vx == pytest.approx(sampled.vx, rel=1e-11, abs=1e-11)
 
 
-@pytest.mark.usefixtures("anew")
+@pytest.mark.usefixtures("without_cache")
 def test_without_a_library_the_reason_is_reported_and_runs_are_interpreted(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -83,8 +83,8 @@ def test_without_a_library_the_reason_is_reported_and_runs_are_interpreted(
         simulate(t_end=1.0, kernel="compiled")
 
 
-@pytest.mark.usefixtures("anew")
-def test_a_library_of_another_text_is_not_loaded(
+@pytest.mark.usefixtures("without_cache")
+def test_a_library_compiled_from_other_sources_is_not_loaded(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     for path in (*KERNEL.glob("*.c"), *KERNEL.glob("*.h")):
@@ -111,7 +111,7 @@ def test_an_instruction_set_that_the_processor_lacks_is_refused() -> None:
         Kernel("vliw")
 
 
-def test_the_command_line_says_once_why_runs_are_interpreted(
+def test_the_command_line_reports_once_why_runs_are_interpreted(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     options._warn_if_interpreted.cache_clear()
@@ -122,64 +122,68 @@ def test_the_command_line_says_once_why_runs_are_interpreted(
     assert capsys.readouterr().err.count(WHY) == 1
 
 
-def test_static_starts_of_batches_are_those_of_single_runs() -> None:
+def test_static_starts_of_batches_equal_those_of_single_runs() -> None:
     rng = np.random.default_rng(5)
     forces = rng.uniform(-60.0, 300.0, 300)
-    stiff = 10.0 ** rng.uniform(-3.0, 9.0, 300)
-    batch = simulate_batch({"F": forces, "k_nl": stiff}, t_end=1e-300, require={"final"})
+    cubic_stiffnesses = 10.0 ** rng.uniform(-3.0, 9.0, 300)
+    batch = simulate_batch(
+        {"F": forces, "k_nl": cubic_stiffnesses}, t_end=1e-300, require={"final"}
+    )
     for row in range(300):
-        p = Parameters(F=forces[row], k_nl=stiff[row])
+        p = Parameters(F=forces[row], k_nl=cubic_stiffnesses[row])
         final = simulate(p, t_end=1e-300).final
         assert batch.final[row].tolist() == [final.x, final.vx, final.y, final.vy]
 
 
-def numbers_of(table: str) -> np.ndarray:
+def read_table(table: str) -> np.ndarray:
     text = (KERNEL / "tables.h").read_text(encoding="utf-8")
     match = re.search(rf"double {table}(?:\[[^=]*)? = (.*?);", text, re.DOTALL)
     assert match is not None
     return np.array([float(number) for number in re.findall(r"-?\d\S*?\d*(?=[,\s}}]|$)", match[1])])
 
 
-def test_bounds_hold_and_are_the_least() -> None:
+def test_the_tabulated_bounds_hold_and_are_tight() -> None:
     theta = np.linspace(0.0, 1.0, 20_001)[1:]
-    cubic, slope = numbers_of("CUBIC_BOUND"), numbers_of("CUBIC_SLOPE_BOUND")
-    assert (numbers_of("CURVATURE_BOUND") == [n * (n - 2.0) for n in range(2, 26)]).all()
-    shares = []
+    cubic, slope = read_table("CUBIC_BOUND"), read_table("CUBIC_SLOPE_BOUND")
+    assert (read_table("CURVATURE_BOUND") == [n * (n - 2.0) for n in range(2, 26)]).all()
+    divided_ratios = []
     for n in range(4, 26):
-        off = theta**n - theta**2 * ((3.0 - 2.0 * theta) + n * (theta - 1.0))
-        off_slope = (
+        residual = theta**n - theta**2 * ((3.0 - 2.0 * theta) + n * (theta - 1.0))
+        residual_slope = (
             n * theta ** (n - 1) - 6.0 * theta * (1.0 - theta) - n * theta * (3.0 * theta - 2.0)
         )
-        for bound, leaving in ((cubic, off), (slope, off_slope)):
-            assert 0.999 * bound[n - 2] < np.abs(leaving).max() <= bound[n - 2]
-        shares.append(np.abs(off / theta).max() / cubic[n - 2])
-    (sharing,) = numbers_of("DIVIDED_BOUND")
-    assert 0.999 * sharing < max(shares) <= sharing
+        for bound, deviation in ((cubic, residual), (slope, residual_slope)):
+            assert 0.999 * bound[n - 2] < np.abs(deviation).max() <= bound[n - 2]
+        divided_ratios.append(np.abs(residual / theta).max() / cubic[n - 2])
+    (divided_bound,) = read_table("DIVIDED_BOUND")
+    assert 0.999 * divided_bound < max(divided_ratios) <= divided_bound
 
 
 @pytest.mark.parametrize(
-    ("name", "degree", "padded"), [("TO_BERNSTEIN", 21, 24), ("TO_BERNSTEIN_BY_LAW", 25, 32)]
+    ("name", "degree", "padded_size"), [("TO_BERNSTEIN", 21, 24), ("TO_BERNSTEIN_BY_LAW", 25, 32)]
 )
-def test_the_tables_of_bernstein_coefficients(name: str, degree: int, padded: int) -> None:
+def test_the_bernstein_tables_hold_ratios_of_binomials(
+    name: str, degree: int, padded_size: int
+) -> None:
     rows = degree + 1
-    table = numbers_of(name).reshape(rows, padded)
+    table = read_table(name).reshape(rows, padded_size)
     for n in range(rows):
         expected = [math.comb(i, n) / math.comb(degree, n) for i in range(rows)]
-        assert table[n].tolist() == [*expected, *[0.0] * (padded - rows)]
+        assert table[n].tolist() == [*expected, *[0.0] * (padded_size - rows)]
 
 
 @pytest.mark.slow
 @pytest.mark.host
-@pytest.mark.parametrize("compiles", [pytest.param(True, marks=pytest.mark.whole), False])
-def test_a_wheel_has_the_library_or_the_reason_why_it_has_none(
-    compiles: bool, tmp_path: Path
+@pytest.mark.parametrize("is_compiled", [pytest.param(True, marks=pytest.mark.whole), False])
+def test_a_wheel_contains_the_library_or_the_reason_why_it_is_missing(
+    is_compiled: bool, tmp_path: Path
 ) -> None:
     source = tmp_path / "source"
     ignored = shutil.ignore_patterns(".venv", ".git", "*.so", "__pycache__", ".*_cache")
     shutil.copytree(PACKAGE.parent, source, ignore=ignored)
-    if compiles and not hatch_build._compilers():
+    if is_compiled and not hatch_build._compilers():
         pytest.skip("there is no compiler")
-    if not compiles:
+    if not is_compiled:
         (source / "fivtui" / "kernel" / "motion.h").write_text("#error broken\n")
     subprocess.run(
         [sys.executable, "-m", "hatchling", "build", "-t", "wheel", "-d", str(tmp_path)],
@@ -190,12 +194,14 @@ def test_a_wheel_has_the_library_or_the_reason_why_it_has_none(
     (wheel,) = tmp_path.glob("*.whl")
     with zipfile.ZipFile(wheel) as archive:
         names = {name.rpartition("/")[2] for name in archive.namelist()}
-        assert (native._LIBRARY.name in names) == compiles
-        assert (native._REASON.name in names) != compiles
-        assert (f"SliderBelt{hatch_build.LIBRARY_SUFFIX}" in names) == compiles
-        assert (hatch_build.FMU_REASON in names) != compiles
-        if not compiles:
+        assert (native._LIBRARY.name in names) == is_compiled
+        assert (native._REASON.name in names) != is_compiled
+        assert (f"SliderBelt{hatch_build.LIBRARY_SUFFIX}" in names) == is_compiled
+        assert (hatch_build.FMU_REASON in names) != is_compiled
+        if not is_compiled:
             assert b"broken" in archive.read("fivtui/kernel/libfivtui.txt")
-    assert re.search(r"-py[23.py]+-none-any" if not compiles else r"-py3-none-(?!any)", wheel.name)
+    assert re.search(
+        r"-py[23.py]+-none-any" if not is_compiled else r"-py3-none-(?!any)", wheel.name
+    )
     assert not list(source.rglob("libfivtui*"))
     assert not list(source.rglob("SliderBelt*"))

@@ -1,4 +1,4 @@
-"""Periodic orbits of the compiled kernel, against the equations in Python; bits of all variants."""
+"""Periodic orbits of the kernel equal those in Python, and have the same bits on all processors."""
 
 import ctypes
 from collections.abc import Iterator
@@ -18,26 +18,29 @@ from .test_same_bits import processor_has
 SCALES = np.array([0.7, 4.0, 0.7, 4.0, 1.2, 0.25, 64.0])
 
 
-def searches(count: int) -> Iterator[tuple[FloatArray, FloatArray]]:
-    """Guesses near limit cycles of the base set, off the belt too, and planes through them."""
-    random = np.random.default_rng(count)
+def random_searches(varied_count: int) -> Iterator[tuple[FloatArray, FloatArray]]:
+    """Guesses near limit cycles of the base set, some with lift-off, and planes through them."""
+    random = np.random.default_rng(varied_count)
     points = branch(None, "mu", low=0.25, high=0.6).points[::9]
     for point in points:
-        exact = np.array([*point.start, point.period, point.value, 80.0])[: 5 + count]
-        guess = exact / SCALES[: 5 + count]
+        orbit_values = np.array([*point.start, point.period, point.value, 80.0])[: 5 + varied_count]
+        guess = orbit_values / SCALES[: 5 + varied_count]
         yield (
             guess * (1.0 + 1e-4 * random.normal(size=guess.size)),
-            np.linalg.qr(random.normal(size=(guess.size, 1 + count)))[0].T,
+            np.linalg.qr(random.normal(size=(guess.size, 1 + varied_count)))[0].T,
         )
 
 
-def solved(count: int, *, turning: bool) -> list[OrbitOnCurve | None]:
-    flow = SliderBeltFlow(System(Parameters()), ("mu", "F")[:count])
-    curve = OrbitCurve(flow, SCALES[: 5 + count])
-    return [curve.solve(*search, tangent_across=turning) for search in searches(count)]
+def solve_searches(varied_count: int, *, tangent_across: bool) -> list[OrbitOnCurve | None]:
+    flow = SliderBeltFlow(System(Parameters()), ("mu", "F")[:varied_count])
+    curve = OrbitCurve(flow, SCALES[: 5 + varied_count])
+    return [
+        curve.solve(*search, tangent_across=tangent_across)
+        for search in random_searches(varied_count)
+    ]
 
 
-def parts(orbit: OrbitOnCurve | None) -> FloatArray:
+def orbit_numbers(orbit: OrbitOnCurve | None) -> FloatArray:
     assert orbit is not None
     arrays = (
         orbit.unknowns,
@@ -49,17 +52,19 @@ def parts(orbit: OrbitOnCurve | None) -> FloatArray:
     return np.concatenate([*arrays, [orbit.determinant]])
 
 
-@pytest.mark.parametrize("turning", [True, False])
-@pytest.mark.parametrize("count", [1, 2])
-def test_the_kernel_finds_what_the_equations_in_python_find(
-    count: int, turning: bool, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize("tangent_across", [True, False])
+@pytest.mark.parametrize("varied_count", [1, 2])
+def test_the_kernel_finds_the_same_orbits_as_python(
+    varied_count: int, tangent_across: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    compiled = solved(count, turning=turning)
-    monkeypatch.setattr(arclength, "why_interpreted", lambda: "not looked at")
-    plain = solved(count, turning=turning)
+    compiled = solve_searches(varied_count, tangent_across=tangent_across)
+    monkeypatch.setattr(arclength, "why_interpreted", lambda: "the test interprets")
+    plain = solve_searches(varied_count, tangent_across=tangent_across)
     assert len(compiled) >= 6
     for compiled_orbit, plain_orbit in zip(compiled, plain, strict=True):
-        np.testing.assert_allclose(parts(compiled_orbit), parts(plain_orbit), rtol=1e-7, atol=1e-9)
+        np.testing.assert_allclose(
+            orbit_numbers(compiled_orbit), orbit_numbers(plain_orbit), rtol=1e-7, atol=1e-9
+        )
         assert compiled_orbit is not None
         assert plain_orbit is not None
         assert compiled_orbit.unknowns == pytest.approx(plain_orbit.unknowns, abs=1e-11)
@@ -71,10 +76,10 @@ def test_instruction_sets_find_the_same_orbits(
 ) -> None:
     if not processor_has(instruction_set):
         pytest.skip(f"this processor lacks {instruction_set}")
-    expected = solved(2, turning=True)
+    expected = solve_searches(2, tangent_across=True)
     monkeypatch.setattr(arclength, "load_kernel", lambda: native.Kernel(instruction_set))
-    for orbit, expected_orbit in zip(solved(2, turning=True), expected, strict=True):
-        np.testing.assert_array_equal(parts(orbit), parts(expected_orbit))
+    for orbit, expected_orbit in zip(solve_searches(2, tangent_across=True), expected, strict=True):
+        np.testing.assert_array_equal(orbit_numbers(orbit), orbit_numbers(expected_orbit))
 
 
 @pytest.mark.parametrize(
@@ -89,12 +94,12 @@ def test_instruction_sets_find_the_same_orbits(
 def test_searches_from_invalid_guesses_find_no_orbit(change: tuple[int, float]) -> None:
     column, value = change
     curve = OrbitCurve(SliderBeltFlow(System(Parameters()), ("mu",)), SCALES[:6])
-    guess, planes = next(searches(1))
+    guess, planes = next(random_searches(1))
     guess[column] = value
     assert curve.solve(guess, planes) is None
 
 
-def test_python_and_the_kernel_mean_the_same_structures() -> None:
+def test_structures_have_the_same_size_in_python_and_c() -> None:
     library = native._load_library()
     assert library.fivtui_orbit_request_size_baseline() == ctypes.sizeof(orbits._Request)
     assert library.fivtui_orbit_found_size_baseline() == 8 * orbits._RESULT_SIZE

@@ -16,21 +16,28 @@ from fivtui.kernel import Kernel, Status, load_kernel
 from fivtui.kernel.field_text import FLAGS
 from fivtui.kernel.over_time import CourseTable
 
-from .test_same_bits import COLUMNS, Members, alone, assert_same, in_lanes, members
+from .test_same_bits import (
+    COLUMNS,
+    Members,
+    assert_same_bits,
+    batch_results,
+    random_members,
+    single_runs,
+)
 
 HERE = Path(__file__).parent
 KERNEL = Path(fivtui.__file__).parent / "kernel"
-EVERYTHING = (True, True, True)
+ALL_EXTREMES = (True, True, True)
 # Emulator of each machine, by the compiler's name of the machine.
-STAND_INS = {
+EMULATORS = {
     "aarch64-linux-musl": ("qemu-aarch64-static", "qemu-aarch64"),
     "x86_64-windows-gnu": ("wine",),
 }
 T_END, ORDER = 20.0, 20
 
 
-def compiled_for(target: str, folder: Path) -> Path:
-    program = folder / ("outcomes.exe" if "windows" in target else "outcomes")
+def compile_for(target: str, folder: Path) -> Path:
+    program = folder / ("results.exe" if "windows" in target else "results")
     environment = dict(os.environ)
     for cache in ("GLOBAL", "LOCAL"):
         environment.setdefault(f"ZIG_{cache}_CACHE_DIR", str(folder))
@@ -42,24 +49,24 @@ def compiled_for(target: str, folder: Path) -> Path:
     return program
 
 
-def on_belts(parameters: np.ndarray) -> tuple[np.ndarray, list[CourseTable]]:
-    """Parameters on belts of finite speed, and legs of tables, of each member."""
+def random_belts(parameters: np.ndarray) -> tuple[np.ndarray, list[CourseTable]]:
+    """Parameters with a belt of finite speed, and a table over time, for each member."""
     rng, count = np.random.default_rng(3), len(parameters)
     speeds = rng.choice([0.0, 1.0], count) * rng.uniform(0.0, 3.0, count)
     static = parameters[:, 8] + rng.choice([0.0, 0.3], count)
-    of_law = np.where(rng.random(count) < 0.5, 0.0, rng.uniform(0.1, 1.0, count))
-    every = []
+    v_s = np.where(rng.random(count) < 0.5, 0.0, rng.uniform(0.1, 1.0, count))
+    tables = []
     for member, (speed, grip) in enumerate(zip(speeds, static, strict=True)):
         load, mu = parameters[member, 6], parameters[member, 8]
         change = rng.uniform(-1.0, 1.0, 2)
         row = [load, change[0], mu, 0.0, grip, 0.0, speed, abs(change[1]), speed + change[1]]
         rows = [[0.4 * T_END * n, *row] for n in range(3)]
-        every.append(CourseTable(np.array(rows), 80.0))
-    return np.column_stack([parameters, speeds, static, of_law]), every
+        tables.append(CourseTable(np.array(rows), 80.0))
+    return np.column_stack([parameters, speeds, static, v_s]), tables
 
 
-def expected_on_belts(
-    kernel: Kernel, inputs: Members, belts: np.ndarray, every: list[CourseTable], driven: bool
+def belt_results(
+    kernel: Kernel, inputs: Members, belts: np.ndarray, tables: list[CourseTable], driven: bool
 ) -> np.ndarray:
     _, separation, starts = inputs
     rows = np.empty((len(belts), COLUMNS))
@@ -72,7 +79,7 @@ def expected_on_belts(
             tol=10.0 ** (-0.75 * ORDER),
             order=ORDER,
             belt=None if driven and member % 4 == 0 else (row[9], row[10], row[11]),
-            table=every[member] if driven else None,
+            table=tables[member] if driven else None,
         )
         while run.advance(701) is Status.RUNNING:
             pass
@@ -80,39 +87,47 @@ def expected_on_belts(
     return rows
 
 
-def outcomes(
-    runner: str, program: Path, inputs: Members, cubic: bool, on_belt: bytes
+def emulated_results(
+    runner: str, program: Path, inputs: Members, has_cubic_spring: bool, belt_bytes: bytes
 ) -> tuple[np.ndarray, ...]:
     parameters, separation, starts = inputs
-    head = struct.pack("3q2d", len(parameters), ORDER, cubic, T_END, 10.0 ** (-0.75 * ORDER))
-    request_file, answered = program.parent / "asked", program.parent / "answered"
+    head = struct.pack(
+        "3q2d", len(parameters), ORDER, has_cubic_spring, T_END, 10.0 ** (-0.75 * ORDER)
+    )
+    request_file, result_file = program.parent / "request", program.parent / "results.bin"
     parts = [parameters.tobytes(), starts.tobytes(), separation.astype(np.uint8).tobytes()]
-    request_file.write_bytes(head + b"".join([*parts, on_belt]))
-    command = [runner, str(program), request_file.name, answered.name]
+    request_file.write_bytes(head + b"".join([*parts, belt_bytes]))
+    command = [runner, str(program), request_file.name, result_file.name]
     subprocess.run(command, check=True, cwd=program.parent)
-    return tuple(np.fromfile(answered).reshape(4, len(parameters), COLUMNS))
+    return tuple(np.fromfile(result_file).reshape(4, len(parameters), COLUMNS))
 
 
 @pytest.mark.whole
 @pytest.mark.host
 @pytest.mark.skipif(find_spec("ziglang") is None, reason="ziglang is not installed (extra cross)")
-@pytest.mark.parametrize("target", list(STAND_INS))
+@pytest.mark.parametrize("target", list(EMULATORS))
 def test_another_machine_gives_the_same_bits(target: str, tmp_path: Path) -> None:
-    runner = next(filter(None, map(shutil.which, STAND_INS[target])), None)
+    runner = next(filter(None, map(shutil.which, EMULATORS[target])), None)
     if runner is None:
-        pytest.skip(f"there is none of {', '.join(STAND_INS[target])}")
-    program = compiled_for(target, tmp_path)
-    kernel, everyone = load_kernel(), members(1000, 16)
-    for cubic in (True, False):
-        chosen = (everyone[0][:, 7] > 0.0) == cubic
-        inputs = (everyone[0][chosen], everyone[1][chosen], everyone[2][chosen])
-        belts, every = on_belts(inputs[0])
-        legs = np.array([member_legs.rows for member_legs in every])
-        packed = belts.tobytes() + legs.tobytes()
-        single, belt, driven, lanes = outcomes(runner, program, inputs, cubic, packed)
-        for expected_rows, moves in ((belt, False), (driven, True)):
-            assert_same(expected_rows, expected_on_belts(kernel, inputs, belts, every, moves))
-        expected = alone(kernel, inputs, T_END, ORDER)
-        assert_same(single, expected)
-        assert_same(lanes, expected)
-        assert_same(lanes, in_lanes(kernel, inputs, T_END, ORDER, EVERYTHING))
+        pytest.skip(f"not installed: {', '.join(EMULATORS[target])}")
+    program = compile_for(target, tmp_path)
+    kernel, inputs_of_all = load_kernel(), random_members(1000, 16)
+    for has_cubic_spring in (True, False):
+        selected = (inputs_of_all[0][:, 7] > 0.0) == has_cubic_spring
+        inputs = (
+            inputs_of_all[0][selected],
+            inputs_of_all[1][selected],
+            inputs_of_all[2][selected],
+        )
+        belts, tables = random_belts(inputs[0])
+        table_rows = np.array([table.rows for table in tables])
+        packed_belts = belts.tobytes() + table_rows.tobytes()
+        single, belt, driven, lanes = emulated_results(
+            runner, program, inputs, has_cubic_spring, packed_belts
+        )
+        for expected_rows, is_driven in ((belt, False), (driven, True)):
+            assert_same_bits(expected_rows, belt_results(kernel, inputs, belts, tables, is_driven))
+        expected = single_runs(kernel, inputs, T_END, ORDER)
+        assert_same_bits(single, expected)
+        assert_same_bits(lanes, expected)
+        assert_same_bits(lanes, batch_results(kernel, inputs, T_END, ORDER, ALL_EXTREMES))

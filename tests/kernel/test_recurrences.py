@@ -12,8 +12,8 @@ from fivtui.taylor.recurrence import Terms, motion_function
 from fivtui.transient.request import KernelChoice
 
 START: State = (0.4, 4.0, -0.3, -6.0)
-BELT = {"v_belt": 1.0, "mu": 0.5, "mu_s": 0.9}
-LAW = {**BELT, "v_s": 0.4}
+BELT_VALUES = {"v_belt": 1.0, "mu": 0.5, "mu_s": 0.9}
+LAW_VALUES = {**BELT_VALUES, "v_s": 0.4}
 TABLES: Mapping[str, Rows] = {"F": [(0.0, 60.0), (9.0, 90.0)], "mu": [(0.0, 0.7), (9.0, 0.4)]}
 BELT_TABLES: Mapping[str, Rows] = {**TABLES, "v_belt": [(0.0, 1.5), (9.0, 0.5)]}
 # Parameters, tables, and the modes that occur.
@@ -21,17 +21,19 @@ RUNS: Mapping[str, tuple[Mapping[str, float], Mapping[str, Rows], set[Mode]]] = 
     "cubic": ({}, {}, {Mode.CONTACT, Mode.SEPARATED}),
     "linear": ({"k_nl": 0.0, "mu": 1.2}, {}, {Mode.CONTACT, Mode.SEPARATED}),
     "tables": ({}, TABLES, {Mode.CONTACT, Mode.SEPARATED}),
-    "belt": (BELT, {}, {Mode.SEPARATED, Mode.FORWARD, Mode.BACKWARD, Mode.STICK}),
-    "law": (LAW, {}, {Mode.SEPARATED, Mode.FORWARD, Mode.BACKWARD, Mode.STICK}),
-    "law, linear": ({**LAW, "k_nl": 0.0}, {}, {Mode.SEPARATED, Mode.FORWARD, Mode.STICK}),
-    "belt and tables": (BELT, BELT_TABLES, {Mode.SEPARATED, Mode.FORWARD, Mode.STICK}),
-    "law and tables": (LAW, BELT_TABLES, {Mode.SEPARATED, Mode.FORWARD, Mode.STICK}),
+    "belt": (BELT_VALUES, {}, {Mode.SEPARATED, Mode.FORWARD, Mode.BACKWARD, Mode.STICK}),
+    "law": (LAW_VALUES, {}, {Mode.SEPARATED, Mode.FORWARD, Mode.BACKWARD, Mode.STICK}),
+    "law, linear": ({**LAW_VALUES, "k_nl": 0.0}, {}, {Mode.SEPARATED, Mode.FORWARD, Mode.STICK}),
+    "belt and tables": (BELT_VALUES, BELT_TABLES, {Mode.SEPARATED, Mode.FORWARD, Mode.STICK}),
+    "law and tables": (LAW_VALUES, BELT_TABLES, {Mode.SEPARATED, Mode.FORWARD, Mode.STICK}),
 }
 
 
 @pytest.mark.parametrize("name", RUNS)
 @pytest.mark.parametrize("kernel", ["compiled", "interpreted"])
-def test_every_segment_is_expanded_as_the_equations_say(name: str, kernel: KernelChoice) -> None:
+def test_the_coefficients_of_every_segment_follow_from_the_equations(
+    name: str, kernel: KernelChoice
+) -> None:
     values, tables, modes = RUNS[name]
     p = Parameters().with_values(values)
     run = simulate(p, t_end=9.0, start=START, samples="dense", kernel=kernel, over_time=tables)
@@ -46,8 +48,8 @@ def test_every_segment_is_expanded_as_the_equations_say(name: str, kernel: Kerne
         state = (x[0], x[1] / duration, y[0], y[1] / duration)
         expected = motion_function(terms, mode)(parameters, rates, state, len(x) - 2)
         powers = duration ** np.arange(len(x))
-        for coefficients, plain in zip((x, y), expected, strict=True):
+        for coefficients, from_equations in zip((x, y), expected, strict=True):
             # At the onset of sliding the slider has the belt's acceleration up to rounding.
             tolerance = 1e-12 * (1.0 + np.abs(coefficients).max())
-            assert coefficients == pytest.approx(plain * powers, rel=0.0, abs=tolerance)
+            assert coefficients == pytest.approx(from_equations * powers, rel=0.0, abs=tolerance)
     assert set(motion._mode.tolist()) >= modes

@@ -18,22 +18,27 @@ from fivtui.model import ComputationError
 from fivtui.taylor.stepper import MAX_LAW_ORDER
 
 COLUMNS = len(RunColumns._fields)
-EVERYTHING = (True, True, True)
+ALL_EXTREMES = (True, True, True)
 Members = tuple[np.ndarray, np.ndarray, np.ndarray]
 
 
-def members(count: int, seed: int) -> Members:
+def random_members(count: int, seed: int) -> Members:
     """Random parameter sets, whether they consider separation, and starts, some on the switch."""
     rng = np.random.default_rng(seed)
 
-    def around(value: float, factor: float = 3.0) -> np.ndarray:
+    def log_uniform(value: float, factor: float = 3.0) -> np.ndarray:
         return value * factor ** rng.uniform(-1.0, 1.0, count)
 
     linear = rng.random(count) < 0.15
-    sets = [around(5.0), around(100.0), around(50.0), 60.0 * rng.uniform(0.0, 2.0, count)]
-    sets += [0.32 * rng.uniform(0.0, 3.0, count), 0.32 * rng.uniform(0.0, 3.0, count)]
-    sets += [rng.uniform(-50.0, 300.0, count), np.where(linear, 0.0, around(100.0, 10.0))]
-    parameters = np.column_stack([*sets, rng.uniform(0.0, 1.5, count)])
+    columns = [
+        log_uniform(5.0),
+        log_uniform(100.0),
+        log_uniform(50.0),
+        60.0 * rng.uniform(0.0, 2.0, count),
+    ]
+    columns += [0.32 * rng.uniform(0.0, 3.0, count), 0.32 * rng.uniform(0.0, 3.0, count)]
+    columns += [rng.uniform(-50.0, 300.0, count), np.where(linear, 0.0, log_uniform(100.0, 10.0))]
+    parameters = np.column_stack([*columns, rng.uniform(0.0, 1.5, count)])
     starts = rng.normal(0.0, 1.0, (count, 4)) * np.array([1.0, 3.0, 1.0, 3.0])
     # Starts on the switch, some with forces that balance up to rounding.
     starts[rng.random(count) < 0.2, 2] = 0.0
@@ -44,31 +49,33 @@ def members(count: int, seed: int) -> Members:
     return parameters, rng.random(count) < 0.9, starts
 
 
-def belts_of(inputs: Members, seed: int) -> np.ndarray:
+def random_belts(inputs: Members, seed: int) -> np.ndarray:
     """Random belts of finite speed for members; some members then start at their belt's speed."""
     rng = np.random.default_rng(seed)
     parameters, _, starts = inputs
     count, mu = len(parameters), parameters[:, 8]
     speed = np.where(rng.random(count) < 0.1, 0.0, rng.uniform(0.0, 4.0, count))
-    static = mu * np.where(rng.random(count) < 0.3, 1.0, rng.uniform(1.0, 1.6, count))
-    falls = (rng.random(count) < 0.5) & (static > mu)
-    at_speed = rng.random(count) < 0.2
-    starts[at_speed, 1] = speed[at_speed]
-    v_s = np.where(falls, 10.0 ** rng.uniform(-1.3, 0.3, count), 0.0)
-    return np.column_stack([speed, static, v_s])
+    mu_static = mu * np.where(rng.random(count) < 0.3, 1.0, rng.uniform(1.0, 1.6, count))
+    has_law = (rng.random(count) < 0.5) & (mu_static > mu)
+    at_belt_speed = rng.random(count) < 0.2
+    starts[at_belt_speed, 1] = speed[at_belt_speed]
+    v_s = np.where(has_law, 10.0 ** rng.uniform(-1.3, 0.3, count), 0.0)
+    return np.column_stack([speed, mu_static, v_s])
 
 
-def lanes(kernel: Kernel, **inputs: Any) -> LaneBatch:
-    """LaneBatch in lanes, even where runs one after the other are faster."""
+def lane_batch(kernel: Kernel, **inputs: Any) -> LaneBatch:
+    """A batch in lanes, even where sequential runs are faster."""
     return LaneBatch(kernel._functions, **inputs)
 
 
-def in_turn(kernel: Kernel, *, observed: tuple[bool, bool, bool], **inputs: Any) -> SequentialBatch:
-    assert observed == EVERYTHING
+def sequential_batch(
+    kernel: Kernel, *, observed: tuple[bool, bool, bool], **inputs: Any
+) -> SequentialBatch:
+    assert observed == ALL_EXTREMES
     return SequentialBatch(kernel.begin_run, **inputs)
 
 
-def in_lanes(
+def batch_results(
     kernel: Kernel,
     inputs: Members,
     t_end: float,
@@ -76,7 +83,7 @@ def in_lanes(
     observed: tuple[bool, bool, bool],
     belts: np.ndarray | None = None,
     max_steps: int = 20_000,
-    make: Callable[..., LaneBatch | SequentialBatch] = lanes,
+    make: Callable[..., LaneBatch | SequentialBatch] = lane_batch,
 ) -> np.ndarray:
     parameters, separation, starts = inputs
     results = np.empty((len(parameters), COLUMNS))
@@ -85,7 +92,7 @@ def in_lanes(
         kinds += 2 * (belts[:, 2] > 0.0)
     for kind in np.unique(kinds):
         rows_of_kind = np.flatnonzero(kinds == kind)
-        work = make(
+        batch = make(
             kernel,
             parameters=parameters[rows_of_kind],
             separation=separation[rows_of_kind],
@@ -97,14 +104,14 @@ def in_lanes(
             observed=observed,
             belts=None if belts is None else belts[rows_of_kind],
         )
-        while not work.done:
-            ended = work.advance(777)
+        while not batch.done:
+            ended = batch.advance(777)
             assert 0.0 <= ended <= len(rows_of_kind)
-        results[rows_of_kind] = work.results
+        results[rows_of_kind] = batch.results
     return results
 
 
-def alone(
+def single_runs(
     kernel: Kernel, inputs: Members, t_end: float, order: int, belts: np.ndarray | None = None
 ) -> np.ndarray:
     results = np.empty((len(inputs[0]), COLUMNS))
@@ -126,7 +133,9 @@ def alone(
     return results
 
 
-def assert_same(actual: np.ndarray, expected: np.ndarray, columns: list[int] | None = None) -> None:
+def assert_same_bits(
+    actual: np.ndarray, expected: np.ndarray, columns: list[int] | None = None
+) -> None:
     chosen = slice(None) if columns is None else columns
     differing = actual[:, chosen].view(np.int64) != expected[:, chosen].view(np.int64)
     # The sign of zero and the bits of NaN may differ.
@@ -144,61 +153,65 @@ def processor_has(instruction_set: str) -> bool:
 
 
 @pytest.mark.parametrize("order", [8, 12, 16, 20])
-def test_a_member_of_a_batch_is_the_single_run_to_the_last_bit(order: int) -> None:
-    inputs = members(500, order)
+def test_a_member_of_a_batch_equals_the_single_run_to_the_last_bit(order: int) -> None:
+    inputs = random_members(500, order)
     kernel = load_kernel()
-    single = alone(kernel, inputs, 30.0, order)
+    single = single_runs(kernel, inputs, 30.0, order)
     assert (single[:, RunColumns._fields.index("status")] == Status.DONE).all()
-    assert_same(in_lanes(kernel, inputs, 30.0, order, EVERYTHING), single)
+    assert_same_bits(batch_results(kernel, inputs, 30.0, order, ALL_EXTREMES), single)
 
 
 @pytest.mark.parametrize("order", [8, 20])
-def test_a_member_on_a_belt_of_finite_speed_is_the_single_run_to_the_last_bit(order: int) -> None:
-    inputs = members(300, order)
-    belts = belts_of(inputs, order)
+def test_a_member_on_a_belt_of_finite_speed_equals_the_single_run_to_the_last_bit(
+    order: int,
+) -> None:
+    inputs = random_members(300, order)
+    belts = random_belts(inputs, order)
     kernel = load_kernel()
-    single = alone(kernel, inputs, 15.0, order, belts)
+    single = single_runs(kernel, inputs, 15.0, order, belts)
     assert (single[:, RunColumns._fields.index("status")] == Status.DONE).all()
-    assert_same(in_lanes(kernel, inputs, 15.0, order, EVERYTHING, belts), single)
+    assert_same_bits(batch_results(kernel, inputs, 15.0, order, ALL_EXTREMES, belts), single)
 
 
-def test_members_that_follow_a_friction_law_are_single_runs_to_the_last_bit() -> None:
-    inputs = members(300, 24)
-    belts = belts_of(inputs, 24)
+def test_members_with_a_friction_law_equal_single_runs_to_the_last_bit() -> None:
+    inputs = random_members(300, 24)
+    belts = random_belts(inputs, 24)
     by_law = belts[:, 2] > 0.0
     inputs, belts = (inputs[0][by_law], inputs[1][by_law], inputs[2][by_law]), belts[by_law]
     kernel = load_kernel()
-    single = alone(kernel, inputs, 15.0, MAX_LAW_ORDER, belts)
+    single = single_runs(kernel, inputs, 15.0, MAX_LAW_ORDER, belts)
     assert (single[:, RunColumns._fields.index("status")] == Status.DONE).all()
-    assert_same(in_lanes(kernel, inputs, 15.0, MAX_LAW_ORDER, EVERYTHING, belts), single)
+    assert_same_bits(
+        batch_results(kernel, inputs, 15.0, MAX_LAW_ORDER, ALL_EXTREMES, belts), single
+    )
 
 
-def test_members_in_turn_are_those_in_lanes_to_the_last_bit() -> None:
-    inputs = members(200, 5)
+def test_sequential_members_equal_those_in_lanes_to_the_last_bit() -> None:
+    inputs = random_members(200, 5)
     starts = inputs[2]
     # One member cannot start, one overflows, and some exceed the step limit.
     starts[17], starts[18] = np.inf, 1e200
-    belts = belts_of(inputs, 5)
+    belts = random_belts(inputs, 5)
     kernel = load_kernel()
     for belt in (belts, None):
-        arguments = (kernel, inputs, 15.0, 20, EVERYTHING, belt, 150)
-        side_by_side = in_lanes(*arguments)
-        turned = in_lanes(*arguments, make=in_turn)
-        assert_same(turned, side_by_side)
+        arguments = (kernel, inputs, 15.0, 20, ALL_EXTREMES, belt, 150)
+        side_by_side = batch_results(*arguments)
+        in_turn = batch_results(*arguments, make=sequential_batch)
+        assert_same_bits(in_turn, side_by_side)
         statuses = side_by_side[:, RunColumns._fields.index("status")]
         assert {*statuses} == {Status.DONE, Status.OVERFLOW, Status.STEP_LIMIT}
 
 
-def test_members_on_belts_are_in_lanes_where_operations_are_fused_in_hardware(
+def test_members_on_belts_run_in_lanes_if_the_processor_has_fused_multiply_add(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    inputs = members(10, 6)
+    inputs = random_members(10, 6)
     arguments: dict[str, Any] = dict(
         zip(("parameters", "separation", "starts"), inputs, strict=True)
     )
-    arguments |= {"t_end": 1.0, "tol": 1e-15, "order": 20, "max_steps": 9, "observed": EVERYTHING}
-    belts = belts_of(inputs, 6)
-    for instruction_set, machine, kind in (
+    arguments |= {"t_end": 1.0, "tol": 1e-15, "order": 20, "max_steps": 9, "observed": ALL_EXTREMES}
+    belts = random_belts(inputs, 6)
+    for instruction_set, machine, batch_type in (
         ("baseline", "x86_64", SequentialBatch),
         ("baseline", "aarch64", LaneBatch),
         ("avx2", "x86_64", LaneBatch),
@@ -206,49 +219,51 @@ def test_members_on_belts_are_in_lanes_where_operations_are_fused_in_hardware(
         kernel = Kernel()
         monkeypatch.setattr(platform, "machine", lambda machine=machine: machine)
         kernel.instruction_set = instruction_set
-        assert type(kernel.begin_batch(**arguments, belts=belts)) is kind
+        assert type(kernel.begin_batch(**arguments, belts=belts)) is batch_type
         assert type(kernel.begin_batch(**arguments)) is LaneBatch
 
 
 @pytest.mark.whole
 @pytest.mark.parametrize("seed", range(5))
-def test_thousands_of_members_on_belts_are_the_single_run_to_the_last_bit(seed: int) -> None:
-    inputs = members(4000, seed)
-    belts = belts_of(inputs, seed)
+def test_thousands_of_members_on_belts_equal_single_runs_to_the_last_bit(seed: int) -> None:
+    inputs = random_members(4000, seed)
+    belts = random_belts(inputs, seed)
     kernel = load_kernel()
-    single = alone(kernel, inputs, 30.0, 20, belts)
-    assert_same(in_lanes(kernel, inputs, 30.0, 20, EVERYTHING, belts), single)
+    single = single_runs(kernel, inputs, 30.0, 20, belts)
+    assert_same_bits(batch_results(kernel, inputs, 30.0, 20, ALL_EXTREMES, belts), single)
 
 
 @pytest.mark.whole
 @pytest.mark.parametrize("seed", range(5))
-def test_thousands_of_members_are_the_single_run_to_the_last_bit(seed: int) -> None:
-    inputs = members(4000, seed)
+def test_thousands_of_members_equal_single_runs_to_the_last_bit(seed: int) -> None:
+    inputs = random_members(4000, seed)
     kernel = load_kernel()
-    single = alone(kernel, inputs, 60.0, 20)
-    assert_same(in_lanes(kernel, inputs, 60.0, 20, EVERYTHING), single)
+    single = single_runs(kernel, inputs, 60.0, 20)
+    assert_same_bits(batch_results(kernel, inputs, 60.0, 20, ALL_EXTREMES), single)
 
 
 def test_additional_outputs_change_no_bit() -> None:
-    inputs = members(300, 3)
+    inputs = random_members(300, 3)
     kernel = load_kernel()
-    complete = in_lanes(kernel, inputs, 30.0, 20, EVERYTHING)
+    expected = batch_results(kernel, inputs, 30.0, 20, ALL_EXTREMES)
     state = list(range(12))
     low, high = map(RunColumns._fields.index, ("y_min", "y_max"))
-    assert_same(in_lanes(kernel, inputs, 30.0, 20, (False, False, False)), complete, state)
-    assert_same(
-        in_lanes(kernel, inputs, 30.0, 20, (True, False, False)), complete, [*state, low, high]
+    assert_same_bits(
+        batch_results(kernel, inputs, 30.0, 20, (False, False, False)), expected, state
+    )
+    assert_same_bits(
+        batch_results(kernel, inputs, 30.0, 20, (True, False, False)), expected, [*state, low, high]
     )
     late = [*state, COLUMNS - 2, COLUMNS - 1]
-    assert_same(in_lanes(kernel, inputs, 30.0, 20, (False, False, True)), complete, late)
+    assert_same_bits(batch_results(kernel, inputs, 30.0, 20, (False, False, True)), expected, late)
 
 
-@pytest.mark.parametrize("make", [lanes, in_turn])
-def test_the_number_of_runs_ended_rises_with_the_part_of_those_under_way(
+@pytest.mark.parametrize("make", [lane_batch, sequential_batch])
+def test_progress_counts_ended_runs_and_the_computed_fraction_of_the_others(
     make: Callable[..., LaneBatch | SequentialBatch],
 ) -> None:
-    parameters, separation, starts = members(3, 6)
-    work = make(
+    parameters, separation, starts = random_members(3, 6)
+    batch = make(
         load_kernel(),
         parameters=parameters,
         separation=separation,
@@ -257,16 +272,16 @@ def test_the_number_of_runs_ended_rises_with_the_part_of_those_under_way(
         tol=1e-15,
         order=20,
         max_steps=20_000,
-        observed=EVERYTHING,
-        belts=None if make is lanes else belts_of((parameters, separation, starts), 6),
+        observed=ALL_EXTREMES,
+        belts=None if make is lane_batch else random_belts((parameters, separation, starts), 6),
     )
     ended = [0.0]
-    while not work.done:
-        ended.append(work.advance(20))
+    while not batch.done:
+        ended.append(batch.advance(20))
     rises = np.diff(ended)
     assert len(rises) > 10
     assert rises.min() > 0.0
-    # No single step of the twenty covers the full run.
+    # Twenty steps never cover a full run.
     assert rises.max() < 1.0
     assert ended[-1] == 3.0
 
@@ -275,18 +290,18 @@ def test_the_number_of_runs_ended_rises_with_the_part_of_those_under_way(
 def test_instruction_sets_give_the_same_bits(instruction_set: str) -> None:
     if not processor_has(instruction_set):
         pytest.skip(f"this processor lacks {instruction_set}")
-    inputs = members(100, 4)
+    inputs = random_members(100, 4)
     kernel, best = Kernel(instruction_set), load_kernel()
-    expected = alone(best, inputs, 10.0, 20)
-    assert_same(in_lanes(kernel, inputs, 10.0, 20, EVERYTHING), expected)
-    assert_same(alone(kernel, inputs, 10.0, 20), expected)
-    belts = belts_of(inputs, 4)
-    expected = alone(best, inputs, 5.0, 20, belts)
-    assert_same(in_lanes(kernel, inputs, 5.0, 20, EVERYTHING, belts), expected)
-    assert_same(alone(kernel, inputs, 5.0, 20, belts), expected)
+    expected = single_runs(best, inputs, 10.0, 20)
+    assert_same_bits(batch_results(kernel, inputs, 10.0, 20, ALL_EXTREMES), expected)
+    assert_same_bits(single_runs(kernel, inputs, 10.0, 20), expected)
+    belts = random_belts(inputs, 4)
+    expected = single_runs(best, inputs, 5.0, 20, belts)
+    assert_same_bits(batch_results(kernel, inputs, 5.0, 20, ALL_EXTREMES, belts), expected)
+    assert_same_bits(single_runs(kernel, inputs, 5.0, 20, belts), expected)
     separation = np.ones(len(inputs[0]), bool)
     starts = kernel.static_starts(inputs[0], separation)
-    assert_same(starts, best.static_starts(inputs[0], separation))
+    assert_same_bits(starts, best.static_starts(inputs[0], separation))
 
 
 @pytest.mark.whole
@@ -299,14 +314,16 @@ def test_another_compiler_gives_the_same_bits(
     folder = Path(fivtui.__file__).parent / "kernel"
     monkeypatch.setattr(hatch_build, "_compilers", lambda: [("gcc", ["gcc"])])
     assert hatch_build.compile_kernel(folder, tmp_path / native._LIBRARY.name) == "gcc"
-    inputs = members(100, 5)
-    expected = alone(load_kernel(), inputs, 10.0, 20)
-    belts = belts_of(inputs, 5)
-    on_belts = alone(load_kernel(), inputs, 5.0, 20, belts)
+    inputs = random_members(100, 5)
+    expected = single_runs(load_kernel(), inputs, 10.0, 20)
+    belts = random_belts(inputs, 5)
+    expected_on_belts = single_runs(load_kernel(), inputs, 5.0, 20, belts)
     monkeypatch.setattr(native, "_LIBRARY", tmp_path / native._LIBRARY.name)
     kernel = Kernel()
     assert kernel.compiler == "gcc"
-    assert_same(alone(kernel, members(100, 5), 10.0, 20), expected)
-    assert_same(in_lanes(kernel, members(100, 5), 10.0, 20, EVERYTHING), expected)
-    assert_same(alone(kernel, inputs, 5.0, 20, belts), on_belts)
-    assert_same(in_lanes(kernel, inputs, 5.0, 20, EVERYTHING, belts), on_belts)
+    assert_same_bits(single_runs(kernel, random_members(100, 5), 10.0, 20), expected)
+    assert_same_bits(
+        batch_results(kernel, random_members(100, 5), 10.0, 20, ALL_EXTREMES), expected
+    )
+    assert_same_bits(single_runs(kernel, inputs, 5.0, 20, belts), expected_on_belts)
+    assert_same_bits(batch_results(kernel, inputs, 5.0, 20, ALL_EXTREMES, belts), expected_on_belts)

@@ -18,14 +18,14 @@ import fivtui
 from fivtui.model import Parameters
 
 KERNEL = Path(fivtui.__file__).parent / "kernel"
-OPTIONS = ("-std=c11", "-O1", "-g1", "-march=native", "-Wno-psabi", "-fno-strict-aliasing")
-CHECKS = (
+COMPILER_OPTIONS = ("-std=c11", "-O1", "-g1", "-march=native", "-Wno-psabi", "-fno-strict-aliasing")
+SANITIZER_OPTIONS = (
     "-fsanitize=address,undefined,float-cast-overflow",
     "-fno-sanitize-recover=all",
     "-ffp-contract=off",
 )
 # Time limit in s; a normal problem takes milliseconds.
-PATIENCE: Final = 60.0
+TIME_LIMIT: Final = 60.0
 
 
 @dataclass(frozen=True)
@@ -60,7 +60,7 @@ class Numbers:
     seeds: list[list[float]]
 
 
-class Sanitized:
+class SanitizedKernel:
     """The kernel under the sanitizers; its process is restarted after a crash."""
 
     def __init__(self, program: Path) -> None:
@@ -68,16 +68,16 @@ class Sanitized:
         self._process: subprocess.Popen[bytes] | None = None
 
     def solve(self, problem: Problem, numbers: Numbers) -> None:
-        """Solve a problem; `AssertionError` with the sanitizer's report if that goes wrong."""
-        process = self._running()
+        """Solve a problem; raises `AssertionError` with the sanitizer's report on a defect."""
+        process = self._running_process()
         assert process.stdin is not None
         assert process.stdout is not None
         try:
-            process.stdin.write(packed(problem, numbers))
+            process.stdin.write(pack(problem, numbers))
             process.stdin.flush()
         except BrokenPipeError:
             pass
-        ready, _, _ = select.select([process.stdout], [], [], PATIENCE)
+        ready, _, _ = select.select([process.stdout], [], [], TIME_LIMIT)
         if not ready:
             self.close()
             raise AssertionError("the kernel hangs")
@@ -94,7 +94,7 @@ class Sanitized:
             self._process.communicate()
             self._process = None
 
-    def _running(self) -> subprocess.Popen[bytes]:
+    def _running_process(self) -> subprocess.Popen[bytes]:
         if self._process is None:
             self._process = subprocess.Popen(
                 [str(self._program)],
@@ -106,7 +106,7 @@ class Sanitized:
         return self._process
 
 
-def packed(problem: Problem, numbers: Numbers) -> bytes:
+def pack(problem: Problem, numbers: Numbers) -> bytes:
     """The bytes that `problems.c` reads."""
     kinds = "".join("q" if field.type is int else "d" for field in fields(Problem))
 
@@ -126,29 +126,34 @@ def packed(problem: Problem, numbers: Numbers) -> bytes:
     )
 
 
-ANY = st.one_of(
+ARBITRARY_NUMBERS = st.one_of(
     st.sampled_from([0.0, -0.0, 1.0, -1.0, 5e-324, -1e-300, 1e15, 1e300, -1.7e308]),
     st.sampled_from([float("inf"), float("-inf"), float("nan")]),
     st.floats(),
 )
 
 
-def mostly(usual: st.SearchStrategy[float]) -> st.SearchStrategy[float]:
+def mostly_usual(usual: st.SearchStrategy[float]) -> st.SearchStrategy[float]:
     """Usual numbers, sometimes arbitrary ones."""
-    return st.integers(0, 9).flatmap(lambda chance: ANY if chance == 0 else usual)
+    return st.integers(0, 9).flatmap(lambda chance: ARBITRARY_NUMBERS if chance == 0 else usual)
 
 
 BASE = list(Parameters().values())
-PARAMETERS = st.tuples(*(mostly(st.floats(0.0, 2.0 * value)) for value in BASE)).map(list)
-STARTS = st.lists(mostly(st.one_of(st.just(0.0), st.floats(-2.0, 2.0))), min_size=4, max_size=4)
-SEEDS = st.lists(mostly(st.floats(-1.0, 1.0)), min_size=13, max_size=13)
+PARAMETERS = st.tuples(*(mostly_usual(st.floats(0.0, 2.0 * value)) for value in BASE)).map(list)
+STARTS = st.lists(
+    mostly_usual(st.one_of(st.just(0.0), st.floats(-2.0, 2.0))), min_size=4, max_size=4
+)
+SEEDS = st.lists(mostly_usual(st.floats(-1.0, 1.0)), min_size=13, max_size=13)
 
 
 @st.composite
 def problems(draw: st.DrawFn) -> tuple[Problem, Numbers]:
     """Problems with arbitrary inputs and with capacities from zero."""
     flag = st.integers(0, 1)
-    times = draw(st.lists(mostly(st.floats(0.0, 2.0)), max_size=5).map(sorted) | st.lists(ANY))
+    times = draw(
+        st.lists(mostly_usual(st.floats(0.0, 2.0)), max_size=5).map(sorted)
+        | st.lists(ARBITRARY_NUMBERS)
+    )
     problem = Problem(
         order=draw(st.sampled_from([8, 12, 16, 20])),
         members=draw(st.one_of(st.integers(0, 3), st.integers(0, 120))),
@@ -162,9 +167,9 @@ def problems(draw: st.DrawFn) -> tuple[Problem, Numbers]:
         segments=draw(st.integers(-1, 3)),
         seeds=draw(st.integers(1, 16)),
         crossings=draw(st.integers(0, 3)),
-        t_end=draw(mostly(st.floats(1e-3, 5.0))),
-        tol=draw(mostly(st.floats(-16.0, -2.0).map(lambda exponent: 10.0**exponent))),
-        max_steps=draw(mostly(st.floats(1.0, 500.0))),
+        t_end=draw(mostly_usual(st.floats(1e-3, 5.0))),
+        tol=draw(mostly_usual(st.floats(-16.0, -2.0).map(lambda exponent: 10.0**exponent))),
+        max_steps=draw(mostly_usual(st.floats(1.0, 500.0))),
     )
     numbers = Numbers(
         draw(st.lists(PARAMETERS, min_size=1, max_size=4)),
@@ -177,7 +182,7 @@ def problems(draw: st.DrawFn) -> tuple[Problem, Numbers]:
 
 
 @pytest.fixture(scope="module")
-def sanitized(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Sanitized]:
+def sanitized(tmp_path_factory: pytest.TempPathFactory) -> Iterator[SanitizedKernel]:
     if shutil.which("gcc") is None:
         pytest.skip("there is no gcc")
     program = tmp_path_factory.mktemp("sanitized") / "problems"
@@ -186,16 +191,26 @@ def sanitized(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Sanitized]:
         for unit in ("single", "belt", "vary", "orbit", "lanes", "belt_lanes")
     ]
     driver = str(Path(__file__).with_name("problems.c"))
-    built = subprocess.run(
-        ["gcc", *OPTIONS, *CHECKS, f"-I{KERNEL}", *units, driver, "-o", str(program), "-lm"],
+    compilation = subprocess.run(
+        [
+            "gcc",
+            *COMPILER_OPTIONS,
+            *SANITIZER_OPTIONS,
+            f"-I{KERNEL}",
+            *units,
+            driver,
+            "-o",
+            str(program),
+            "-lm",
+        ],
         capture_output=True,
         text=True,
         check=False,
     )
-    if built.returncode != 0 and "sanitize" in built.stderr:
+    if compilation.returncode != 0 and "sanitize" in compilation.stderr:
         pytest.skip("gcc has no sanitizers here")
-    assert built.returncode == 0, built.stderr
-    kernel = Sanitized(program)
+    assert compilation.returncode == 0, compilation.stderr
+    kernel = SanitizedKernel(program)
     yield kernel
     kernel.close()
 
@@ -205,17 +220,17 @@ def sanitized(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Sanitized]:
 @settings(max_examples=1500, deadline=None, suppress_health_check=list(HealthCheck))
 @given(problems())
 def test_nothing_undefined_happens_in_any_problem(
-    sanitized: Sanitized, problem: tuple[Problem, Numbers]
+    sanitized: SanitizedKernel, problem: tuple[Problem, Numbers]
 ) -> None:
     sanitized.solve(*problem)
 
 
 @pytest.mark.whole
 @pytest.mark.host
-def test_the_sanitizers_see_a_room_that_is_too_small(sanitized: Sanitized) -> None:
+def test_the_sanitizers_detect_a_buffer_that_is_too_small(sanitized: SanitizedKernel) -> None:
     numbers = Numbers([BASE], [[0.0] * 4], [True], [], [[0.0] * 13])
-    right = Problem(20, 1, 1, 1, 1, 1, 9, 1, 0, 0, 1, 1, 1.0, 1e-15, 100.0)
-    sanitized.solve(right, numbers)
-    # A run has no room for eighteen derivatives.
+    valid_problem = Problem(20, 1, 1, 1, 1, 1, 9, 1, 0, 0, 1, 1, 1.0, 1e-15, 100.0)
+    sanitized.solve(valid_problem, numbers)
+    # A run has buffers for at most sixteen derivatives.
     with pytest.raises(AssertionError, match=r"runtime error|AddressSanitizer"):
-        sanitized.solve(Problem(**{**vars(right), "seeds": 18}), numbers)
+        sanitized.solve(Problem(**{**vars(valid_problem), "seeds": 18}), numbers)

@@ -1,4 +1,4 @@
-"""A run with its derivatives is the plain run to the last bit, with every instruction set."""
+"""A run with its derivatives equals the plain run to the last bit, on every instruction set."""
 
 import shutil
 import subprocess
@@ -14,13 +14,13 @@ from fivtui.kernel.field_text import headers
 from fivtui.kernel.runs import MAX_SEEDS
 from fivtui.taylor.variation import apply_saltation
 
-from .test_same_bits import Members, alone, assert_same, members, processor_has
+from .test_same_bits import Members, assert_same_bits, processor_has, random_members, single_runs
 
 
-def varied(
+def varied_runs(
     kernel: Kernel, inputs: Members, t_end: float, order: int, count: int, budget: int = 5000
 ) -> list[VariedRun]:
-    """Runs with derivatives by random directions in starts and parameters, to their ends."""
+    """Ended runs with derivatives in random directions of starts and parameters."""
     seeds = np.random.default_rng(count).normal(size=(count, 13))
     runs = []
     for parameters, separation, start in zip(*inputs, strict=True):
@@ -39,7 +39,7 @@ def varied(
     return runs
 
 
-def numbers(runs: list[VariedRun]) -> np.ndarray:
+def derivative_numbers(runs: list[VariedRun]) -> np.ndarray:
     """All numbers of the derivatives in one array."""
     parts = [[run.derivatives.ravel(), run.extremes.ravel(), np.array(run.rate)] for run in runs]
     return np.array([np.concatenate(part) for part in parts])
@@ -47,27 +47,32 @@ def numbers(runs: list[VariedRun]) -> np.ndarray:
 
 @pytest.mark.parametrize(("order", "count"), [(8, 1), (12, 8), (16, 9), (20, 16)])
 def test_derivatives_change_no_bit_of_a_run(order: int, count: int) -> None:
-    inputs = members(40, order)
+    inputs = random_members(40, order)
     kernel = load_kernel()
-    runs = varied(kernel, inputs, 10.0, order, count)
+    runs = varied_runs(kernel, inputs, 10.0, order, count)
     outcomes = np.array([run.outcome for run in runs])
-    assert_same(outcomes, alone(kernel, inputs, 10.0, order))
+    assert_same_bits(outcomes, single_runs(kernel, inputs, 10.0, order))
 
 
 def test_a_pause_changes_no_bit() -> None:
-    inputs = members(10, 7)
+    inputs = random_members(10, 7)
     kernel = load_kernel()
-    paused = varied(kernel, inputs, 5.0, 20, 5, budget=3)
-    assert_same(numbers(paused), numbers(varied(kernel, inputs, 5.0, 20, 5)))
+    paused = varied_runs(kernel, inputs, 5.0, 20, 5, budget=3)
+    assert_same_bits(
+        derivative_numbers(paused), derivative_numbers(varied_runs(kernel, inputs, 5.0, 20, 5))
+    )
 
 
 @pytest.mark.parametrize("instruction_set", native.INSTRUCTION_SETS[:-1])
 def test_instruction_sets_give_the_same_derivatives(instruction_set: str) -> None:
     if not processor_has(instruction_set):
         pytest.skip(f"this processor lacks {instruction_set}")
-    inputs = members(12, 9)
-    derivatives = varied(Kernel(instruction_set), inputs, 4.0, 20, 13)
-    assert_same(numbers(derivatives), numbers(varied(load_kernel(), inputs, 4.0, 20, 13)))
+    inputs = random_members(12, 9)
+    derivatives = varied_runs(Kernel(instruction_set), inputs, 4.0, 20, 13)
+    assert_same_bits(
+        derivative_numbers(derivatives),
+        derivative_numbers(varied_runs(load_kernel(), inputs, 4.0, 20, 13)),
+    )
 
 
 @pytest.mark.whole
@@ -77,25 +82,25 @@ def test_another_compiler_gives_the_same_derivatives(
 ) -> None:
     if shutil.which("gcc") is None:
         pytest.skip("there is no gcc")
-    inputs = members(12, 9)
-    expected = numbers(varied(load_kernel(), inputs, 4.0, 20, 13))
+    inputs = random_members(12, 9)
+    expected = derivative_numbers(varied_runs(load_kernel(), inputs, 4.0, 20, 13))
     monkeypatch.setattr(hatch_build, "_compilers", lambda: [("gcc", ["gcc"])])
     folder = Path(fivtui.__file__).parent / "kernel"
     hatch_build.compile_kernel(folder, tmp_path / native._LIBRARY.name)
     monkeypatch.setattr(native, "_LIBRARY", tmp_path / native._LIBRARY.name)
     kernel = Kernel()
     assert kernel.compiler == "gcc"
-    assert_same(numbers(varied(kernel, inputs, 4.0, 20, 13)), expected)
+    assert_same_bits(derivative_numbers(varied_runs(kernel, inputs, 4.0, 20, 13)), expected)
 
 
-def test_more_seeds_than_there_is_room_for_are_refused() -> None:
-    inputs = members(1, 1)
+def test_no_seeds_or_more_than_the_limit_are_refused() -> None:
+    inputs = random_members(1, 1)
     for count in (0, MAX_SEEDS + 1):
         with pytest.raises(ValueError, match="seeds: must be 1 to 16"):
-            varied(load_kernel(), inputs, 1.0, 20, count)
+            varied_runs(load_kernel(), inputs, 1.0, 20, count)
 
 
-PASS_SWITCH = """
+SWITCH_PROGRAM = """
 #define LANES 1
 #include "deviations.h"
 #include <stdio.h>
@@ -114,11 +119,11 @@ int main(void)
 
 
 @pytest.mark.host
-def test_deviations_pass_a_switch_of_any_field_as_those_in_python(tmp_path: Path) -> None:
+def test_deviations_cross_a_switch_in_c_as_in_python(tmp_path: Path) -> None:
     if shutil.which("gcc") is None:
         pytest.skip("there is no gcc")
     source, program = tmp_path / "pass.c", tmp_path / "pass"
-    source.write_text(PASS_SWITCH, encoding="utf-8")
+    source.write_text(SWITCH_PROGRAM, encoding="utf-8")
     for name, text in headers().items():
         (tmp_path / name).write_text(text, encoding="utf-8")
     folder = Path(fivtui.__file__).parent / "kernel"
