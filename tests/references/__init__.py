@@ -26,7 +26,7 @@ class Reference:
 
 @dataclass(frozen=True)
 class RandomScene:
-    """A random scene: final state and peaks to 25 digits, as doubles, and measures of its errors.
+    """A random scene: final state and peaks to 25 digits, as doubles, and scales of its errors.
 
     `scales` belong to x, ẋ, y, ẏ; `growth` and `fast_periods` are G and N of `examples/trust.md`.
     """
@@ -59,7 +59,7 @@ def _state(texts: list[str]) -> State:
     return (x, vx, y, vy)
 
 
-def load() -> dict[str, Reference]:
+def load_references() -> dict[str, Reference]:
     """All references by name."""
     text = Path(__file__).with_name("transients.json").read_text(encoding="utf-8")
     return {
@@ -78,4 +78,4 @@ def load() -> dict[str, Reference]:
     }
 
 
-REFERENCES = load()
+REFERENCES = load_references()

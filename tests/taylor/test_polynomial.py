@@ -19,51 +19,51 @@ from fivtui.taylor.polynomial import (
 coefficients = st.lists(st.floats(-10.0, 10.0, allow_subnormal=False), min_size=2, max_size=18)
 
 
-def with_roots(*at: float, factor: float = 1.0) -> list[float]:
-    polynomial = np.polynomial.Polynomial.fromroots(at) * factor
+def polynomial_with_roots(*positions: float, factor: float = 1.0) -> list[float]:
+    polynomial = np.polynomial.Polynomial.fromroots(positions) * factor
     return polynomial.coef.tolist()
 
 
 @given(st.lists(st.integers(1, 99), min_size=1, max_size=6, unique=True), st.integers(0, 3))
 def test_all_simple_roots_are_found_in_order(hundredths: list[int], outside: int) -> None:
     inside = sorted(number / 100.0 for number in hundredths)
-    c = with_roots(*inside, *(2.0 + n for n in range(outside)), factor=-3.0)
-    found_roots = list(roots(c))
-    assert len(found_roots) == len(inside)
-    for root, expected in zip(found_roots, inside, strict=True):
+    c = polynomial_with_roots(*inside, *(2.0 + n for n in range(outside)), factor=-3.0)
+    computed_roots = list(roots(c))
+    assert len(computed_roots) == len(inside)
+    for root, expected in zip(computed_roots, inside, strict=True):
         # Rounded coefficients move a root by their error over the slope at the root.
-        noise = 1e-14 * sum(abs(a) * expected**n for n, a in enumerate(c))
+        rounding_error = 1e-14 * sum(abs(a) * expected**n for n, a in enumerate(c))
         slope = abs(evaluate(derivative(c), expected))
-        assert root == pytest.approx(expected, abs=1e-13 + noise / slope)
+        assert root == pytest.approx(expected, abs=1e-13 + rounding_error / slope)
 
 
 @given(coefficients)
 def test_signs_between_successive_roots_alternate(c: list[float]) -> None:
     assume(c[0] != 0.0)
     cuts = [0.0, *roots(c), 1.0]
-    noise = 1e-12 * sum(map(abs, c))
+    rounding_error = 1e-12 * sum(map(abs, c))
     sign = math.copysign(1.0, c[0])
     for start, end in pairwise(cuts):
-        for part in (0.1, 0.5, 0.9):
-            value = evaluate(c, start + part * (end - start))
-            assert value * sign >= -noise
+        for fraction in (0.1, 0.5, 0.9):
+            value = evaluate(c, start + fraction * (end - start))
+            assert value * sign >= -rounding_error
         sign = -sign
 
 
 @pytest.mark.parametrize("depth", [10.0**-n for n in range(2, 13)])
-@pytest.mark.parametrize("at", [0.05, 0.37, 0.5, 0.93])
-def test_a_graze_is_two_roots_however_shallow(depth: float, at: float) -> None:
-    # (t − at)² − depth, on a slope-free background of higher order.
-    c = [at * at - depth, -2.0 * at, 1.0, 0.0, 0.0]
-    found_roots = list(roots(c))
-    half = math.sqrt(depth)
-    expected = [t for t in (at - half, at + half) if 0.0 < t <= 1.0]
-    assert found_roots == pytest.approx(expected, abs=1e-15 / half + 1e-15)
+@pytest.mark.parametrize("position", [0.05, 0.37, 0.5, 0.93])
+def test_a_shallow_crossing_and_return_has_two_roots(depth: float, position: float) -> None:
+    # (t − position)² − depth, with zero coefficients of higher order.
+    c = [position * position - depth, -2.0 * position, 1.0, 0.0, 0.0]
+    computed_roots = list(roots(c))
+    half_distance = math.sqrt(depth)
+    expected = [t for t in (position - half_distance, position + half_distance) if 0.0 < t <= 1.0]
+    assert computed_roots == pytest.approx(expected, abs=1e-15 / half_distance + 1e-15)
 
 
-@pytest.mark.parametrize("at", [0.25, 0.5, 0.7])
-def test_a_touching_root_is_no_crossing(at: float) -> None:
-    assert first_root([at * at + 1e-13, -2.0 * at, 1.0]) is None
+@pytest.mark.parametrize("position", [0.25, 0.5, 0.7])
+def test_a_minimum_just_above_zero_has_no_root(position: float) -> None:
+    assert first_root([position * position + 1e-13, -2.0 * position, 1.0]) is None
 
 
 def test_a_root_at_zero_does_not_count_whatever_its_multiplicity() -> None:
@@ -78,43 +78,45 @@ def test_a_root_exactly_at_the_end_counts() -> None:
 
 @pytest.mark.parametrize("cut", [0.5, 0.25, 0.75, 0.4375])
 def test_a_root_exactly_on_a_cut_is_found_once(cut: float) -> None:
-    c = with_roots(cut, 0.9, 0.91)
+    c = polynomial_with_roots(cut, 0.9, 0.91)
     assert list(roots(c)) == pytest.approx([cut, 0.9, 0.91], abs=1e-12)
 
 
 def test_roots_very_near_zero_are_found() -> None:
-    assert first_root(with_roots(1e-9, 3.0)) == pytest.approx(1e-9, rel=1e-9)
+    assert first_root(polynomial_with_roots(1e-9, 3.0)) == pytest.approx(1e-9, rel=1e-9)
 
 
 @given(coefficients)
 def test_extremes_bound_the_polynomial_and_are_attained(c: list[float]) -> None:
     least, greatest = minimum_maximum(c)
     values = [evaluate(c, t) for t in np.linspace(0.0, 1.0, 400)]
-    noise = 1e-12 * sum(map(abs, c))
-    assert least - noise <= min(values)
-    assert max(values) <= greatest + noise
+    rounding_error = 1e-12 * sum(map(abs, c))
+    assert least - rounding_error <= min(values)
+    assert max(values) <= greatest + rounding_error
     # Sampling misses an extremum by at most half the squared spacing times the curvature.
     curvature = sum(n * (n - 1) * abs(a) for n, a in enumerate(c))
-    assert min(values) - least <= curvature * (1.0 / 399.0) ** 2 + noise
-    assert greatest - max(values) <= curvature * (1.0 / 399.0) ** 2 + noise
+    assert min(values) - least <= curvature * (1.0 / 399.0) ** 2 + rounding_error
+    assert greatest - max(values) <= curvature * (1.0 / 399.0) ** 2 + rounding_error
 
 
 @given(coefficients, st.floats(0.0, 1.0), st.floats(0.0, 1.0), st.floats(0.0, 1.0))
 def test_a_restricted_polynomial_has_the_same_values(
-    c: list[float], first_end: float, second_end: float, part: float
+    c: list[float], first_end: float, second_end: float, fraction: float
 ) -> None:
     start, end = min(first_end, second_end), max(first_end, second_end)
-    value = evaluate(restrict(c, start, end), part)
-    expected = evaluate(c, start + part * (end - start))
+    value = evaluate(restrict(c, start, end), fraction)
+    expected = evaluate(c, start + fraction * (end - start))
     assert value == pytest.approx(expected, abs=1e-10 * (1.0 + sum(map(abs, c))))
 
 
 @given(coefficients, st.floats(0.1, 10.0), st.floats(0.0, 1.0))
 def test_scaling_maps_the_interval_to_the_unit_interval(
-    c: list[float], h: float, part: float
+    c: list[float], h: float, fraction: float
 ) -> None:
     size = sum(abs(a) * h**n for n, a in enumerate(c))
-    assert evaluate(scale(c, h), part) == pytest.approx(evaluate(c, h * part), abs=1e-13 * size)
+    assert evaluate(scale(c, h), fraction) == pytest.approx(
+        evaluate(c, h * fraction), abs=1e-13 * size
+    )
 
 
 @given(coefficients)
@@ -122,11 +124,11 @@ def test_bernstein_coefficients_enclose_the_values_and_meet_them_at_the_ends(
     c: list[float],
 ) -> None:
     b = bernstein(c)
-    noise = 1e-13 * sum(map(abs, c))
+    rounding_error = 1e-13 * sum(map(abs, c))
     assert b[0] == c[0]
-    assert b[-1] == pytest.approx(sum(c), abs=noise)
+    assert b[-1] == pytest.approx(sum(c), abs=rounding_error)
     for t in np.linspace(0.0, 1.0, 21):
-        assert min(b) - noise <= evaluate(c, float(t)) <= max(b) + noise
+        assert min(b) - rounding_error <= evaluate(c, float(t)) <= max(b) + rounding_error
 
 
 def test_derivative_of_a_power() -> None:

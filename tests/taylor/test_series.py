@@ -1,7 +1,7 @@
 import pytest
 from hypothesis import given, strategies as st
 
-from fivtui.model.field import field as field_of
+from fivtui.model.field import field as mode_constants
 from fivtui.model.modes import ALWAYS_SLIDING, Mode
 from fivtui.model.parameters import Parameters
 from fivtui.model.slider_belt import State, accelerations
@@ -18,7 +18,7 @@ def test_the_coefficients_solve_the_equations_of_motion(
     p: Parameters, state: State, mode: Mode
 ) -> None:
     order, t, step = 20, 0.01, 1e-4
-    x, y = coefficient_function(right_hand_side(p, mode), order)(*state, *field_of(p, mode))
+    x, y = coefficient_function(right_hand_side(p, mode), order)(*state, *mode_constants(p, mode))
     motion = [state_function(order + 1)(x, y, t + shift) for shift in (-step, 0.0, step)]
     ax, ay = accelerations(p, motion[1], mode)
     scale = 1.0 + max(map(abs, (ax, ay)))
@@ -30,11 +30,11 @@ def test_the_coefficients_solve_the_equations_of_motion(
 def test_the_second_coefficients_are_half_the_accelerations(p: Parameters, state: State) -> None:
     linear = p.with_values({"k_nl": 0.0})
     cases = [(p, Mode.CONTACT), (p, Mode.SEPARATED), (linear, Mode.CONTACT)]
-    for given_p, mode in cases:
-        expand = coefficient_function(right_hand_side(given_p, mode), 2)
-        x, y = expand(*state, *field_of(given_p, mode))
+    for parameters, mode in cases:
+        expand = coefficient_function(right_hand_side(parameters, mode), 2)
+        x, y = expand(*state, *mode_constants(parameters, mode))
         assert len(x) == len(y) == 4
-        ax, ay = accelerations(given_p, state, mode)
+        ax, ay = accelerations(parameters, state, mode)
         assert 2.0 * x[2] == pytest.approx(ax, rel=1e-12, abs=1e-10)
         assert 2.0 * y[2] == pytest.approx(ay, rel=1e-12, abs=1e-10)
 

@@ -38,14 +38,14 @@ def relative_error(reference: Reference, tol: float) -> float:
 
 @every_reference
 @pytest.mark.parametrize("tol", [1e-12, 1e-11, 1e-10, 1e-8, 1e-6, 1e-4, 1e-3])
-def test_the_end_state_is_right_to_twenty_times_the_tolerance(
+def test_the_error_of_the_end_state_is_at_most_twenty_times_the_tolerance(
     reference: Reference, tol: float
 ) -> None:
     assert relative_error(reference, tol) <= 20.0 * tol
 
 
 @every_reference
-def test_events_and_peak_are_those_of_the_reference(reference: Reference) -> None:
+def test_events_and_peak_equal_those_of_the_reference(reference: Reference) -> None:
     result = simulate(
         reference.parameters,
         t_end=reference.t_end,
@@ -62,19 +62,21 @@ def test_events_and_peak_are_those_of_the_reference(reference: Reference) -> Non
 def test_the_error_falls_with_the_tolerance(order: int) -> None:
     p = Parameters()
 
-    def end(tol: float) -> State:
+    def state_at_end(tol: float) -> State:
         stepper = TaylorStepper(System(p), static_start(System(p)), tol=tol, order=order)
         while (segment := stepper.advance()).end < 20.0:
             pass
         return segment.state(20.0)
 
-    exact = end(1e-16)
-    errors = [max(map(abs, np.subtract(end(tol), exact))) for tol in (1e-6, 1e-9, 1e-12)]
+    exact_state = state_at_end(1e-16)
+    errors = [
+        max(map(abs, np.subtract(state_at_end(tol), exact_state))) for tol in (1e-6, 1e-9, 1e-12)
+    ]
     assert errors[0] > 30.0 * errors[1] > 900.0 * errors[2]
 
 
 @given(moderate_parameters(), states(), st.booleans())
-def test_segments_join_and_keep_to_their_mode(
+def test_segments_are_continuous_and_stay_on_the_side_of_their_mode(
     p: Parameters, start: State, separation: bool
 ) -> None:
     stepper = TaylorStepper(System(p, separation=separation), start, tol=1e-12)
@@ -91,11 +93,11 @@ def test_segments_join_and_keep_to_their_mode(
         assert segment.state(end + remainder) == pytest.approx(state, rel=1e-9, abs=1e-9)
         if mode is not None:
             assert (segment.mode is not mode) == switched
-        size = sum(map(abs, segment.y))
-        for part in np.linspace(0.02, 0.98, 25):
-            y = evaluate(segment.y, float(part))
-            beyond = y if segment.mode is Mode.CONTACT else -y
-            assert not separation or beyond <= 1e-13 * size + 1e-25
+        coefficient_sum = sum(map(abs, segment.y))
+        for fraction in np.linspace(0.02, 0.98, 25):
+            y = evaluate(segment.y, float(fraction))
+            wrong_side = y if segment.mode is Mode.CONTACT else -y
+            assert not separation or wrong_side <= 1e-13 * coefficient_sum + 1e-25
         assert segment.final[2] == 0.0 or not segment.switches
         state, end, switched = segment.final, segment.end, segment.switches
         mode, remainder = segment.mode, 0.0
@@ -123,10 +125,10 @@ def test_the_linear_undamped_oscillator_follows_the_cosine() -> None:
     assert result.final.y == pytest.approx(-math.cos(math.sqrt(10.0) * 100.0), abs=1e-12)
 
 
-@pytest.mark.parametrize("bad", [0.0, -1.0, 1.0, math.nan])
-def test_a_local_tolerance_out_of_range_is_refused(bad: float) -> None:
+@pytest.mark.parametrize("invalid", [0.0, -1.0, 1.0, math.nan])
+def test_a_local_tolerance_out_of_range_is_refused(invalid: float) -> None:
     with pytest.raises(InputError, match="must be"):
-        TaylorStepper(System(Parameters()), (0.0, 0.0, -1.0, 0.0), tol=bad)
+        TaylorStepper(System(Parameters()), (0.0, 0.0, -1.0, 0.0), tol=invalid)
 
 
 def test_a_start_that_is_not_finite_is_refused() -> None:
@@ -134,7 +136,7 @@ def test_a_start_that_is_not_finite_is_refused() -> None:
         TaylorStepper(System(Parameters()), (0.0, math.nan, -1.0, 0.0))
 
 
-def test_the_order_is_the_multiple_of_four_that_the_tolerance_asks_for() -> None:
+def test_the_order_is_the_least_sufficient_multiple_of_four() -> None:
     # Orders 0.655 ln(1/tol), rounded up to multiples of four: 7.5, 11.9, 15.1, 15.96 and 19.6.
     tolerances = (1e-5, 1.2e-8, 1e-10, 2.6e-11, 1e-13)
     assert [order_for(tol) for tol in tolerances] == [8, 12, 16, 16, 20]
