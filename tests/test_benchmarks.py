@@ -11,7 +11,7 @@ import pytest
 from fivtui.model.slider_belt import State
 
 from .benchmarks import fmu_host
-from .benchmarks.peers import missing, peers
+from .benchmarks.peers import missing_packages, peers
 from .benchmarks.solvers import COMPILED, OWN, Run, Solver
 from .benchmarks.speed import least_of, least_times
 from .benchmarks.work_precision import Measurement, cheapest, draw, measure, ratio_to, table
@@ -36,7 +36,7 @@ def test_every_installed_solver_computes_the_scene(tmp_path: Path) -> None:
     draw(measured, "miniature", tmp_path / "picture.png")
     assert (tmp_path / "picture.png").stat().st_size > 10_000
     assert (
-        len(missing())
+        len(missing_packages())
         + len({entry.solver for entry in measured} - {solver.name for solver in solvers})
         >= 4
     )
@@ -50,7 +50,7 @@ def test_a_failing_solver_is_omitted_and_reported() -> None:
         return run
 
     messages: list[str] = []
-    assert measure(SCENE, [Solver("broken", [1.0], broken)], rounds=1, say=messages.append) == []
+    assert measure(SCENE, [Solver("broken", [1.0], broken)], rounds=1, report=messages.append) == []
     assert "broken at 1: no" in messages
 
 
@@ -75,11 +75,11 @@ def test_solvers_are_compared_by_their_cheapest_setting_that_reaches_an_error() 
     reason="the host is for Linux, and needs a compiler",
 )
 def test_a_host_in_c_steps_every_available_fmu(tmp_path: Path) -> None:
-    host = fmu_host.compiled(tmp_path, "fmu_host.c", "-ldl")
-    fmus = fmu_host.fmus_in(tmp_path)
+    host = fmu_host.compile_c(tmp_path, "fmu_host.c", "-ldl")
+    fmus = fmu_host.build_fmus(tmp_path)
     assert {"bouncing ball in C", "native"} <= set(fmus)
     for fmu in fmus.values():
-        assert min(fmu_host.cost(host, fmu, 1e-3, count=50, rounds=1)) > 0.0
+        assert min(fmu_host.measure_cost(host, fmu, 1e-3, count=50, rounds=1)) > 0.0
 
 
 @pytest.mark.parametrize("chosen", ["compiled", pytest.param("", marks=pytest.mark.whole)])

@@ -8,7 +8,7 @@ import click
 from fivtui.console.printing import print_rows
 from tests.references import REFERENCES
 
-from .peers import missing, peers
+from .peers import missing_packages, peers
 from .solvers import OWN
 from .work_precision import LEVELS, draw, measure, ratio_to, table
 
@@ -23,15 +23,15 @@ def main(scene: str, out: Path, seconds: float) -> None:
     def report(text: str) -> None:
         print(text, file=sys.stderr, flush=True)
 
-    if absent := missing():
-        report(f"not installed, therefore not measured: {', '.join(absent)}")
-    measured = measure(REFERENCES[scene], [*OWN, *peers()], seconds=seconds, say=report)
+    if not_installed := missing_packages():
+        report(f"not installed, therefore not measured: {', '.join(not_installed)}")
+    measurements = measure(REFERENCES[scene], [*OWN, *peers()], seconds=seconds, report=report)
     header = ("CPU ms to reach the error", *(f"{level:.0e}" for level in LEVELS), "ratio")
-    print_rows(f"Scene {scene}, {REFERENCES[scene].t_end:g} s", header, table(measured))
-    ratio = ratio_to(measured, "heyoka")
+    print_rows(f"Scene {scene}, {REFERENCES[scene].t_end:g} s", header, table(measurements))
+    ratio = ratio_to(measurements, "heyoka")
     if ratio is not None:
         print(f"\nCPU time of heyoka at its best over that of fivtui, geometric mean: {ratio:.2f}")
-    draw(measured, f"Scene {scene}", out)
+    draw(measurements, f"Scene {scene}", out)
     report(f"wrote {out}")
 
 

@@ -22,7 +22,7 @@ from tests.support.dask_cluster import loopback_cluster
 WORKERS = 2
 
 
-def seconds(study: Study, out: Path, engine: Engine, size: int) -> float:
+def sweep_seconds(study: Study, out: Path, engine: Engine, size: int) -> float:
     begin = time.perf_counter()
     sweep_to_file(study, output_path(out, force=True), engine, size=size)
     return time.perf_counter() - begin
@@ -42,19 +42,21 @@ def main() -> None:
         with loopback_cluster(folder, WORKERS) as cluster, cluster_engine(cluster.address) as dask:
             small = Study(Design({"F": Range(10.0, 120.0, 64)}), Parameters())
             for out, engine in ((local_path, local_engine(WORKERS)), (dask_path, dask)):
-                seconds(small, out, engine, 1)
+                sweep_seconds(small, out, engine, 1)
             durations: dict[str, list[float]] = {"local": [], "dask": []}
             for _ in range(args.rounds):
-                durations["local"].append(seconds(study, local_path, local_engine(WORKERS), size))
-                durations["dask"].append(seconds(study, dask_path, dask, size))
+                durations["local"].append(
+                    sweep_seconds(study, local_path, local_engine(WORKERS), size)
+                )
+                durations["dask"].append(sweep_seconds(study, dask_path, dask, size))
         identical = local_path.read_bytes() == dask_path.read_bytes()
     pieces = -(-study.members // size)
     print(f"{study.members} members, {pieces} pieces of {size}, {WORKERS} threads or workers")
     for path, times in durations.items():
-        best, shown = min(times), ", ".join(f"{t:.2f}" for t in times)
+        best, listed_times = min(times), ", ".join(f"{t:.2f}" for t in times)
         print(
             f"{path:5} {best:6.2f} s  {study.members / best:7.0f} members/s  "
-            f"{best * WORKERS / pieces:.2f} s a piece  (rounds: {shown})"
+            f"{best * WORKERS / pieces:.2f} s a piece  (rounds: {listed_times})"
         )
     overhead = min(durations["dask"]) / min(durations["local"]) - 1.0
     print(f"overhead of dask {overhead:+.1%}; files {'the same' if identical else 'DIFFERENT'}")

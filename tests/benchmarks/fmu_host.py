@@ -1,7 +1,7 @@
 """CPU time of a communication step in a host written in C: ``python -m tests.benchmarks.fmu_host``.
 
-Both flavours of the FMU and, beside them, a bouncing ball in C; CPU time, the best of a few. The
-Python flavour needs the library of this Python.
+Times both flavours of the FMU and, for comparison, a bouncing ball in C; the least of several CPU
+times counts. The Python flavour needs a shared library of this Python.
 """
 
 import os
@@ -20,22 +20,22 @@ from fmu_src.build.builder import build_fmu
 
 _HERE: Final = Path(__file__).parent
 _HEADERS: Final = Path(fmpy.__file__).parent / "c-code"
-STEPS: Final = (1e-3, 1e-2)
+STEP_SIZES: Final = (1e-3, 1e-2)
 ROUNDS: Final = 5
 # Enough steps that the start of a process is negligible; fewer for steps that take microseconds.
-COUNT: Final = 500_000
-COUNT_OF_PYTHON: Final = 20_000
+STEP_COUNT: Final = 500_000
+PYTHON_STEP_COUNT: Final = 20_000
 
 
 class Cost(NamedTuple):
-    """CPU time of a step, of a step with five outputs (both ns), and of an instance (µs)."""
+    """CPU time of a step and of a step with five outputs, ns, and of an instance, µs."""
 
     step: float
     read: float
     instance: float
 
 
-class Timed(NamedTuple):
+class TimedFmu(NamedTuple):
     """Library, GUID and resources of an FMU, and a library that its host loads first."""
 
     library: Path
@@ -44,7 +44,7 @@ class Timed(NamedTuple):
     preload: str = ""
 
 
-def compiled(folder: Path, name: str, *options: str) -> Path:
+def compile_c(folder: Path, name: str, *options: str) -> Path:
     """Compile a C file of this folder to a program or library."""
     target = folder / Path(name).stem
     compiler = shlex.split(os.environ.get("CC", "cc"))
@@ -53,7 +53,7 @@ def compiled(folder: Path, name: str, *options: str) -> Path:
     return target
 
 
-def cost(host: Path, fmu: Timed, h: float, count: int, rounds: int = ROUNDS) -> Cost:
+def measure_cost(host: Path, fmu: TimedFmu, h: float, count: int, rounds: int = ROUNDS) -> Cost:
     """The minimum over several measurements."""
     command = [host, fmu.library, fmu.guid, fmu.resources, h, count]
     environment = os.environ | ({"LD_PRELOAD": fmu.preload} if fmu.preload else {})
@@ -70,26 +70,26 @@ def cost(host: Path, fmu: Timed, h: float, count: int, rounds: int = ROUNDS) -> 
     return Cost(*map(min, zip(*costs, strict=True)))
 
 
-def fmus_in(folder: Path) -> dict[str, Timed]:
+def build_fmus(folder: Path) -> dict[str, TimedFmu]:
     """The FMUs to time, by name."""
     timed = {}
     for flavour in ("native", "python"):
         file = build_fmu(folder / f"{flavour}.fmu", flavour=flavour)
         content = folder / flavour
         fmpy.extract(str(file), str(content))
-        preload = _libpython() if flavour == "python" else ""
+        preload = _find_libpython() if flavour == "python" else ""
         if flavour == "native" or preload:
-            timed[flavour] = Timed(
+            timed[flavour] = TimedFmu(
                 content / "binaries" / "linux64" / "SliderBelt.so",
                 fmpy.read_model_description(str(content)).guid,
                 (content / "resources").as_uri(),
                 preload,
             )
-    ball = compiled(folder, "bouncing_ball.c", "-shared", "-fPIC")
-    return {"bouncing ball in C": Timed(ball, "ball"), **timed}
+    ball = compile_c(folder, "bouncing_ball.c", "-shared", "-fPIC")
+    return {"bouncing ball in C": TimedFmu(ball, "ball"), **timed}
 
 
-def _libpython() -> str:
+def _find_libpython() -> str:
     names = [sysconfig.get_config_var(name) for name in ("INSTSONAME", "LDLIBRARY")]
     for name in filter(None, names):
         path = Path(str(sysconfig.get_config_var("LIBDIR"))) / str(name)
@@ -104,11 +104,11 @@ def main() -> None:
         raise SystemExit("the host is for Linux, and needs a compiler")
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        host = compiled(folder, "fmu_host.c", "-ldl")
+        host = compile_c(folder, "fmu_host.c", "-ldl")
         rows = []
-        for title, fmu in fmus_in(folder).items():
-            for h in STEPS:
-                costs = cost(host, fmu, h, COUNT_OF_PYTHON if fmu.preload else COUNT)
+        for title, fmu in build_fmus(folder).items():
+            for h in STEP_SIZES:
+                costs = measure_cost(host, fmu, h, PYTHON_STEP_COUNT if fmu.preload else STEP_COUNT)
                 rows.append((title, f"{h:g} s", *(f"{value:.1f}" for value in costs)))
         header = ("FMU", "step", "doStep, ns", "with 5 outputs, ns", "instance, µs")
         print_rows("A host in C", header, rows)

@@ -35,7 +35,7 @@ def peers() -> list[Solver]:
     return solvers
 
 
-def missing() -> list[str]:
+def missing_packages() -> list[str]:
     """Packages and programs that are missing and would add solvers."""
     packages = [n for n in ("heyoka", "sksundae", "numbalsoda") if find_spec(n) is None]
     return packages + (["gcc"] if shutil.which("gcc") is None else [])
@@ -145,7 +145,7 @@ def _numbalsoda(scene: Reference, start: State, tol: float) -> Run:
 
 
 def _c_rk4(scene: Reference, start: State, step: float) -> Run:
-    library = _compiled()
+    library = _compile_rk4()
     values = (ctypes.c_double * 9)(*scene.parameters.values())
     steps = round(scene.t_end / step)
     contact = int(mode_of(scene.parameters, start, separation=scene.separation))
@@ -159,7 +159,7 @@ def _c_rk4(scene: Reference, start: State, step: float) -> Run:
     return run
 
 
-def _compiled() -> ctypes.CDLL:
+def _compile_rk4() -> ctypes.CDLL:
     source = Path(__file__).with_name("rk4.c")
     with tempfile.TemporaryDirectory() as folder:
         library = Path(folder) / "rk4.so"

@@ -1,7 +1,7 @@
 """CPU time of typical computations: ``python -m tests.benchmarks.speed [--against FOLDER]``.
 
-FOLDER is another checkout of fivtui. Both are measured in turns, each in a process of its own,
-round after round; the least time of each counts, and the ratio of both is printed.
+FOLDER is another checkout of fivtui. Both are measured alternately, each in a separate process, in
+several rounds. The least time of each counts, and their ratio is printed.
 """
 
 import json
@@ -91,7 +91,7 @@ def least_times(chosen: str, seconds: float = _ROUND_S) -> dict[str, float]:
 
 
 def measured_in(root: Path, chosen: str) -> dict[str, float]:
-    """Run this file on a checkout in a process of its own and return its times."""
+    """Run this file on a checkout in a separate process and return its times."""
     code = (
         "import json, runpy, sys; measure = runpy.run_path(sys.argv[1])['least_times']; "
         "print(json.dumps(measure(sys.argv[2])))"
@@ -130,7 +130,7 @@ def least_of(rounds: list[dict[str, float]]) -> Mapping[str, float]:
 
 @click.command()
 @click.option("--against", type=click.Path(path_type=Path), help="Another checkout of fivtui.")
-@click.option("--only", default="", help="Measure what has this in its name.")
+@click.option("--only", default="", help="Measure only workloads whose name contains this text.")
 @click.option("--rounds", default=3, show_default=True)
 def main(against: Path | None, only: str, rounds: int) -> None:
     """Print the times, ms, and their ratios to those of another checkout."""

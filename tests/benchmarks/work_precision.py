@@ -25,7 +25,7 @@ LEVELS: Final = tuple(10.0**-n for n in range(6, 12))
 class Measurement:
     """One solver at one setting.
 
-    `error` is the greatest of the final state's, relative to its greatest entry; `cpu_s` is the
+    `error` is the greatest error of the final state relative to its greatest entry; `cpu_s` is the
     least CPU time of the repetitions.
     """
 
@@ -41,11 +41,11 @@ def measure(
     *,
     seconds: float = 0.3,
     rounds: int = 3,
-    say: Callable[[str], object] = lambda _text: None,
+    report: Callable[[str], object] = lambda _text: None,
 ) -> list[Measurement]:
     """Measure every solver at every setting.
 
-    Every round measures all of them, so that a busy machine affects all alike.
+    Every round measures all settings, so that a busy machine affects all of them alike.
 
     Parameters
     ----------
@@ -57,26 +57,26 @@ def measure(
         CPU time to spend on repetitions of one setting in a round, s.
     rounds : int
         Number of rounds.
-    say : callable
+    report : callable
         Receives progress messages.
     """
     start = resolve_start(System(scene.parameters, scene.separation), scene.start)
     size = max(map(abs, scene.final))
     cases = []
     for solver in solvers:
-        say(f"preparing {solver.name}")
+        report(f"preparing {solver.name}")
         for setting in solver.settings:
             run = solver.prepare(scene, start, setting)
             try:
                 final = run()
             except (ComputationError, ArithmeticError, RuntimeError) as failure:
-                say(f"{solver.name} at {setting:.3g}: {failure}")
+                report(f"{solver.name} at {setting:.3g}: {failure}")
                 continue
-            off = float(np.abs(np.subtract(final, scene.final)).max()) / size
-            cases.append((solver.name, setting, off, run))
+            error = float(np.abs(np.subtract(final, scene.final)).max()) / size
+            cases.append((solver.name, setting, error, run))
     best = [math.inf] * len(cases)
     for count in range(rounds):
-        say(f"round {count + 1} of {rounds}")
+        report(f"round {count + 1} of {rounds}")
         for index, (_, _, _, run) in enumerate(cases):
             best[index] = min(best[index], _least_cpu(run, seconds))
     return [
@@ -99,46 +99,49 @@ def _least_cpu(run: Callable[[], object], seconds: float) -> float:
     return least
 
 
-def cheapest(measured: Sequence[Measurement], solver: str, level: float) -> float:
+def cheapest(measurements: Sequence[Measurement], solver: str, level: float) -> float:
     """CPU time of the cheapest setting with an error of at most `level`, s; infinite if none."""
-    times = [m.cpu_s for m in measured if m.solver.startswith(solver) and m.error <= level]
+    times = [m.cpu_s for m in measurements if m.solver.startswith(solver) and m.error <= level]
     return min(times, default=math.inf)
 
 
 def ratio_to(
-    measured: Sequence[Measurement], solver: str, levels: Sequence[float] = LEVELS
+    measurements: Sequence[Measurement], solver: str, levels: Sequence[float] = LEVELS
 ) -> float | None:
-    """How many times less CPU fivtui takes than another solver, at equal error.
+    """CPU time of another solver over that of fivtui, at equal error.
 
-    Geometric mean over the levels that both reach; None if there is none.
+    Geometric mean over the error levels that both reach; None if there is no such level.
     """
     logs = []
     for level in levels:
-        ours, theirs = cheapest(measured, COMPILED, level), cheapest(measured, solver, level)
+        ours, theirs = (
+            cheapest(measurements, COMPILED, level),
+            cheapest(measurements, solver, level),
+        )
         if math.isfinite(ours) and math.isfinite(theirs):
             logs.append(math.log(theirs / ours))
     return math.exp(math.fsum(logs) / len(logs)) if logs else None
 
 
-def table(measured: Sequence[Measurement], levels: Sequence[float] = LEVELS) -> list[list[str]]:
+def table(measurements: Sequence[Measurement], levels: Sequence[float] = LEVELS) -> list[list[str]]:
     """Rows of name, CPU time in ms at every level, and ratio to fivtui compiled."""
     rows = []
-    for solver in dict.fromkeys(m.solver for m in measured):
-        times = [cheapest(measured, solver, level) for level in levels]
-        ratio = ratio_to(measured, solver, levels)
+    for solver in dict.fromkeys(m.solver for m in measurements):
+        times = [cheapest(measurements, solver, level) for level in levels]
+        ratio = ratio_to(measurements, solver, levels)
         cells = [f"{1e3 * t:.3g}" if math.isfinite(t) else "–" for t in times]
         rows.append([solver, *cells, f"{ratio:.2g}" if ratio else "–"])
     return rows
 
 
-def draw(measured: Sequence[Measurement], title: str, path: Path) -> None:
+def draw(measurements: Sequence[Measurement], title: str, path: Path) -> None:
     """Draw error against CPU time."""
     figure = Figure(figsize=(7.0, 5.0), layout="constrained")
     axes = figure.add_subplot()
     marks = "os^vDP*Xph<>"
-    for mark, solver in zip(marks, dict.fromkeys(m.solver for m in measured), strict=False):
+    for mark, solver in zip(marks, dict.fromkeys(m.solver for m in measurements), strict=False):
         points = sorted(
-            (m.cpu_s * 1e3, max(m.error, 1e-16)) for m in measured if m.solver == solver
+            (m.cpu_s * 1e3, max(m.error, 1e-16)) for m in measurements if m.solver == solver
         )
         axes.loglog(*zip(*points, strict=True), mark, linestyle="-", ms=4, lw=0.8, label=solver)
     axes.set(

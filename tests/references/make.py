@@ -43,11 +43,11 @@ SCENES: dict[str, tuple[Table, bool, float, tuple[str | float, ...]]] = {
 
 
 def number(value: str | float) -> Number:
-    # Exactly the double that the package uses.
+    # The double that the package uses, exactly.
     return mpf(float(value))
 
 
-def root_of_increasing(function: Callable[[Number], Number], low: Number, high: Number) -> Number:
+def bisect_increasing(function: Callable[[Number], Number], low: Number, high: Number) -> Number:
     for _ in range(200):
         middle = (low + high) / 2
         low, high = (low, middle) if function(middle) > 0 else (middle, high)
@@ -63,7 +63,7 @@ def static_start(p: Table) -> list[Number]:
         contact = p["k2"] * y + p["k_nl"] * y**3 if y < 0 or not p["separation"] else 0
         return contact + h * p["k1"] / a * y + p["F"]
 
-    y = root_of_increasing(balance, mpf(-1000), mpf(1000))
+    y = bisect_increasing(balance, mpf(-1000), mpf(1000))
     return [h * y / a, mpf(0), y, mpf(0)]
 
 
@@ -80,8 +80,8 @@ def expand(p: Table, state: list[Number], contact: bool) -> tuple[list[Number], 
         pull = h * (x[n] - y[n])
         load = p["F"] if n == 0 else 0
         divisor = p["m"] * (n + 1) * (n + 2)
-        push = p["mu"] * force - p["c1"] * (n + 1) * x[n + 1] - p["k1"] * x[n] - pull
-        x.append(push / divisor)
+        force_x = p["mu"] * force - p["c1"] * (n + 1) * x[n + 1] - p["k1"] * x[n] - pull
+        x.append(force_x / divisor)
         y.append((force - load - p["c2"] * (n + 1) * y[n + 1] + pull) / divisor)
     return x, y
 
@@ -102,22 +102,23 @@ def in_contact(p: Table, state: list[Number]) -> bool:
         return True
     x, vx, y, vy = state
     h = p["k3"] / 2
-    for derivative in (y, vy, h * x - p["F"], h * vx, -h * x):
-        if derivative != 0:
-            return bool(derivative < 0)
+    # The first derivative of y that is not zero decides.
+    for y_derivative in (y, vy, h * x - p["F"], h * vx, -h * x):
+        if y_derivative != 0:
+            return bool(y_derivative < 0)
     return True
 
 
-def turning_values(c: list[Number], duration: Number) -> list[Number]:
-    """Values at both ends and at every sign change of the slope."""
-    d = slope(c)
+def extreme_values(c: list[Number], duration: Number) -> list[Number]:
+    """Values of a polynomial at both ends of a step and at every sign change of its slope."""
+    slope_series = slope(c)
     grid = [duration * i / SAMPLES for i in range(SAMPLES + 1)]
-    signs = [value(d, t) for t in grid]
+    signs = [value(slope_series, t) for t in grid]
     values = [value(c, grid[0]), value(c, grid[-1])]
     for (start, end), (s0, s1) in zip(pairwise(grid), pairwise(signs), strict=True):
         if s0 * s1 < 0:
-            rising = d if s1 > 0 else [-coefficient for coefficient in d]
-            values.append(value(c, root_of_increasing(partial(value, rising), start, end)))
+            rising = slope_series if s1 > 0 else [-coefficient for coefficient in slope_series]
+            values.append(value(c, bisect_increasing(partial(value, rising), start, end)))
     return values
 
 
@@ -135,39 +136,39 @@ def longest_step(
 
 
 def first_root(y: list[Number], h: Number, contact: bool) -> Number | None:
-    """Time in a step at which the slider separates or lands; None if it does neither."""
-    beyond = y if contact else [-coefficient for coefficient in y]
+    """Time in a step of h at which the slider separates or lands; None if it does neither."""
+    overshoot = y if contact else [-coefficient for coefficient in y]
     previous = mpf(0)
     for i in range(1, SAMPLES + 1):
         at = h * i / SAMPLES
-        if value(beyond, at) > 0:
+        if value(overshoot, at) > 0:
             low = previous if previous > 0 else at * mpf(10) ** -12
-            return root_of_increasing(partial(value, beyond), low, at)
+            return bisect_increasing(partial(value, overshoot), low, at)
         previous = at
     return None
 
 
-def transient(
+def compute_transient(
     p: Table, state: list[Number], t_end: Number
 ) -> tuple[list[Number], list[Number], Number, Number]:
     t, contact = mpf(0), in_contact(p, state)
     switches: list[Number] = []
-    separated = peak = mpf(0)
+    separated_time = peak = mpf(0)
     while t < t_end:
         x, y = expand(p, state, contact)
         h = longest_step(p, state, x, y, t_end - t)
         root = first_root(y, h, contact) if p["separation"] else None
         h = h if root is None else root
-        peak = max(peak, *map(abs, turning_values(y, h)))
+        peak = max(peak, *map(abs, extreme_values(y, h)))
         if not contact:
-            separated += h
+            separated_time += h
         state = [value(x, h), value(slope(x), h), value(y, h), value(slope(y), h)]
         t += h
         if root is not None:
             state[2] = mpf(0)
             contact = not contact
             switches.append(t)
-    return state, switches, separated, peak
+    return state, switches, separated_time, peak
 
 
 def main() -> None:
@@ -177,8 +178,8 @@ def main() -> None:
         p = {key: number(entry) for key, entry in parameters.items()} | {"separation": separation}
         state = [number(s) for s in start] if start else static_start(p)
         first_contact = in_contact(p, state)
-        final, switches, separated, peak = transient(p, list(state), mpf(t_end))
-        ups = len(switches[0 if first_contact else 1 :: 2])
+        final, switches, separated_time, peak = compute_transient(p, list(state), mpf(t_end))
+        separation_count = len(switches[0 if first_contact else 1 :: 2])
         result[name] = {
             "parameters": {key: float(number(entry)) for key, entry in parameters.items()},
             "separation": separation,
@@ -186,11 +187,11 @@ def main() -> None:
             "t_end": float(t_end),
             "final": [mp.nstr(s, DIGITS) for s in final],
             "peak_y_abs": mp.nstr(peak, DIGITS),
-            "separations": ups,
-            "separated_time": mp.nstr(separated, DIGITS),
+            "separations": separation_count,
+            "separated_time": mp.nstr(separated_time, DIGITS),
             "switch_times": [mp.nstr(s, DIGITS) for s in switches],
         }
-        print(name, ups, result[name]["final"], file=sys.stderr, flush=True)
+        print(name, separation_count, result[name]["final"], file=sys.stderr, flush=True)
     target = Path(__file__).with_name("transients.json")
     target.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
 

@@ -17,8 +17,8 @@ from .make import Number, Table, slope, value
 mp.dps = 42
 ORDER = 36
 TOLERANCE = mpf(10) ** -36
-# Change of v/v_s over a step.
-CHANGE = mpf(1)
+# Largest change of v/v_s over a step.
+MAX_SPEED_CHANGE = mpf(1)
 DIGITS = 25
 SAMPLES = 40
 
@@ -43,11 +43,11 @@ def product(a: list[Number], b: list[Number], n: int) -> Number:
     return sum(a[i] * b[n - i] for i in range(n + 1))
 
 
-def pressing(p: Table, y: Number) -> Number:
+def contact_force(p: Table, y: Number) -> Number:
     return -p["k2"] * y - p["k_nl"] * y**3
 
 
-def holding(p: Table, x: Number, y: Number) -> Number:
+def holding_force(p: Table, x: Number, y: Number) -> Number:
     return p["c1"] * p["v_belt"] + (p["k1"] + p["k3"] / 2) * x - p["k3"] / 2 * y
 
 
@@ -61,18 +61,18 @@ def expand(p: Table, state: list[Number], mode: str) -> tuple[list[Number], list
     e = [exp(-sign * (p["v_belt"] - state[1]) / p["v_s"]) if law else mpf(0)]
     for n in range(ORDER):
         square.append(product(y, y, n))
-        pressed = -p["k2"] * y[n] - p["k_nl"] * product(y, square, n)
-        force.append(mpf(0) if mode == "separated" else pressed)
+        spring_force = -p["k2"] * y[n] - p["k_nl"] * product(y, square, n)
+        force.append(mpf(0) if mode == "separated" else spring_force)
         if n > 0:
             e.append(sign * product(ax, e, n - 1) / (n * p["v_s"]) if law else mpf(0))
         friction = sign * (p["mu"] * force[n] + (p["mu_s"] - p["mu"]) * product(e, force, n))
         pull = h * (x[n] - y[n])
         load = p["F"] if n == 0 else 0
-        along = (friction - p["c1"] * (n + 1) * x[n + 1] - p["k1"] * x[n] - pull) / p["m"]
-        ax.append(mpf(0) if mode == "stick" else along)
-        across = (force[n] - load - p["c2"] * (n + 1) * y[n + 1] + pull) / p["m"]
+        ax_n = (friction - p["c1"] * (n + 1) * x[n + 1] - p["k1"] * x[n] - pull) / p["m"]
+        ax.append(mpf(0) if mode == "stick" else ax_n)
+        ay_n = (force[n] - load - p["c2"] * (n + 1) * y[n + 1] + pull) / p["m"]
         x.append(ax[n] / ((n + 1) * (n + 2)))
-        y.append(across / ((n + 1) * (n + 2)))
+        y.append(ay_n / ((n + 1) * (n + 2)))
     return x, y
 
 
@@ -82,22 +82,27 @@ def mode_of(p: Table, state: list[Number]) -> str:
         return "separated"
     if vx != p["v_belt"]:
         return "forward" if vx < p["v_belt"] else "backward"
-    holding_force, grip = holding(p, x, y), p["mu_s"] * pressing(p, y)
-    if abs(holding_force) <= grip:
+    required, grip = holding_force(p, x, y), p["mu_s"] * contact_force(p, y)
+    if abs(required) <= grip:
         return "stick"
-    return "forward" if holding_force > 0 else "backward"
+    return "forward" if required > 0 else "backward"
 
 
-def guards(p: Table, mode: str) -> dict[str, Callable[[list[Number]], Number]]:
-    # Functions of (x, ẋ, y) that are positive during a mode, by successor; "?": found afterwards.
+def guard_functions(p: Table, mode: str) -> dict[str, Callable[[list[Number]], Number]]:
+    # Functions of (x, ẋ, y) that are positive during a mode, by the next mode. After "?…" the state
+    # at the end decides the next mode.
     functions: dict[str, Callable[[list[Number]], Number]] = {}
     if mode == "separated":
         return {"?land": lambda z: z[2]}
     if p["separation"]:
         functions["separated"] = lambda z: -z[2]
     if mode == "stick":
-        functions["forward"] = lambda z: p["mu_s"] * pressing(p, z[2]) - holding(p, z[0], z[2])
-        functions["backward"] = lambda z: p["mu_s"] * pressing(p, z[2]) + holding(p, z[0], z[2])
+        functions["forward"] = lambda z: (
+            p["mu_s"] * contact_force(p, z[2]) - holding_force(p, z[0], z[2])
+        )
+        functions["backward"] = lambda z: (
+            p["mu_s"] * contact_force(p, z[2]) + holding_force(p, z[0], z[2])
+        )
     else:
         sign = 1 if mode == "forward" else -1
         functions["?stop"] = lambda z: sign * (p["v_belt"] - z[1])
@@ -109,26 +114,28 @@ def first_end(
 ) -> tuple[Number, str] | None:
     speed = slope(x)
 
-    def at(guard: Callable[[list[Number]], Number], t: Number) -> Number:
+    def guard_value_at(guard: Callable[[list[Number]], Number], t: Number) -> Number:
         return guard([value(x, t), value(speed, t), value(y, t)])
 
     best: tuple[Number, str] | None = None
-    for name, guard in guards(p, mode).items():
+    for name, guard in guard_functions(p, mode).items():
         for i in range(1, SAMPLES + 1):
-            if at(guard, h * i / SAMPLES) < 0:
+            if guard_value_at(guard, h * i / SAMPLES) < 0:
                 low, high = h * (i - 1) / SAMPLES, h * i / SAMPLES
                 if i == 1:
                     low = high * mpf(10) ** -9
                 for _ in range(140):
                     middle = (low + high) / 2
-                    low, high = (low, middle) if at(guard, middle) < 0 else (middle, high)
+                    low, high = (
+                        (low, middle) if guard_value_at(guard, middle) < 0 else (middle, high)
+                    )
                 if best is None or high < best[0]:
                     best = (high, name)
                 break
     return best
 
 
-def longest(
+def choose_step(
     p: Table,
     mode: str,
     state: list[Number],
@@ -144,17 +151,22 @@ def longest(
     h = min(steps)
     if p["v_s"] is not None and mode in ("forward", "backward"):
         sizes = [n * abs(c) for n, c in enumerate(z[0])]
-        while sum(s * h ** (n - 1) for n, s in enumerate(sizes) if n > 1) > CHANGE * p["v_s"]:
+        while (
+            sum(s * h ** (n - 1) for n, s in enumerate(sizes) if n > 1)
+            > MAX_SPEED_CHANGE * p["v_s"]
+        ):
             h *= mpf("0.8")
     return h
 
 
-def transient(p: Table, state: list[Number], t_end: Number) -> tuple[list[Number], list[Any]]:
+def compute_transient(
+    p: Table, state: list[Number], t_end: Number
+) -> tuple[list[Number], list[Any]]:
     t, mode = mpf(0), mode_of(p, state)
     changes: list[Any] = []
     while t < t_end:
         x, y = expand(p, state, mode)
-        h = longest(p, mode, state, (x, y), t_end - t)
+        h = choose_step(p, mode, state, (x, y), t_end - t)
         ended = first_end(p, mode, x, y, h)
         if ended is not None:
             h = ended[0]
@@ -180,7 +192,7 @@ def main() -> None:
         parameters = BASE | changed
         p = {key: None if entry is None else mpf(float(entry)) for key, entry in parameters.items()}
         p |= {"separation": separation, "mu_s": p["mu"] if p["mu_s"] is None else p["mu_s"]}
-        final, changes = transient(p, [mpf(float(s)) for s in start], mpf(t_end))
+        final, changes = compute_transient(p, [mpf(float(s)) for s in start], mpf(t_end))
         result[name] = {
             "parameters": parameters,
             "separation": separation,

@@ -15,13 +15,13 @@ from .make import (
     Number,
     Table,
     expand,
+    extreme_values,
     first_root,
     in_contact,
     longest_step,
     number,
     slope,
     static_start,
-    turning_values,
     value,
 )
 
@@ -62,34 +62,37 @@ SCENES: dict[str, tuple[Table, bool, float, tuple[str, ...]]] = {
 }
 
 
-def observed(p: Table, state: list[Number], t_end: Number) -> list[Number]:
+def compute_quantities(p: Table, state: list[Number], t_end: Number) -> list[Number]:
     """The `QUANTITIES` of a run."""
     t, contact, half = mpf(0), in_contact(p, state), t_end / 2
     xs: list[Number] = []
     ys: list[Number] = []
     speeds: list[Number] = []
-    late: list[Number] = []
+    second_half_ys: list[Number] = []
     while t < t_end:
         x, y = expand(p, state, contact)
         h = longest_step(p, state, x, y, (half if t < half else t_end) - t)
         root = first_root(y, h, contact) if p["separation"] else None
         h = h if root is None else root
-        xs += turning_values(x, h)
-        speeds += turning_values(slope(x), h)
-        ys += turning_values(y, h)
+        xs += extreme_values(x, h)
+        speeds += extreme_values(slope(x), h)
+        ys += extreme_values(y, h)
         if t >= half:
-            late += turning_values(y, h)
+            second_half_ys += extreme_values(y, h)
         state = [value(x, h), value(slope(x), h), value(y, h), value(slope(y), h)]
         t += h
         if root is not None:
             state[2] = mpf(0)
             contact = not contact
     low, high = min(ys), max(ys)
-    weak, strong = (min(high, 0), min(low, 0)) if p["separation"] else (high, low)
-    forces = [-p["k2"] * deflection - p["k_nl"] * deflection**3 for deflection in (weak, strong)]
-    range_of_x = max(map(abs, xs))
-    swing = (max(late) - min(late)) / 2
-    return [*state, max(high, -low), high, low, range_of_x, max(speeds), swing, *forces]
+    force_min_y, force_max_y = (min(high, 0), min(low, 0)) if p["separation"] else (high, low)
+    forces = [
+        -p["k2"] * deflection - p["k_nl"] * deflection**3
+        for deflection in (force_min_y, force_max_y)
+    ]
+    x_abs = max(map(abs, xs))
+    half_range = (max(second_half_ys) - min(second_half_ys)) / 2
+    return [*state, max(high, -low), high, low, x_abs, max(speeds), half_range, *forces]
 
 
 def derivatives(name: str, p: Table, start: list[Number], t_end: Number) -> list[float]:
@@ -100,7 +103,7 @@ def derivatives(name: str, p: Table, start: list[Number], t_end: Number) -> list
             begin[START.index(name)] += sign * NUDGE
         else:
             changed[name] += sign * NUDGE
-        ends.append(observed(changed, begin or static_start(changed), t_end))
+        ends.append(compute_quantities(changed, begin or static_start(changed), t_end))
     return [float((plus - minus) / (2 * NUDGE)) for plus, minus in zip(*ends, strict=True)]
 
 

@@ -1,4 +1,4 @@
-"""Make ``promise.json``: random scenes, their ends in quadruple precision, the growth of errors.
+"""Make ``promise.json``: random scenes, quadruple-precision final states, and growth of errors.
 
 Run it as ``python -m tests.references.make_promise``; it needs gcc and takes two minutes.
 """
@@ -22,51 +22,51 @@ SOURCE = Path(__file__).with_name("quad.c")
 COUNT = 400
 SEED = 2026
 # Scenes in which perturbations grow more than this are left out.
-MOST_GROWTH = 300.0
+MAX_GROWTH = 300.0
 # Number of intervals over which the growth of perturbations is measured; relative perturbation.
-TIMES, PERTURBATION = 24, 1e-6
+INTERVALS, PERTURBATION = 24, 1e-6
 Floats = NDArray[np.float64]
 
 
-def scene(rng: np.random.Generator) -> tuple[Parameters, bool, State, float]:
-    """A random scene: masses, springs and sizes over orders of magnitude, in few digits."""
+def random_scene(rng: np.random.Generator) -> tuple[Parameters, bool, State, float]:
+    """A random scene: masses, springs and lengths over orders of magnitude, in few digits."""
     wide = rng.random() < 0.5
 
     def number(low: float, high: float) -> float:
         return float(f"{math.exp(rng.uniform(math.log(low), math.log(high))):.4g}")
 
-    def or_none(share: float, low: float, high: float) -> float:
-        return 0.0 if rng.random() < share else number(low, high)
+    def number_or_zero(zero_share: float, low: float, high: float) -> float:
+        return 0.0 if rng.random() < zero_share else number(low, high)
 
     low, high = (1.0, 1e4) if wide else (10.0, 1000.0)
     m = number(0.01, 100.0) if wide else number(0.05, 50.0)
-    k1, k2, k3 = number(low, high), number(low, high), or_none(0.08, 0.01 * low, high)
+    k1, k2, k3 = number(low, high), number(low, high), number_or_zero(0.08, 0.01 * low, high)
     stiffness = k1 + k2 + k3
-    c1, c2 = (or_none(0.12, 2e-4, 0.6) * math.sqrt(k * m) for k in (k1, k2))
-    force = or_none(0.2, *((0.01, 1e4) if wide else (1.0, 300.0)))
+    c1, c2 = (number_or_zero(0.12, 2e-4, 0.6) * math.sqrt(k * m) for k in (k1, k2))
+    force = number_or_zero(0.2, *((0.01, 1e4) if wide else (1.0, 300.0)))
     force = -force if rng.random() < 0.1 else force
     size = number(1e-3, 10.0) if force == 0.0 else abs(force) / stiffness * number(0.1, 10.0)
-    cubic = or_none(0.15, 1e-3, 1e4 if wide else 3.0) * k2 / size**2
+    cubic = number_or_zero(0.15, 1e-3, 1e4 if wide else 3.0) * k2 / size**2
     cubic = min(cubic, 1e15)
-    short = [float(f"{value:.4g}") for value in (c1, c2, cubic)]
-    values = (m, k1, k2, k3, *short[:2], force, short[2], round(rng.uniform(0.0, 1.5), 3))
+    rounded = [float(f"{value:.4g}") for value in (c1, c2, cubic)]
+    values = (m, k1, k2, k3, *rounded[:2], force, rounded[2], round(rng.uniform(0.0, 1.5), 3))
     p = Parameters(**dict(zip(PARAMETERS, values, strict=True)))
     separation = bool(rng.random() < 0.85)
     t_end = float(f"{rng.uniform(2.0, 60.0) * 2.0 * math.pi * time_scale(p):.4g}")
 
-    def part(unit: float) -> float:
+    def start_value(unit: float) -> float:
         if rng.random() < 0.2:
             return 0.0
         return float(f"{rng.normal() * 10.0 ** rng.uniform(-5.0, 0.0) * size * unit:.4g}")
 
     speed = 1.0 / time_scale(p)
-    start = (part(1.0), part(speed), part(1.0), part(speed))
+    start = (start_value(1.0), start_value(speed), start_value(1.0), start_value(speed))
     if rng.random() < 0.2 and force > 0.0:
         start = static_start(System(p, separation))
     return p, separation, start, t_end
 
 
-def ends(p: Parameters, start: Floats, separation: bool, t_end: float) -> Floats:
+def final_state(p: Parameters, start: Floats, separation: bool, t_end: float) -> Floats:
     run = simulate(p, t_end=t_end, start=start.tolist(), separation=separation, tol=1e-12)
     return np.array([run.final.x, run.final.vx, run.final.y, run.final.vy])
 
@@ -85,23 +85,27 @@ def growth(p: Parameters, start: State, separation: bool, t_end: float, units: F
     """The largest growth factor of a perturbation between two times, in `units`."""
     state, maps = np.array(start), []
     weights = np.where(units > 0.0, units, 1.0)
-    for _ in range(TIMES):
-        after = ends(p, state, separation, t_end / TIMES)
+    for _ in range(INTERVALS):
+        after = final_state(p, state, separation, t_end / INTERVALS)
         columns = []
         for index in range(4):
-            moved = state.copy()
-            moved[index] += PERTURBATION * weights[index]
-            share = (moved[index] - state[index]) / weights[index]
-            columns.append((ends(p, moved, separation, t_end / TIMES) - after) / weights / share)
+            perturbed = state.copy()
+            perturbed[index] += PERTURBATION * weights[index]
+            perturbation = (perturbed[index] - state[index]) / weights[index]
+            columns.append(
+                (final_state(p, perturbed, separation, t_end / INTERVALS) - after)
+                / weights
+                / perturbation
+            )
         maps.append(np.column_stack(columns))
         state = after
-    greatest = 1.0
-    for first in range(TIMES):
+    largest = 1.0
+    for first in range(INTERVALS):
         total = np.eye(4)
         for matrix in maps[first:]:
             total = matrix @ total
-            greatest = max(greatest, float(np.abs(total).sum(axis=1).max()))
-    return greatest
+            largest = max(largest, float(np.abs(total).sum(axis=1).max()))
+    return largest
 
 
 def main() -> None:
@@ -112,14 +116,14 @@ def main() -> None:
         command = ["gcc", "-O2", "-o", str(program), str(SOURCE), "-lquadmath", "-lm"]
         subprocess.run(command, check=True)
         while len(entries) < COUNT:
-            p, separation, start, t_end = scene(rng)
+            p, separation, start, t_end = random_scene(rng)
             try:
                 run = simulate(p, t_end=t_end, start=start, separation=separation, max_steps=3000)
                 units = scales(p, start, separation, t_end)
-                grown = growth(p, start, separation, t_end, units)
+                error_growth = growth(p, start, separation, t_end, units)
             except ComputationError:
                 continue
-            if not grown < MOST_GROWTH:
+            if not error_growth < MAX_GROWTH:
                 continue
             arguments = [*p.values(), float(separation), t_end, *start]
             process = subprocess.run(
@@ -140,7 +144,7 @@ def main() -> None:
                 "final": [x, vx, y, vy],
                 "peaks": [x_abs, y_abs],
                 "scales": [float(f"{unit:.3g}") for unit in units],
-                "growth": float(f"{grown:.3g}"),
+                "growth": float(f"{error_growth:.3g}"),
                 "fast_periods": float(f"{t_end / period:.3g}"),
             }
             entries.append(json.dumps(entry))

@@ -1,7 +1,7 @@
 """Make ``fivtui/assessment/stress_truth.json``: quadruple-precision results.
 
 Run it as ``python -m tests.references.make_stress_truth``; it needs gcc. The horizon of 1e5 s takes
-half an hour, the rest minutes. With ``NAME …`` behind it, it renews those alone.
+half an hour, the rest minutes. With test names as arguments it renews only those.
 """
 
 import json
