@@ -57,9 +57,9 @@ class RunColumns(NamedTuple):
 COLUMNS: Final = len(RunColumns._fields)
 _STATUSES: Final = tuple(Status)
 _SWITCH_COLUMNS: Final = 3
-# Three counts follow the columns. Buffers are ctypes arrays: they dominate the cost of short runs.
+# Three counts follow the columns. Short runs spend most time on buffers; ctypes ones are fastest.
 _Result, _Switches = ctypes.c_double * (COLUMNS + 3), ctypes.c_double * _SWITCHES
-# Columns of a `BeltRun` behind those: stick time, and counts of switches for each pair of modes.
+# Columns that a `BeltRun` adds: stick time, and counts of switches for each pair of modes.
 _TALLY_COLUMNS: Final = slice(COLUMNS + 3, COLUMNS + 4 + len(Mode) ** 2)
 _NO_SWITCHES: Final = np.empty(0)
 

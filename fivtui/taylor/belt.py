@@ -31,10 +31,10 @@ SIMULTANEOUS: Final = 2.0**-40
 # Shortest step, relative to t, that advances a motion creeping by a steep friction law.
 UNRESOLVED: Final = 2.0**-50
 # Largest change of v/v_s over a step with a friction law, and its growth with v/v_s. Where v/v_s
-# stays above _FAR_EXPONENT, the exponential is below rounding and the step may be longer.
+# stays above _NEGLIGIBLE, the exponential is below rounding and the step may be longer.
 _MAX_CHANGE: Final = 12.0
-_CHANGE_GROWTH: Final = 0.09
-_FAR_EXPONENT: Final = 37.0
+_GROWTH: Final = 0.09
+_NEGLIGIBLE: Final = 37.0
 _SHRINK_FACTOR: Final = 0.75
 _HEIGHT_GUARDS: Final = (Guard.HEIGHT, Guard.DEPTH)
 SPEED_GUARDS: Final = (Guard.AHEAD, Guard.BEHIND)
@@ -94,7 +94,7 @@ class BeltStepper(TaylorStepper):
         v_s = self._p.v_s or 1.0
         speed = MODES[self._mode].friction_sign * ((self._p.v_belt or 0.0) - x[1])
         exponent = max(speed / v_s, 0.0)
-        allowed = max(_MAX_CHANGE + _CHANGE_GROWTH * exponent, exponent - _FAR_EXPONENT) * v_s
+        allowed = max(_MAX_CHANGE + _GROWTH * exponent, exponent - _NEGLIGIBLE) * v_s
         # v_r also changes with the speed of the belt.
         relative_motion = (*x[:2], x[2] - 0.5 * self._rates.v_belt, *x[3:])
         while _max_speed_change(relative_motion, duration) > allowed:
