@@ -23,9 +23,9 @@ WORKERS = 2
 
 
 def sweep_seconds(study: Study, out: Path, engine: Engine, size: int) -> float:
-    begin = time.perf_counter()
+    start_time = time.perf_counter()
     sweep_to_file(study, output_path(out, force=True), engine, size=size)
-    return time.perf_counter() - begin
+    return time.perf_counter() - start_time
 
 
 def main() -> None:
@@ -40,9 +40,9 @@ def main() -> None:
         folder = Path(name)
         local_path, dask_path = folder / "here.parquet", folder / "there.parquet"
         with loopback_cluster(folder, WORKERS) as cluster, cluster_engine(cluster.address) as dask:
-            small = Study(Design({"F": Range(10.0, 120.0, 64)}), Parameters())
+            warm_up_study = Study(Design({"F": Range(10.0, 120.0, 64)}), Parameters())
             for out, engine in ((local_path, local_engine(WORKERS)), (dask_path, dask)):
-                sweep_seconds(small, out, engine, 1)
+                sweep_seconds(warm_up_study, out, engine, 1)
             durations: dict[str, list[float]] = {"local": [], "dask": []}
             for _ in range(args.rounds):
                 durations["local"].append(

@@ -20,14 +20,14 @@ SCALES = np.array([0.7, 4.0, 0.7, 4.0, 1.2, 0.25, 64.0])
 
 def random_searches(varied_count: int) -> Iterator[tuple[FloatArray, FloatArray]]:
     """Guesses near limit cycles of the base set, some with lift-off, and planes through them."""
-    random = np.random.default_rng(varied_count)
+    rng = np.random.default_rng(varied_count)
     points = branch(None, "mu", low=0.25, high=0.6).points[::9]
     for point in points:
         orbit_values = np.array([*point.start, point.period, point.value, 80.0])[: 5 + varied_count]
         guess = orbit_values / SCALES[: 5 + varied_count]
         yield (
-            guess * (1.0 + 1e-4 * random.normal(size=guess.size)),
-            np.linalg.qr(random.normal(size=(guess.size, 1 + varied_count)))[0].T,
+            guess * (1.0 + 1e-4 * rng.normal(size=guess.size)),
+            np.linalg.qr(rng.normal(size=(guess.size, 1 + varied_count)))[0].T,
         )
 
 
@@ -57,17 +57,17 @@ def orbit_numbers(orbit: OrbitOnCurve | None) -> FloatArray:
 def test_the_kernel_finds_the_same_orbits_as_python(
     varied_count: int, tangent_across: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    compiled = solve_searches(varied_count, tangent_across=tangent_across)
+    compiled_orbits = solve_searches(varied_count, tangent_across=tangent_across)
     monkeypatch.setattr(arclength, "why_interpreted", lambda: "the test interprets")
-    plain = solve_searches(varied_count, tangent_across=tangent_across)
-    assert len(compiled) >= 6
-    for compiled_orbit, plain_orbit in zip(compiled, plain, strict=True):
+    interpreted_orbits = solve_searches(varied_count, tangent_across=tangent_across)
+    assert len(compiled_orbits) >= 6
+    for compiled_orbit, interpreted_orbit in zip(compiled_orbits, interpreted_orbits, strict=True):
         np.testing.assert_allclose(
-            orbit_numbers(compiled_orbit), orbit_numbers(plain_orbit), rtol=1e-7, atol=1e-9
+            orbit_numbers(compiled_orbit), orbit_numbers(interpreted_orbit), rtol=1e-7, atol=1e-9
         )
         assert compiled_orbit is not None
-        assert plain_orbit is not None
-        assert compiled_orbit.unknowns == pytest.approx(plain_orbit.unknowns, abs=1e-11)
+        assert interpreted_orbit is not None
+        assert compiled_orbit.unknowns == pytest.approx(interpreted_orbit.unknowns, abs=1e-11)
 
 
 @pytest.mark.parametrize("instruction_set", native.INSTRUCTION_SETS[:-1])
@@ -83,7 +83,7 @@ def test_instruction_sets_find_the_same_orbits(
 
 
 @pytest.mark.parametrize(
-    "change",
+    "replaced_number",
     [
         (5, -1.0),  # μ below zero
         (4, -1.0),  # a period below zero
@@ -91,8 +91,8 @@ def test_instruction_sets_find_the_same_orbits(
         (4, 1e9),  # a period that is too long
     ],
 )
-def test_searches_from_invalid_guesses_find_no_orbit(change: tuple[int, float]) -> None:
-    column, value = change
+def test_searches_from_invalid_guesses_find_no_orbit(replaced_number: tuple[int, float]) -> None:
+    column, value = replaced_number
     curve = OrbitCurve(SliderBeltFlow(System(Parameters()), ("mu",)), SCALES[:6])
     guess, planes = next(random_searches(1))
     guess[column] = value

@@ -28,7 +28,7 @@ from .test_same_bits import (
 HERE = Path(__file__).parent
 KERNEL = Path(fivtui.__file__).parent / "kernel"
 ALL_EXTREMES = (True, True, True)
-# Emulator of each machine, by the compiler's name of the machine.
+# Programs that run the code of a machine, by the compiler's name of the machine.
 EMULATORS = {
     "aarch64-linux-musl": ("qemu-aarch64-static", "qemu-aarch64"),
     "x86_64-windows-gnu": ("wine",),
@@ -53,16 +53,16 @@ def random_belts(parameters: np.ndarray) -> tuple[np.ndarray, list[CourseTable]]
     """Parameters with a belt of finite speed, and a table over time, for each member."""
     rng, count = np.random.default_rng(3), len(parameters)
     speeds = rng.choice([0.0, 1.0], count) * rng.uniform(0.0, 3.0, count)
-    static = parameters[:, 8] + rng.choice([0.0, 0.3], count)
+    mu_static = parameters[:, 8] + rng.choice([0.0, 0.3], count)
     v_s = np.where(rng.random(count) < 0.5, 0.0, rng.uniform(0.1, 1.0, count))
     tables = []
-    for member, (speed, grip) in enumerate(zip(speeds, static, strict=True)):
+    for member, (speed, mu_s) in enumerate(zip(speeds, mu_static, strict=True)):
         load, mu = parameters[member, 6], parameters[member, 8]
-        change = rng.uniform(-1.0, 1.0, 2)
-        row = [load, change[0], mu, 0.0, grip, 0.0, speed, abs(change[1]), speed + change[1]]
+        slopes = rng.uniform(-1.0, 1.0, 2)
+        row = [load, slopes[0], mu, 0.0, mu_s, 0.0, speed, abs(slopes[1]), speed + slopes[1]]
         rows = [[0.4 * T_END * n, *row] for n in range(3)]
         tables.append(CourseTable(np.array(rows), 80.0))
-    return np.column_stack([parameters, speeds, static, v_s]), tables
+    return np.column_stack([parameters, speeds, mu_static, v_s]), tables
 
 
 def belt_results(

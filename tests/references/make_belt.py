@@ -58,14 +58,18 @@ def expand(p: Table, state: list[Number], mode: str) -> tuple[list[Number], list
     force: list[Number] = []
     ax: list[Number] = []
     law = sign and p["v_s"] is not None
-    e = [exp(-sign * (p["v_belt"] - state[1]) / p["v_s"]) if law else mpf(0)]
+    exponential = [exp(-sign * (p["v_belt"] - state[1]) / p["v_s"]) if law else mpf(0)]
     for n in range(ORDER):
         square.append(product(y, y, n))
         spring_force = -p["k2"] * y[n] - p["k_nl"] * product(y, square, n)
         force.append(mpf(0) if mode == "separated" else spring_force)
         if n > 0:
-            e.append(sign * product(ax, e, n - 1) / (n * p["v_s"]) if law else mpf(0))
-        friction = sign * (p["mu"] * force[n] + (p["mu_s"] - p["mu"]) * product(e, force, n))
+            exponential.append(
+                sign * product(ax, exponential, n - 1) / (n * p["v_s"]) if law else mpf(0)
+            )
+        friction = sign * (
+            p["mu"] * force[n] + (p["mu_s"] - p["mu"]) * product(exponential, force, n)
+        )
         pull = h * (x[n] - y[n])
         load = p["F"] if n == 0 else 0
         ax_n = (friction - p["c1"] * (n + 1) * x[n + 1] - p["k1"] * x[n] - pull) / p["m"]
@@ -188,8 +192,8 @@ def compute_transient(
 
 def main() -> None:
     result = {}
-    for name, (changed, separation, t_end, start) in SCENES.items():
-        parameters = BASE | changed
+    for name, (changes_to_base, separation, t_end, start) in SCENES.items():
+        parameters = BASE | changes_to_base
         p = {key: None if entry is None else mpf(float(entry)) for key, entry in parameters.items()}
         p |= {"separation": separation, "mu_s": p["mu"] if p["mu_s"] is None else p["mu_s"]}
         final, changes = compute_transient(p, [mpf(float(s)) for s in start], mpf(t_end))

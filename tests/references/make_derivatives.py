@@ -98,12 +98,16 @@ def compute_quantities(p: Table, state: list[Number], t_end: Number) -> list[Num
 def derivatives(name: str, p: Table, start: list[Number], t_end: Number) -> list[float]:
     ends = []
     for sign in (1, -1):
-        changed, begin = dict(p), list(start)
+        shifted_parameters, shifted_start = dict(p), list(start)
         if name in START:
-            begin[START.index(name)] += sign * NUDGE
+            shifted_start[START.index(name)] += sign * NUDGE
         else:
-            changed[name] += sign * NUDGE
-        ends.append(compute_quantities(changed, begin or static_start(changed), t_end))
+            shifted_parameters[name] += sign * NUDGE
+        ends.append(
+            compute_quantities(
+                shifted_parameters, shifted_start or static_start(shifted_parameters), t_end
+            )
+        )
     return [float((plus - minus) / (2 * NUDGE)) for plus, minus in zip(*ends, strict=True)]
 
 
@@ -114,14 +118,14 @@ def main() -> None:
         parameters = BASE | changes
         p = {key: number(entry) for key, entry in parameters.items()} | {"separation": separation}
         names = [*parameters, *(START if start else ())]
-        begin = [number(value) for value in start]
+        scene_start = [number(value) for value in start]
         result[scene] = {
             "parameters": {key: float(entry) for key, entry in parameters.items()},
             "separation": separation,
             "start": [float(value) for value in start] if start else "static",
             "t_end": t_end,
             "quantities": QUANTITIES,
-            "by": {name: derivatives(name, p, begin, mpf(t_end)) for name in names},
+            "by": {name: derivatives(name, p, scene_start, mpf(t_end)) for name in names},
         }
         print(scene, file=sys.stderr, flush=True)
         target.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")

@@ -23,14 +23,14 @@ COUNT = 400
 SEED = 2026
 # Scenes in which perturbations grow more than this are left out.
 MAX_GROWTH = 300.0
-# Number of intervals over which the growth of perturbations is measured; relative perturbation.
+# Number of intervals between whose ends growth is measured, and the relative perturbation.
 INTERVALS, PERTURBATION = 24, 1e-6
 Floats = NDArray[np.float64]
 
 
 def random_scene(rng: np.random.Generator) -> tuple[Parameters, bool, State, float]:
     """A random scene: masses, springs and lengths over orders of magnitude, in few digits."""
-    wide = rng.random() < 0.5
+    is_wide = rng.random() < 0.5
 
     def number(low: float, high: float) -> float:
         return float(f"{math.exp(rng.uniform(math.log(low), math.log(high))):.4g}")
@@ -38,15 +38,15 @@ def random_scene(rng: np.random.Generator) -> tuple[Parameters, bool, State, flo
     def number_or_zero(zero_share: float, low: float, high: float) -> float:
         return 0.0 if rng.random() < zero_share else number(low, high)
 
-    low, high = (1.0, 1e4) if wide else (10.0, 1000.0)
-    m = number(0.01, 100.0) if wide else number(0.05, 50.0)
+    low, high = (1.0, 1e4) if is_wide else (10.0, 1000.0)
+    m = number(0.01, 100.0) if is_wide else number(0.05, 50.0)
     k1, k2, k3 = number(low, high), number(low, high), number_or_zero(0.08, 0.01 * low, high)
     stiffness = k1 + k2 + k3
     c1, c2 = (number_or_zero(0.12, 2e-4, 0.6) * math.sqrt(k * m) for k in (k1, k2))
-    force = number_or_zero(0.2, *((0.01, 1e4) if wide else (1.0, 300.0)))
+    force = number_or_zero(0.2, *((0.01, 1e4) if is_wide else (1.0, 300.0)))
     force = -force if rng.random() < 0.1 else force
     size = number(1e-3, 10.0) if force == 0.0 else abs(force) / stiffness * number(0.1, 10.0)
-    cubic = number_or_zero(0.15, 1e-3, 1e4 if wide else 3.0) * k2 / size**2
+    cubic = number_or_zero(0.15, 1e-3, 1e4 if is_wide else 3.0) * k2 / size**2
     cubic = min(cubic, 1e15)
     rounded = [float(f"{value:.4g}") for value in (c1, c2, cubic)]
     values = (m, k1, k2, k3, *rounded[:2], force, rounded[2], round(rng.uniform(0.0, 1.5), 3))
@@ -83,7 +83,7 @@ def scales(p: Parameters, start: State, separation: bool, t_end: float) -> Float
 
 def growth(p: Parameters, start: State, separation: bool, t_end: float, units: Floats) -> float:
     """The largest growth factor of a perturbation between two times, in `units`."""
-    state, maps = np.array(start), []
+    state, interval_maps = np.array(start), []
     weights = np.where(units > 0.0, units, 1.0)
     for _ in range(INTERVALS):
         after = final_state(p, state, separation, t_end / INTERVALS)
@@ -97,14 +97,14 @@ def growth(p: Parameters, start: State, separation: bool, t_end: float, units: F
                 / weights
                 / perturbation
             )
-        maps.append(np.column_stack(columns))
+        interval_maps.append(np.column_stack(columns))
         state = after
     largest = 1.0
     for first in range(INTERVALS):
-        total = np.eye(4)
-        for matrix in maps[first:]:
-            total = matrix @ total
-            largest = max(largest, float(np.abs(total).sum(axis=1).max()))
+        product = np.eye(4)
+        for matrix in interval_maps[first:]:
+            product = matrix @ product
+            largest = max(largest, float(np.abs(product).sum(axis=1).max()))
     return largest
 
 
