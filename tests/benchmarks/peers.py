@@ -23,15 +23,19 @@ def peers() -> list[Solver]:
     solvers = []
     if find_spec("heyoka") is not None:
         solvers.append(
-            Solver("heyoka, switch by event callback", decades(3, 16, 2), _heyoka(False))
+            Solver("heyoka, switch by event callback", decades(3, 16, 2), _prepare_heyoka(False))
         )
-        solvers.append(Solver("heyoka with fast_math", decades(3, 16, 2), _heyoka(True)))
+        solvers.append(Solver("heyoka with fast_math", decades(3, 16, 2), _prepare_heyoka(True)))
     if find_spec("sksundae") is not None:
-        solvers.append(Solver("CVODE (Adams) with events", decades(4, 12), _cvode))
+        solvers.append(Solver("CVODE (Adams) with events", decades(4, 12), _prepare_cvode))
     if find_spec("numbalsoda") is not None:
-        solvers.append(Solver("numbalsoda DOP853 across the kink", decades(4, 13), _numbalsoda))
+        solvers.append(
+            Solver("numbalsoda DOP853 across the kink", decades(4, 13), _prepare_numbalsoda)
+        )
     if shutil.which("gcc") is not None:
-        solvers.append(Solver("C RK4 with bisection", [0.02 / 2**n for n in range(11)], _c_rk4))
+        solvers.append(
+            Solver("C RK4 with bisection", [0.02 / 2**n for n in range(11)], _prepare_c_rk4)
+        )
     return solvers
 
 
@@ -41,7 +45,7 @@ def missing_packages() -> list[str]:
     return packages + (["gcc"] if shutil.which("gcc") is None else [])
 
 
-def _heyoka(fast_math: bool) -> Callable[[Reference, State, float], Run]:
+def _prepare_heyoka(fast_math: bool) -> Callable[[Reference, State, float], Run]:
     def prepare(scene: Reference, start: State, tol: float) -> Run:
         import heyoka as hy
 
@@ -81,7 +85,7 @@ def _heyoka(fast_math: bool) -> Callable[[Reference, State, float], Run]:
     return prepare
 
 
-def _cvode(scene: Reference, start: State, tol: float) -> Run:
+def _prepare_cvode(scene: Reference, start: State, tol: float) -> Run:
     from sksundae.cvode import CVODE
 
     p = scene.parameters
@@ -113,7 +117,7 @@ def _cvode(scene: Reference, start: State, tol: float) -> Run:
     return run
 
 
-def _numbalsoda(scene: Reference, start: State, tol: float) -> Run:
+def _prepare_numbalsoda(scene: Reference, start: State, tol: float) -> Run:
     import numba
     from numbalsoda import dop853, lsoda_sig
 
@@ -144,7 +148,7 @@ def _numbalsoda(scene: Reference, start: State, tol: float) -> Run:
     return run
 
 
-def _c_rk4(scene: Reference, start: State, step: float) -> Run:
+def _prepare_c_rk4(scene: Reference, start: State, step: float) -> Run:
     library = _compile_rk4()
     values = (ctypes.c_double * 9)(*scene.parameters.values())
     steps = round(scene.t_end / step)

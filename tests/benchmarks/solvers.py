@@ -30,7 +30,7 @@ def decades(first: int, end: int, per_decade: int = 1) -> list[float]:
     return [10.0 ** (-n / per_decade) for n in range(first * per_decade, end * per_decade + 1)]
 
 
-def _taylor_with(kernel: KernelChoice) -> Callable[[Reference, State, float], Run]:
+def _prepare_taylor(kernel: KernelChoice) -> Callable[[Reference, State, float], Run]:
     def prepare(scene: Reference, start: State, tol: float) -> Run:
         def run() -> Sequence[float]:
             final = simulate(
@@ -48,7 +48,7 @@ def _taylor_with(kernel: KernelChoice) -> Callable[[Reference, State, float], Ru
     return prepare
 
 
-def _simulate_with(method: str) -> Callable[[Reference, State, float], Run]:
+def _prepare_method(method: str) -> Callable[[Reference, State, float], Run]:
     def prepare(scene: Reference, start: State, setting: float) -> Run:
         def run() -> Sequence[float]:
             final = simulate(
@@ -68,9 +68,9 @@ def _simulate_with(method: str) -> Callable[[Reference, State, float], Run]:
 
 COMPILED: Final = "fivtui taylor, compiled"
 OWN: Final = (
-    Solver(COMPILED, decades(2, 13, 2), _taylor_with("compiled")),
-    Solver("fivtui taylor, interpreted", decades(2, 13), _taylor_with("interpreted")),
-    Solver("fivtui rk4", [0.02, 0.01, 0.005], _simulate_with("rk4")),
-    Solver("SciPy DOP853 with events", decades(4, 12), _simulate_with("scipy-dop853")),
-    Solver("SciPy LSODA with events", decades(4, 12), _simulate_with("scipy-lsoda")),
+    Solver(COMPILED, decades(2, 13, 2), _prepare_taylor("compiled")),
+    Solver("fivtui taylor, interpreted", decades(2, 13), _prepare_taylor("interpreted")),
+    Solver("fivtui rk4", [0.02, 0.01, 0.005], _prepare_method("rk4")),
+    Solver("SciPy DOP853 with events", decades(4, 12), _prepare_method("scipy-dop853")),
+    Solver("SciPy LSODA with events", decades(4, 12), _prepare_method("scipy-lsoda")),
 )

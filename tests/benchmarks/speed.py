@@ -73,11 +73,11 @@ def workloads() -> dict[str, Callable[[], Any]]:
     }
 
 
-def least_times(chosen: str, seconds: float = _ROUND_S) -> dict[str, float]:
+def least_times(name_part: str, seconds: float = _ROUND_S) -> dict[str, float]:
     """Least CPU time, s, of each workload whose name contains a text, after a warm-up run."""
     times = {}
     for name, run in workloads().items():
-        if chosen not in name:
+        if name_part not in name:
             continue
         run()
         least, spent = float("inf"), 0.0
@@ -90,7 +90,7 @@ def least_times(chosen: str, seconds: float = _ROUND_S) -> dict[str, float]:
     return times
 
 
-def measured_in(root: Path, chosen: str) -> dict[str, float]:
+def measure_checkout(root: Path, name_part: str) -> dict[str, float]:
     """Run this file on a checkout in a separate process and return its times."""
     code = (
         "import json, runpy, sys; measure = runpy.run_path(sys.argv[1])['least_times']; "
@@ -98,7 +98,7 @@ def measured_in(root: Path, chosen: str) -> dict[str, float]:
     )
     with tempfile.TemporaryDirectory() as folder:
         process = subprocess.run(
-            [sys.executable, "-c", code, __file__, chosen],
+            [sys.executable, "-c", code, __file__, name_part],
             cwd=folder,
             env=os.environ | {"PYTHONPATH": str(root)},
             check=True,
@@ -135,11 +135,11 @@ def least_of(rounds: list[dict[str, float]]) -> Mapping[str, float]:
 def main(against: Path | None, only: str, rounds: int) -> None:
     """Print the times, ms, and their ratios to those of another checkout."""
     roots = [ROOT] if against is None else [ROOT, against.resolve()]
-    measured: list[list[dict[str, float]]] = [[] for _ in roots]
+    times_by_root: list[list[dict[str, float]]] = [[] for _ in roots]
     for _ in range(rounds):
-        for root, times in zip(roots, measured, strict=True):
-            times.append({**measured_in(root, only), "start, help": start_time(root)})
-    times_by_name, *baselines = map(least_of, measured)
+        for root, times in zip(roots, times_by_root, strict=True):
+            times.append({**measure_checkout(root, only), "start, help": start_time(root)})
+    times_by_name, *baselines = map(least_of, times_by_root)
     for name, seconds in times_by_name.items():
         ratio = f"{seconds / baselines[0][name]:9.3f}" if baselines else ""
         print(f"{name:28}{1e3 * seconds:10.3f} ms{ratio}")

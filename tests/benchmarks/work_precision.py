@@ -78,14 +78,14 @@ def measure(
     for count in range(rounds):
         report(f"round {count + 1} of {rounds}")
         for index, (_, _, _, run) in enumerate(cases):
-            best[index] = min(best[index], _least_cpu(run, seconds))
+            best[index] = min(best[index], _measure_least_cpu(run, seconds))
     return [
         Measurement(name, setting, error, cpu)
         for (name, setting, error, _), cpu in zip(cases, best, strict=True)
     ]
 
 
-def _least_cpu(run: Callable[[], object], seconds: float) -> float:
+def _measure_least_cpu(run: Callable[[], object], seconds: float) -> float:
     least, spent = math.inf, 0.0
     gc.disable()
     try:
