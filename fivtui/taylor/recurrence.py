@@ -28,8 +28,7 @@ Naming = Callable[[str, str], str]
 class Terms(NamedTuple):
     """Optional terms of the equations.
 
-    They come from a friction law over speed, from a finite belt speed and from parameters that
-    follow tables over time.
+    They come from a friction law, a finite belt speed and parameters over time.
     """
 
     by_law: bool
