@@ -167,11 +167,11 @@ def accuracy(
         finer = f"tol {tol:g}"
 
     def run(request: Request, begin: float) -> Transient:
-        return compute(request, progress=work.part(begin, begin + 1.0 / 3.0).callback)
+        return compute(request, progress=work.stage(begin, begin + 1.0 / 3.0).callback)
 
     coarse = run(request, 0.0)
     fine = run(replace(request, tol=tol, step=step), 1.0 / 3.0)
-    growth = error_growth(request, progress=work.part(2.0 / 3.0, 1.0).callback)
+    growth = error_growth(request, progress=work.stage(2.0 / 3.0, 1.0).callback)
     work.advance(1.0)
     values, finer_values, rounding = _values(coarse), _values(fine), _rounding(coarse)
     return Accuracy(

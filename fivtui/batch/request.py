@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fivtui.model import ALL_PARAMETERS, PARAMETERS, InputError, Parameters, parameter_spec
-from fivtui.transient import LEAST_START
+from fivtui.transient import START_THRESHOLD
 
 from .result import Floats
 
@@ -120,5 +120,5 @@ def start_states(start: ArrayLike, size: int) -> Floats | None:
         raise InputError(f"start: shape {states.shape}; {allowed}")
     if states.size > 0 and not np.isfinite([states.min(), states.max()]).all():
         raise InputError(f"start: not all finite; {allowed}")
-    states = np.where(np.abs(states) < LEAST_START, 0.0, states)
+    states = np.where(np.abs(states) < START_THRESHOLD, 0.0, states)
     return np.broadcast_to(states, (size, 4))

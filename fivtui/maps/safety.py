@@ -100,7 +100,7 @@ def safety_map(
     varied = {
         name: axis for name, axis in zip(linear.names, linear.axes, strict=True) if name != "mu"
     }
-    verdicts, mus, sizes = _follow_folds(system, varied, work.part(0.0, folds_share))
+    verdicts, mus, sizes = _follow_folds(system, varied, work.stage(0.0, folds_share))
     shape = critical.shape
     if "mu" in linear.names:
         axis = linear.names.index("mu")
@@ -126,7 +126,7 @@ def safety_map(
             system,
             {name: mesh[inside] for name, mesh in linear.grid.meshes().items()},
             sizes[inside],
-            work=work.part(folds_share, 1.0),
+            work=work.stage(folds_share, 1.0),
         )
         quantities |= {"region": regions, "escape_offset": escape}
     work.advance(1.0)
@@ -194,7 +194,7 @@ def _follow_folds(
     sheets = FoldSheets(
         system,
         varied,
-        work=work.part(_SEARCH_SHARE, 1.0),
+        work=work.stage(_SEARCH_SHARE, 1.0),
         seeds=seeds,
     )
     return verdicts, *sheets.lowest_folds()

@@ -172,9 +172,9 @@ def guard_value(p: Any, state: Any, guard: Guard, rates: Rates = CONSTANT) -> An
     x, vx, y, _ = state
     if guard is Guard.HEIGHT or guard is Guard.DEPTH:
         return y if guard is Guard.HEIGHT else -y
-    if guard is Guard.AHEAD or guard is Guard.BEHIND:
+    if guard is Guard.BELT_FASTER or guard is Guard.BELT_SLOWER:
         v_r = (p.v_belt or 0.0) - vx
-        return v_r if guard is Guard.AHEAD else -v_r
+        return v_r if guard is Guard.BELT_FASTER else -v_r
     grip, holding = p.mu_static * spring_force(p, y), holding_force(p, x, y, rates)
     return grip - holding if guard is Guard.HELD_FORWARD else grip + holding
 

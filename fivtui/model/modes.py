@@ -26,8 +26,8 @@ class Guard(Enum):
 
     HEIGHT = "y"
     DEPTH = "-y"
-    AHEAD = "v_r"
-    BEHIND = "-v_r"
+    BELT_FASTER = "v_r"
+    BELT_SLOWER = "-v_r"
     HELD_FORWARD = "mu_s P - f"
     HELD_BACKWARD = "mu_s P + f"
 
@@ -90,7 +90,7 @@ MODES: Final[Mapping[Mode, ModeRow]] = {
         in_contact=True,
         friction_sign=1.0,
         finite_belt=True,
-        ends=(_SEPARATION, Transition(Guard.AHEAD, (Mode.STICK, Mode.BACKWARD))),
+        ends=(_SEPARATION, Transition(Guard.BELT_FASTER, (Mode.STICK, Mode.BACKWARD))),
     ),
     Mode.BACKWARD: ModeRow(
         "the slider is faster than the belt",
@@ -98,7 +98,7 @@ MODES: Final[Mapping[Mode, ModeRow]] = {
         in_contact=True,
         friction_sign=-1.0,
         finite_belt=True,
-        ends=(_SEPARATION, Transition(Guard.BEHIND, (Mode.STICK, Mode.FORWARD))),
+        ends=(_SEPARATION, Transition(Guard.BELT_SLOWER, (Mode.STICK, Mode.FORWARD))),
     ),
     Mode.STICK: ModeRow(
         "the slider moves with the belt",

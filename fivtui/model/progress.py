@@ -25,9 +25,9 @@ class Progress:
     def advance(self, fraction: float) -> bool:
         """Report the completed fraction, and return whether to continue."""
         self._fraction = fraction
-        return self.go_on()
+        return self.should_continue()
 
-    def go_on(self) -> bool:
+    def should_continue(self) -> bool:
         """Repeat the last report, and return whether to continue."""
         return self._callback is None or self._callback(self._fraction)
 
@@ -36,13 +36,13 @@ class Progress:
         """A callback for nested computations that reports here; None without a callback."""
         return None if self._callback is None else self.advance
 
-    def part(self, begin: float, end: float) -> "Progress":
-        """The progress of a part, which spans two fractions of the whole computation."""
+    def stage(self, begin: float, end: float) -> "Progress":
+        """The progress of a stage, from one fraction of the computation to another."""
         if self._callback is None:
             return self
         return Progress(lambda fraction: self.advance(begin + (end - begin) * fraction))
 
     def check(self) -> None:
         """Repeat the last report; raise `Cancelled` if the callback asks to stop."""
-        if not self.go_on():
+        if not self.should_continue():
             raise Cancelled

@@ -165,12 +165,12 @@ def coexistence(
     equilibrium's basin.
     """
     work = Progress(progress)
-    result = find_attractors(system, kernel=kernel, progress=work.part(0.0, _SEARCH_PART).callback)
+    result = find_attractors(system, kernel=kernel, progress=work.stage(0.0, _SEARCH_PART).callback)
     if not result.coexists:
         work.report(1.0)
         return result
     on_found(result)
-    escape = escape_offset(system, kernel=kernel, progress=work.part(_SEARCH_PART, 1.0).callback)
+    escape = escape_offset(system, kernel=kernel, progress=work.stage(_SEARCH_PART, 1.0).callback)
     return replace(result, escape=escape)
 
 

@@ -201,7 +201,7 @@ class Explorer:
                 samples="dense",
                 kernel=self._kernel,
             )
-            run = integrate(request, progress=lambda _fraction: self._work.go_on())
+            run = integrate(request, progress=lambda _fraction: self._work.should_continue())
             steps += run.stats.steps
             final = run.final
             state = (final.x, final.vx, final.y, final.vy)

@@ -45,7 +45,7 @@ def compute_amplitudes(
         begin, end = (
             count / len(scenes) for count in (len(amplitudes), len(amplitudes) + len(indices))
         )
-        part_progress = work.part(begin, end).callback
+        part_progress = work.stage(begin, end).callback
         batch = _batch_amplitudes([scenes[index] for index in indices], workers, part_progress)
         amplitudes.update(zip(indices, batch, strict=True))
     return [amplitudes[index] for index in range(len(scenes))]

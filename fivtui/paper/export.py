@@ -146,7 +146,7 @@ def save_figures(
     share = _AMPLITUDES_SHARE if amplitudes else 0.0
     source.prepare(
         (scene for panel in amplitudes for scene in panel.scenes()),
-        work.part(0.0, share).callback,
+        work.stage(0.0, share).callback,
     )
     for panel in panels:
         source.table(panel.key)

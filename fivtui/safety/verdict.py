@@ -377,7 +377,7 @@ class _SafeFrictionSearch:
         return tuple(distinct)
 
     def _go_on(self, _fraction: float) -> bool:
-        return self.work.go_on()
+        return self.work.should_continue()
 
     def _least_mu(self) -> float:
         return min((attractor.mu for attractor in self._attractors), default=self.searched_to)

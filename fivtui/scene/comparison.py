@@ -79,8 +79,8 @@ def compare(
     build_fmu(fmu)
     build_s = time.perf_counter() - begin
     case_1, case_2 = (dataclasses.replace(scene, separation=flag) for flag in (True, False))
-    considered = _case_runs(case_1, fmu, work.part(0.0, 0.5))
-    ignored = _case_runs(case_2, fmu, work.part(0.5, 1.0))
+    considered = _case_runs(case_1, fmu, work.stage(0.0, 0.5))
+    ignored = _case_runs(case_2, fmu, work.stage(0.5, 1.0))
     sheet = transient_sheet([ignored.native, considered.native])
     save_figure(sheet_figure(sheet), figure)
     return Comparison(considered, ignored, build_s, fmu, figure)
@@ -90,11 +90,11 @@ def _case_runs(scene: Scene, fmu: Path, progress: Progress) -> CaseRuns:
     samples = np.linspace(0.0, scene.t_end, _SAMPLES)
     begin = time.perf_counter()
     request = scene.request(method="taylor", step=None, samples=samples)
-    native = compute(request, progress=progress.part(0.0, 0.1).callback)
+    native = compute(request, progress=progress.stage(0.0, 0.1).callback)
     native_end = time.perf_counter()
     fmu_run = integrate_fmu(
         dataclasses.replace(request, method="fmu"),
-        progress=progress.part(0.1, 1.0).callback,
+        progress=progress.stage(0.1, 1.0).callback,
         fmu=fmu,
     )
     return CaseRuns(native, fmu_run, native_end - begin, time.perf_counter() - native_end)

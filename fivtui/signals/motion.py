@@ -59,9 +59,9 @@ def _hermite(
     theta = np.divide(times - t[index], step, out=np.zeros_like(times), where=step > 0.0)
     rise = values[after] - values[index]
     start_slope, end_slope = step * rates[index], step * rates[after]
-    square, cube = 3.0 * rise - 2.0 * start_slope - end_slope, start_slope + end_slope - 2.0 * rise
-    value = values[index] + theta * (start_slope + theta * (square + theta * cube))
-    slope = start_slope + theta * (2.0 * square + theta * 3.0 * cube)
+    c2, c3 = 3.0 * rise - 2.0 * start_slope - end_slope, start_slope + end_slope - 2.0 * rise
+    value = values[index] + theta * (start_slope + theta * (c2 + theta * c3))
+    slope = start_slope + theta * (2.0 * c2 + theta * 3.0 * c3)
     return value, np.divide(slope, step, out=rates[index].copy(), where=step > 0.0)
 
 

@@ -296,7 +296,7 @@ class _Benchmark:
         def continue_run(_fraction: float) -> bool:
             nonlocal stopped
             stopped = time.thread_time() - begin > budget_s
-            return self.monitor.go_on() and not stopped
+            return self.monitor.should_continue() and not stopped
 
         try:
             observed, steps, cpu_s = self._run(setting, Progress(continue_run))
@@ -343,7 +343,7 @@ def _run_fmu(scene: Scene, fmu: Path, step: float, monitor: Progress) -> tuple[O
             "vy_start": vy,
         },
         outputs=("x", "vx", "y", "vy", "separations", "sticks", "last_event", "mode"),
-        progress=lambda _fraction: monitor.go_on(),
+        progress=lambda _fraction: monitor.should_continue(),
     )
     columns = run.columns
     final = tuple(columns[name][-1].item() for name in ("x", "vx", "y", "vy"))
@@ -369,7 +369,7 @@ def _simulate(scene: Scene, setting: Setting, monitor: Progress) -> Transient:
     request = scene.request(
         method=setting.method, kernel=cast("KernelChoice", setting.kernel or "auto"), **options
     )
-    return compute(request, progress=lambda _fraction: monitor.go_on())
+    return compute(request, progress=lambda _fraction: monitor.should_continue())
 
 
 def _features(scene: Scene, monitor: Progress) -> list[Feature]:
@@ -424,7 +424,7 @@ def _batch_cost(scene: Scene, required: tuple[Requirement, ...], monitor: Progre
             start=scene.start,
             require={"final", *required},
             workers=1,
-            progress=lambda _fraction: monitor.go_on(),
+            progress=lambda _fraction: monitor.should_continue(),
         )
         if batch.failed.size:
             return None, None

@@ -58,10 +58,10 @@ if TYPE_CHECKING:
     from .result import Transient
     from .settings.checks import (
         DEFAULT_T_END,
-        LEAST_START,
         MAX_T_END,
         QUANTITIES,
         START_SPECS,
+        START_THRESHOLD,
         Start,
         check_accuracy,
         check_horizon,

@@ -45,24 +45,24 @@ def follow(
 ) -> Iterator[None]:
     """Continue a run to its end; yields after every kernel call of `call_steps` steps."""
     t_end, max_steps = request.t_end, request.max_steps
-    reached, steps = 0.0, 0
+    t_reached, steps = 0.0, 0
     while True:
-        work.report(reached / t_end)
+        work.report(t_reached / t_end)
         allowed_steps = min(call_steps, max_steps - steps)
         if allowed_steps <= 0:
-            raise step_limit_error(request, reached)
+            raise step_limit_error(request, t_reached)
         status = run.advance(allowed_steps)
         outcome = run.outcome
-        reached, steps = outcome.t, int(outcome.steps)
+        t_reached, steps = outcome.t, int(outcome.steps)
         yield
         if status is _DONE:
             return
         if status is Status.OVERFLOW:
-            raise overflow_error(reached, outcome[:4], request.system)
+            raise overflow_error(t_reached, outcome[:4], request.system)
         if status is Status.STALLED:
-            raise stall_error(reached, request.parameters)
+            raise stall_error(t_reached, request.parameters)
         if status is Status.UNBOUNDED:
-            raise unbounded_error(reached)
+            raise unbounded_error(t_reached)
 
 
 def run(request: Request, work: Progress, on_samples: OnSamples | None = None) -> Transient:
@@ -85,15 +85,15 @@ def run(request: Request, work: Progress, on_samples: OnSamples | None = None) -
     )
     switches: list[NDArray[np.float64]] = []
     segments: list[NDArray[np.float64]] = []
-    passed = 0
+    sent = 0
     is_silent = work.callback is None and on_samples is None
     for _ in follow(native, request, work, _INTERRUPT_STEPS if is_silent else _REPORT_STEPS):
         switches.append(native.switches)
         if dense:
             segments.append(native.segments)
-        if on_samples is not None and times is not None and native.sampled - passed >= _BATCH_SIZE:
-            on_samples(_trajectory(p, times, native, slice(passed, native.sampled)))
-            passed = native.sampled
+        if on_samples is not None and times is not None and native.sampled - sent >= _BATCH_SIZE:
+            on_samples(_trajectory(p, times, native, slice(sent, native.sampled)))
+            sent = native.sampled
     work.advance(1.0)
     outcome = native.outcome
     switch_times, changes, tally = _concatenate(switches), NO_CHANGES, None

@@ -52,8 +52,8 @@ def integrate(
         return _run_taylor(request, work, on_samples)
     from .derivatives.sensitivity import compute_sensitivities
 
-    transient = _run_taylor(request, work.part(0.0, 0.5), on_samples)
-    sensitivities = compute_sensitivities(request, transient, work.part(0.5, 1.0))
+    transient = _run_taylor(request, work.stage(0.0, 0.5), on_samples)
+    sensitivities = compute_sensitivities(request, transient, work.stage(0.5, 1.0))
     return dataclasses.replace(transient, sensitivities=sensitivities)
 
 

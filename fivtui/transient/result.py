@@ -42,11 +42,11 @@ _SLIDING_TRANSITIONS: Final = (
 
 
 # All pairs (first, second) of modes; their index is first · number of modes + second. The flags
-# mark separations and reattachments, and starts and ends of stick.
+# mark the edges of contact (separation, reattachment) and of stick (its start and end).
 _PAIRS: Final = [(first, second) for first in Mode for second in Mode]
 _NAMES: Final = [transition_name(first, second) for first, second in _PAIRS]
 _PAIR_WEIGHTS: Final = np.array([len(Mode), 1.0])
-_IS_LIFT: Final = np.array([(a in IN_CONTACT) != (b in IN_CONTACT) for a, b in _PAIRS])
+_IS_CONTACT_EDGE: Final = np.array([(a in IN_CONTACT) != (b in IN_CONTACT) for a, b in _PAIRS])
 _IS_STICK_EDGE: Final = np.array([(a is Mode.STICK) != (b is Mode.STICK) for a, b in _PAIRS])
 _STICK_PAIRS: Final = [pair for pair, (_, second) in enumerate(_PAIRS) if second is Mode.STICK]
 NO_CHANGES: Final[NDArray[np.float64]] = np.empty((0, 3))
@@ -440,7 +440,7 @@ def _count_changes(first_mode: Mode, changes: NDArray[np.float64], t_end: float)
 
 def contact_switch_times(changes: NDArray[np.float64]) -> NDArray[np.float64]:
     """Times of separations and reattachments among all switches on a belt of finite speed."""
-    times: NDArray[np.float64] = changes[_IS_LIFT[_pair_indices(changes)], 0]
+    times: NDArray[np.float64] = changes[_IS_CONTACT_EDGE[_pair_indices(changes)], 0]
     return times
 
 

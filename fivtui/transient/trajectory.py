@@ -150,11 +150,11 @@ def build_trajectory(
     t: FloatArray,
     states: tuple[FloatArray, FloatArray, FloatArray, FloatArray],
     mode: NDArray[np.int8],
-    room: FloatArray | None = None,
+    buffer: FloatArray | None = None,
 ) -> Trajectory:
-    """The trajectory of states (x, ẋ, y, ẏ), with the contact force; `room` is its output array."""
+    """The trajectory of states (x, ẋ, y, ẏ); the contact force is written to `buffer`, if any."""
     x, vx, y, vy = states
-    force = np.empty_like(y) if room is None else room
+    force = np.empty_like(y) if buffer is None else buffer
     force[:] = spring_force(p, y)
     force[~is_in_contact(mode)] = 0.0
     return Trajectory(t, x, vx, y, vy, force, mode)

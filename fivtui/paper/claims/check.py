@@ -93,10 +93,10 @@ def check_claims(
     if len(chosen) == len(CLAIMS):
         amplitudes = (panel for panel in PANELS.values() if panel.kind == "amplitude")
         scenes += [scene for panel in amplitudes for scene in panel.scenes()]
-    source.prepare(scenes, work.part(0.0, _AMPLITUDES_SHARE).callback)
+    source.prepare(scenes, work.stage(0.0, _AMPLITUDES_SHARE).callback)
     checked: list[CheckedClaim] = []
-    checking = work.part(_AMPLITUDES_SHARE, 1.0)
-    source.go_on = checking.go_on
+    checking = work.stage(_AMPLITUDES_SHARE, 1.0)
+    source.go_on = checking.should_continue
     try:
         for claim in chosen:
             checked.append(check(claim, source))

@@ -93,15 +93,15 @@ def _final_errors(
 ) -> FloatArray:
     # Errors at the end if errors of size `scales` occur at the worst time. The derivatives of the
     # parts cover a fraction of the run.
-    product, magnified = np.eye(4), [scales]
+    product, final_errors = np.eye(4), [scales]
     with np.errstate(over="ignore", invalid="ignore"):
         for jacobian in reversed(jacobians):
             product = product @ jacobian
-            magnified.append(np.abs(product) @ scales)
-    max_errors: FloatArray = np.max(magnified, axis=0)
+            final_errors.append(np.abs(product) @ scales)
+    max_errors: FloatArray = np.max(final_errors, axis=0)
     if fraction == 1.0:
         return max_errors
-    late_errors = np.max(magnified[: len(magnified) // 2 + 1], axis=0)
+    late_errors = np.max(final_errors[: len(final_errors) // 2 + 1], axis=0)
     return np.where(max_errors <= _EXPONENTIAL * late_errors, max_errors / fraction, math.inf)
 
 

@@ -138,13 +138,13 @@ class Propagation:
             span = float(motion.spans[level])
             while remaining >= span:
                 with np.errstate(over="ignore", invalid="ignore"):
-                    later = motion.states_after(self.z, level)
-                    is_finite = self._is_finite(later)
+                    end_state = motion.states_after(self.z, level)
+                    is_finite = self._is_finite(end_state)
                 if not is_finite:
                     overflows = True
                     break
                 spans.append((level, self.z))
-                remaining, self.z = remaining - span, later
+                remaining, self.z = remaining - span, end_state
         if overflows:
             x, vx, y, vy = motion.states(self.z)[0].tolist()
             raise overflow_error(

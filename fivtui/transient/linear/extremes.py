@@ -46,20 +46,20 @@ class Search:
         self._chord_bounds = chord_bounds * spans[: len(chord_bounds)] ** 2 / 8.0
 
     def _row_bounds(self, rows: FloatArray, levels: int) -> FloatArray:
-        # Bounds of |rows exp(A s)| over each span. From the level `fine` on they are computed at
-        # multiples of the span `fine`, times the largest growth within that span.
+        # Bounds of |rows exp(A s)| over each span. From `fine_level` on they are computed at
+        # multiples of the span of that level, times the largest growth within that span.
         motion = self._motion
-        fine = motion.base - _REFINEMENT
+        fine_level = motion.base - _REFINEMENT
         growth, term = np.eye(4)[None], np.eye(4)
-        scaled = np.abs(motion.matrix) * motion.spans[fine]
-        shares = (motion.spans[: fine + 1] / motion.spans[fine])[:, None, None]
+        scaled = np.abs(motion.matrix) * motion.spans[fine_level]
+        span_ratios = (motion.spans[: fine_level + 1] / motion.spans[fine_level])[:, None, None]
         for n in range(1, DEGREE):
             term = term @ scaled / n
-            growth = growth + term * shares**n
+            growth = growth + term * span_ratios**n
         bounds = list(np.abs(rows) @ growth)
         powers, previous_bounds = np.eye(4)[None], None
         with np.errstate(over="ignore", invalid="ignore"):
-            for exponential in motion.exponentials[fine : levels - 1]:
+            for exponential in motion.exponentials[fine_level : levels - 1]:
                 if len(powers) == _BOUNDS_PER_CHUNK:
                     powers, previous_bounds = np.eye(4)[None], bounds[-1]
                 powers = np.concatenate([powers, powers @ exponential])
@@ -83,7 +83,7 @@ class Search:
         while queue:
             level, z = queue.pop()
             if len(z) > _MAX_STATES:
-                queue += [(level, part) for part in np.array_split(z, len(z) // _MAX_STATES + 1)]
+                queue += [(level, chunk) for chunk in np.array_split(z, len(z) // _MAX_STATES + 1)]
                 continue
             candidates = self._candidate_states(level, z)
             if len(candidates) and level > 0:

@@ -30,10 +30,10 @@ def rounding_error(run: Transient) -> Deviation:
     amplitude = max(run.peak.x_abs, run.peak.y_abs) * max(1.0, omega)
     if size == 0.0:
         return Deviation(0.0, 0.0, 0.0, 0.0, 0)
-    # Vibration at the end relative to the final state, and the time for which it stays large.
-    share = 1.0 if growth >= 0.0 else min(1.0, math.exp(growth * run.t_end) * amplitude / size)
+    # Ratio of the vibration at the end to the final state, and the time for which it stays large.
+    ratio = 1.0 if growth >= 0.0 else min(1.0, math.exp(growth * run.t_end) * amplitude / size)
     duration = run.t_end if growth >= 0.0 else min(run.t_end, -1.0 / growth)
     # Rounding of the result, of the greatest amplitude and of the phase.
-    final_error = _EPSILON * (1.0 + amplitude / size + omega * run.t_end * share)
+    final_error = _EPSILON * (1.0 + amplitude / size + omega * run.t_end * ratio)
     peak_error = _EPSILON * (1.0 + omega * duration)
     return Deviation(final_error, peak_error, peak_error, 0.0, 0)

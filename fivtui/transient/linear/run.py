@@ -71,8 +71,8 @@ def _trajectory(
     states = np.empty((times.size, 4))
     for first in range(0, times.size, _TIMES_PER_REPORT):
         work.report(1.0)
-        part = slice(first, first + _TIMES_PER_REPORT)
-        states[part] = motion.states(motion.states_at(start, times[part]))
+        chunk = slice(first, first + _TIMES_PER_REPORT)
+        states[chunk] = motion.states(motion.states_at(start, times[chunk]))
     x, vx, y, vy = states.T.copy()
     contact = np.full(times.size, Mode.CONTACT, dtype=np.int8)
     return build_trajectory(request.parameters, times, (x, vx, y, vy), contact)

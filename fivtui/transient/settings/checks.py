@@ -33,8 +33,8 @@ START_SPECS: Final[Mapping[str, ParameterSpec]] = {
     )
 }
 STATIC: Final = "static"
-# Smaller components of a start are set to zero, because their products would underflow.
-LEAST_START: Final = 1e-150
+# Components of a start below this size are set to zero: their products would underflow.
+START_THRESHOLD: Final = 1e-150
 DEFAULT_T_END: Final = 100.0
 MAX_T_END: Final = 1e7
 T_END_INTERVAL: Final = Interval(0.0, MAX_T_END, "s", lower_open=True)
@@ -62,7 +62,7 @@ def check_start(start: Start) -> Literal["static"] | State:
     if len(values) != len(START_SPECS):
         raise InputError(f"start = {start!r}: must be {START_TEXT}")
     numbers = (parse_number("start", value, START_TEXT) for value in values)
-    x, vx, y, vy = (0.0 if abs(number) < LEAST_START else number for number in numbers)
+    x, vx, y, vy = (0.0 if abs(number) < START_THRESHOLD else number for number in numbers)
     return (x, vx, y, vy)
 
 

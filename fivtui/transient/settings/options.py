@@ -8,7 +8,7 @@ from fivtui.options import Option, option, option_field, options_class
 
 from .table import setting
 
-_START: Final = "Start state, m and m/s; static: at rest at the equilibrium of μ = 0."
+_START_HELP: Final = "Start state, m and m/s; static: at rest at the equilibrium of μ = 0."
 
 OVER_TIME: Final = Option(
     flag="--over-time",
@@ -27,7 +27,7 @@ class RunOptions:
     method: str | None = setting("method")
     tol: str | None = setting("tol")
     step: str | None = setting("step")
-    start: str | None = setting("start", _START)
+    start: str | None = setting("start", _START_HELP)
     over_time: Path | None = option_field(OVER_TIME)
 
 
@@ -43,7 +43,7 @@ class SimulateOptions:
     tol: str | None = setting("tol")
     step: str | None = setting("step")
     error: tuple[str, ...] = setting("accuracy")
-    start: str | None = setting("start", _START)
+    start: str | None = setting("start", _START_HELP)
     sensitivities: tuple[str, ...] = option(
         "--sensitivity",
         "Add derivatives of final state and peaks by this parameter; may be repeated.",

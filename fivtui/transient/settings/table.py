@@ -27,13 +27,13 @@ Accuracy = tuple[tuple[str, float], ...]
 
 WITH_SEPARATION: Final = "considered"
 WITHOUT_SEPARATION: Final = "ignored"
-_SEPARATION: Final = {
+_SEPARATION_MEANINGS: Final = {
     WITH_SEPARATION: "Case 1: the slider may leave the belt, then P = 0",
     WITHOUT_SEPARATION: "Case 2: P = −k2 y − k_nl y³ for all y, even in tension",
 }
 _STEP_TEXT: Final = "above 0 and at most t_end, or empty"
-# Description of the starts that a scene file allows.
-_START_IN_FILE: Final = (
+# The starts that a scene file allows, for messages and comments.
+_FILE_START_TEXT: Final = (
     "static (at rest at the equilibrium of μ = 0) or [x, vx, y, vy] in m and m/s"
 )
 
@@ -53,7 +53,7 @@ def _methods() -> Mapping[str, str]:
 
 
 def _read_separation(text: str) -> bool:
-    return _choice_reader("separation", lambda: _SEPARATION)(text) == WITH_SEPARATION
+    return _choice_reader("separation", lambda: _SEPARATION_MEANINGS)(text) == WITH_SEPARATION
 
 
 def _read_start(text: str) -> Start:
@@ -71,8 +71,8 @@ def _read_step(text: str) -> float | None:
 
 def _read_accuracy(text: str) -> Accuracy:
     errors = {}
-    for part in filter(None, (part.strip() for part in text.split(","))):
-        name, _, error = (side.strip() for side in part.partition("="))
+    for entry in filter(None, (entry.strip() for entry in text.split(","))):
+        name, _, error = (token.strip() for token in entry.partition("="))
         errors[name] = error
     return tuple(check_accuracy(errors).items())
 
@@ -111,15 +111,15 @@ def check_file_number(key: str, value: object) -> float:
         raise InputError(f"{key}: the number is too large") from None
 
 
-def _start_in_file(key: str, value: object) -> str | tuple[float, ...]:
+def _check_file_start(key: str, value: object) -> str | tuple[float, ...]:
     if isinstance(value, str):
         return value
     if not isinstance(value, list | tuple):
-        raise InputError(f"{key} = {value!r}: must be {_START_IN_FILE}")
+        raise InputError(f"{key} = {value!r}: must be {_FILE_START_TEXT}")
     return tuple(check_file_number(f"{key}[{index}]", entry) for index, entry in enumerate(value))
 
 
-def _accuracy_in_file(key: str, value: object) -> Accuracy:
+def _check_file_accuracy(key: str, value: object) -> Accuracy:
     if not isinstance(value, Mapping):
         raise InputError(f"{key} = {value!r}: must be a table such as {{peak = 1e-4}}")
     return tuple(
@@ -174,8 +174,8 @@ SETTINGS: Final[Mapping[str, RunSetting]] = {
             to_text=lambda considered: WITH_SEPARATION if considered else WITHOUT_SEPARATION,
             check_file_value=check_file_boolean,
             comment="true: separation considered (Case 1), false: ignored (Case 2)",
-            allowed_text=" or ".join(_SEPARATION),
-            choices=lambda: _SEPARATION,
+            allowed_text=" or ".join(_SEPARATION_MEANINGS),
+            choices=lambda: _SEPARATION_MEANINGS,
             option=Option(
                 flag="--ignore-separation",
                 help="Contact never breaks, even in tension (Case 2 of the paper).",
@@ -188,8 +188,8 @@ SETTINGS: Final[Mapping[str, RunSetting]] = {
             allowed_text=START_TEXT,
             read=_read_start,
             to_text=_start_text,
-            check_file_value=_start_in_file,
-            comment=_START_IN_FILE,
+            check_file_value=_check_file_start,
+            comment=_FILE_START_TEXT,
             details=((STATIC, "at rest at the equilibrium for μ = 0; the belt starts at t = 0"),),
             option=Option(
                 flag="--start", metavar="static|x,vx,y,vy", help="Start state, m and m/s."
@@ -239,7 +239,7 @@ SETTINGS: Final[Mapping[str, RunSetting]] = {
             allowed_text=f"e.g. peak=1e-4, for {', '.join(QUANTITIES)}; or empty",
             read=_read_accuracy,
             to_text=lambda errors: ", ".join(f"{name}={error:g}" for name, error in errors),
-            check_file_value=_accuracy_in_file,
+            check_file_value=_check_file_accuracy,
             comment=f"errors allowed, in place of tol: {', '.join(QUANTITIES)}",
             details=tuple(QUANTITIES.items()),
             when_empty="tol or step",

@@ -38,7 +38,7 @@ _MAX_SWITCHES_PER_STEP: Final = 64
 
 @dataclass(frozen=True, slots=True)
 class StepPart:
-    """One part of a step of n parameter sets: arrays of shape (n,), and states (4, n)."""
+    """Part of a step between its switches, for n parameter sets: arrays (n,), states (4, n)."""
 
     contact: BoolArray
     begin: FloatArray
@@ -119,7 +119,7 @@ class RungeKutta4:
         return state, self.contact ^ crossed
 
     def _derivatives(self, state: FloatArray, contact: BoolArray) -> FloatArray:
-        # Right-hand side: Eqs. 2 and 5, solved for the accelerations.
+        # Right-hand side: Eqs. 2 and 5 of the paper, solved for the accelerations.
         p = self._values
         x, vx, y, vy = state
         if self.separation and not self.bisect:
@@ -139,7 +139,7 @@ class RungeKutta4:
             return state + step / 6.0 * (s1 + 2.0 * s2 + 2.0 * s3 + s4)
 
     def _violates(self, state: FloatArray, contact: BoolArray) -> BoolArray:
-        # Whether the state violates Eq. 3 in contact, or Eq. 4 when separated.
+        # Whether y > 0 in contact (against Eq. 3), or y < 0 when separated (against Eq. 4).
         if not self.separation:
             return np.zeros_like(contact)
         return np.asarray(np.where(contact, state[2] > 0.0, state[2] < 0.0), dtype=bool)

@@ -32,7 +32,7 @@ _SOLVERS: Final[dict[str, tuple[Callable[..., OdeSolver], int]]] = {
 _MAX_EMPTY_STEPS: Final = 64
 _OVERFLOW_LIMIT: Final = 1e150
 _HEIGHT_GUARDS: Final = (Guard.HEIGHT, Guard.DEPTH)
-_SPEED_GUARDS: Final = (Guard.AHEAD, Guard.BEHIND)
+_SPEED_GUARDS: Final = (Guard.BELT_FASTER, Guard.BELT_SLOWER)
 
 
 class ScipyStepper:

@@ -26,7 +26,7 @@ from fivtui.model.slider_belt import (
 from fivtui.taylor.variation import Seed
 from fivtui.transient.derivatives.variation import EXTREMES, START_SEEDS, Variation, vary
 from fivtui.transient.request import Kernel, Request
-from fivtui.transient.settings.checks import LEAST_START
+from fivtui.transient.settings.checks import START_THRESHOLD
 from tests.support.strategies import moderate_parameters, states
 
 REFERENCES: Final[dict[str, Any]] = json.loads(
@@ -119,7 +119,7 @@ def test_the_flow_over_two_times_is_that_over_one_after_the_other(
     complete = flow(p, start, duration)
     first = flow(p, start, part * duration)
     # The kernel treats a tiny start as rest.
-    assume(all(abs(z) > 1e3 * LEAST_START or z == 0.0 for z in first.final))
+    assume(all(abs(z) > 1e3 * START_THRESHOLD or z == 0.0 for z in first.final))
     second = flow(p, first.final, duration - part * duration)
     # Where motion only touches y = 0, as without damping, rounding decides whether it crosses.
     switches = [*first.switch_times, *(part * duration + second.switch_times)]
