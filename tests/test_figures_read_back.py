@@ -41,12 +41,12 @@ from .support import own_slider
 from .support.reading import (
     entries,
     labels,
+    legend_entries,
     line_like,
     lines_like,
     plain,
     points,
     spans,
-    the_legend,
     transient_figure,
 )
 
@@ -70,7 +70,7 @@ def runs() -> list[Transient]:
 
 def test_panels_of_a_transient_agree_with_their_labels(runs: list[Transient]) -> None:
     figure = transient_figure(runs, quantities=("x", "vx", "y", "vy", "P"))
-    legend = the_legend(figure)
+    legend = legend_entries(figure)
     rows = figure.axes[:5], figure.axes[5:]
     assert [plain(axes.get_ylabel()) for axes in rows[0]] == [
         "Horizontal displacement x (m)",
@@ -107,7 +107,7 @@ def test_shading_is_where_the_slider_is_off_the_belt_and_nowhere_else(
             if abs(y) > 0.1:
                 within = (shaded[:, 0] <= time) & (time <= shaded[:, 1])
                 assert within.any() == (y > 0.0)
-    assert to_hex(the_legend(figure)["off the belt"].get_facecolor()) == to_hex("0.9")
+    assert to_hex(legend_entries(figure)["off the belt"].get_facecolor()) == to_hex("0.9")
 
 
 def test_the_late_panel_has_about_eight_cycles_of_the_drawn_motion(
@@ -139,7 +139,7 @@ def test_runs_that_differ_in_several_parameters_are_named_in_the_legend() -> Non
     figure = transient_figure(runs, quantities=["y"])
     # A whole name fits on one line.
     assert not any("\n" in text.get_text() for text in figure.legends[0].get_texts())
-    legend = the_legend(figure)
+    legend = legend_entries(figure)
     for force in forces:
         name = f"separation considered, F = {force:g} N, k_nl = {2.0 * force:g} N/m^3"
         line = line_like(figure.axes[0], legend[name])
@@ -162,7 +162,7 @@ def test_modes_over_mu_are_the_eigenvalues_in_hertz_and_one_over_seconds() -> No
     assert labels(frequency) == ("Friction coefficient μ", "Frequency Im λ/(2π) (Hz)")
     assert labels(growth) == ("Friction coefficient μ", "Growth rate Re λ (1/s)")
     assert labels(plane) == ("Re λ (1/s)", "Im λ (rad/s)")
-    legend = the_legend(figure)
+    legend = legend_entries(figure)
     assert len(legend) == 6
     for index in (0, 40, 80, 160, 240):
         drawn = []
@@ -182,7 +182,7 @@ def test_modes_over_mu_are_the_eigenvalues_in_hertz_and_one_over_seconds() -> No
 def test_the_critical_and_the_present_friction_are_marked() -> None:
     p = Parameters(F=100.0, k_nl=500.0, mu=1.1)
     figure = sheet_figure(modes_sheet(stability(p), mode_scan(System(p), 2.0)))
-    legend = the_legend(figure)
+    legend = legend_entries(figure)
     critical = own_slider.critical_mu(F=100.0, k_nl=500.0)
     assert plain(figure.get_suptitle()).endswith("F = 100 N, k_nl = 500 N/m^3, μ = 1.1")
     for axes in figure.axes[:2]:
@@ -252,7 +252,7 @@ def test_a_map_has_its_values_over_its_axes(value: str, colours: str, reference:
         "m = 5 kg, k_1 = 100 N/m, k_2 = 50 N/m, k_3 = 60 N/m c_1 = 0.5 N s/m, "
         "c_2 = 0.32 N s/m, k_nl = 100 N/m^3"
     )
-    assert list(the_legend(figure)) == ["stability boundary"]
+    assert list(legend_entries(figure)) == ["stability boundary"]
 
 
 def test_the_boundary_of_a_map_is_at_the_critical_friction() -> None:
@@ -284,7 +284,7 @@ def test_the_legend_of_a_map_of_critical_friction_gives_the_friction() -> None:
     axes = figure.axes[0]
     assert (axes.get_xscale(), axes.get_yscale()) == ("log", "linear")
     assert labels(axes) == ("Cubic contact stiffness k_nl (N/m^3)", "Preload F (N)")
-    assert list(the_legend(figure)) == ["stability boundary, μ = 0.55"]
+    assert list(legend_entries(figure)) == ["stability boundary, μ = 0.55"]
     assert "μ" not in axes.get_title()
 
 
@@ -404,7 +404,7 @@ def invented_tradeoff() -> Tradeoff:
 def test_errors_of_every_method_are_drawn_over_cpu_time() -> None:
     result = invented_tradeoff()
     figure = result.figure()
-    legend = the_legend(figure)
+    legend = legend_entries(figure)
     assert list(legend) == ["taylor", "rk4"]
     for axes, name, label in zip(
         figure.axes,
@@ -477,7 +477,7 @@ def test_attractors_along_a_parameter_are_drawn_by_kind_and_direction() -> None:
     )
     figure = result.figure()
     (axes,) = figure.axes
-    legend = the_legend(figure)
+    legend = legend_entries(figure)
     expected = {
         "equilibrium, up": ("^", "black", [(10.0, 0.0), (20.0, 0.0)]),
         "equilibrium, down": ("v", "black", [(10.0, 0.0)]),
@@ -529,7 +529,7 @@ def test_starts_of_a_basin_have_the_colour_of_the_attractor_they_reach() -> None
             enumerate(first.tolist()), enumerate(second.tolist())
         )
     }
-    legend = the_legend(figure)
+    legend = legend_entries(figure)
     assert [name.partition(",")[0] for name in legend] == [
         "separating limit cycle",
         "equilibrium",

@@ -1,7 +1,7 @@
 """Make ``paper_points.json``: a few points of the paper's figures, computed independently.
 
 Equilibria, eigenvalues and critical friction coefficients are those of
-``tests/support/own_slider.py``, and runs are the paper's own method: RK4 with bisection at a small
+``tests/support/own_slider.py``, and runs use the paper's method: RK4 with bisection at a small
 step. Run it as ``python -m tests.data.make_paper_points``; it takes some minutes.
 """
 
@@ -19,6 +19,7 @@ from fivtui.model.slider_belt import static_start
 from fivtui.transient.steppers.rk4 import RungeKutta4
 from tests.support.own_slider import BASE, critical_mu, eigenvalues, equilibrium
 
+# Step of RK4, end of a run, and times of recorded states, s.
 STEP = 5e-4
 T_END = 100.0
 TIMES = (5.0, 25.0, 50.0, 99.0)
@@ -37,7 +38,7 @@ def runs(sets: Sequence[Table], *, separation: bool) -> list[dict[str, Any]]:
     starts = [static_start(System(p)) for p in parameters]
     integrator = RungeKutta4(parameters, starts, step=STEP, separation=separation)
     peak, late_max, late_min = (np.full(len(sets), value) for value in (0.0, -np.inf, np.inf))
-    at: dict[float, Any] = {}
+    states_at: dict[float, Any] = {}
     for number in range(1, round(T_END / STEP) + 1):
         integrator.advance()
         y = integrator.state[2]
@@ -46,14 +47,14 @@ def runs(sets: Sequence[Table], *, separation: bool) -> list[dict[str, Any]]:
             late_max, late_min = np.maximum(late_max, y), np.minimum(late_min, y)
         for time in TIMES:
             if number == round(time / STEP):
-                at[time] = integrator.state.copy()
+                states_at[time] = integrator.state.copy()
     return [
         {
-            "y_peak": max(float(peak[i]), abs(starts[i][2])),
-            "y_half_range": float(0.5 * (late_max[i] - late_min[i])),
-            "states": {str(time): at[time][:, i].tolist() for time in TIMES},
+            "y_peak": max(float(peak[index]), abs(starts[index][2])),
+            "y_half_range": float(0.5 * (late_max[index] - late_min[index])),
+            "states": {str(time): states_at[time][:, index].tolist() for time in TIMES},
         }
-        for i in range(len(sets))
+        for index in range(len(sets))
     ]
 
 
@@ -95,9 +96,9 @@ def critical_points() -> Iterator[dict[str, Any]]:
         ("8", SOFT, along_preload),
         ("9", SOFT, along_stiffness),
     )
-    for key, changes, places in cases:
-        for place in places:
-            yield point(key, place, mu_c=critical_mu(**{**changes, **place}))
+    for key, changes, points in cases:
+        for values_at_point in points:
+            yield point(key, values_at_point, mu_c=critical_mu(**{**changes, **values_at_point}))
 
 
 def transient_points() -> Iterator[dict[str, Any]]:
@@ -115,8 +116,8 @@ def transient_points() -> Iterator[dict[str, Any]]:
 
 
 def main() -> None:
-    makers = (equilibrium_points, eigenvalue_points, critical_points, transient_points)
-    lines = [json.dumps(each) for make in makers for each in make()]
+    point_generators = (equilibrium_points, eigenvalue_points, critical_points, transient_points)
+    lines = [json.dumps(entry) for generate in point_generators for entry in generate()]
     path = Path(__file__).with_name("paper_points.json")
     path.write_text("[\n" + ",\n".join(lines) + "\n]\n", encoding="utf-8")
 

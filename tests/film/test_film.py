@@ -22,6 +22,7 @@ from fivtui.transient import Transient
 
 RUN = simulate(t_end=100.0, samples="dense")
 STICKING = simulate(Parameters(v_belt=3.0, mu_s=0.9, v_s=0.4), t_end=20.0, samples="dense")
+# Colour of a sticking foot, RGB.
 ORANGE: Final = (240, 180, 41)
 
 
@@ -32,14 +33,14 @@ def shapes(run: Transient, t: float, travel: float = 0.0) -> dict[str, Shape]:
     return {shape.name: shape for shape in drawn}
 
 
-def middle(run: Transient, mode: Mode) -> float:
-    at = {Mode.SEPARATED: run.separated_intervals, Mode.STICK: run.stick_intervals}[mode]
-    start, end = max(at, key=lambda pair: pair[1] - pair[0])
+def longest_interval_middle(run: Transient, mode: Mode) -> float:
+    intervals = {Mode.SEPARATED: run.separated_intervals, Mode.STICK: run.stick_intervals}[mode]
+    start, end = max(intervals, key=lambda pair: pair[1] - pair[0])
     return 0.5 * (start + end)
 
 
 def test_a_separated_foot_is_y_above_the_belt_without_contact_force() -> None:
-    t = middle(RUN, Mode.SEPARATED)
+    t = longest_interval_middle(RUN, Mode.SEPARATED)
     drawn = shapes(RUN, t)
     assert drawn["foot"].y.min() == pytest.approx(motion_at(RUN, np.array([t])).y[0])
     assert {"contact force", "friction"}.isdisjoint(drawn)
@@ -50,9 +51,9 @@ def test_in_contact_the_foot_is_on_the_belt_and_the_arrows_are_the_forces() -> N
     t = float(motion.t[motion.P.argmax()])
     drawn = shapes(RUN, t)
     assert drawn["foot"].y.min() == 0.0
-    up = drawn["contact force"].y[1] - drawn["contact force"].y[0]
-    right = drawn["friction"].x[1] - drawn["friction"].x[0]
-    assert right / up == pytest.approx(0.7)
+    force_length = drawn["contact force"].y[1] - drawn["contact force"].y[0]
+    friction_length = drawn["friction"].x[1] - drawn["friction"].x[0]
+    assert friction_length / force_length == pytest.approx(0.7)
     # The block moves to scale, and no part overlaps the belt.
     rise = drawn["block"].y.min() - shapes(RUN, 0.0)["block"].y.min()
     start = motion_at(RUN, np.array([0.0, t]))
@@ -73,10 +74,12 @@ def test_the_barbs_of_an_arrow_are_symmetric(name: str) -> None:
     assert abs((left_barb - tip) @ across) == pytest.approx(-0.5 * ((left_barb - tip) @ along))
 
 
-def test_marks_travel_with_the_belt_and_everything_is_in_the_picture() -> None:
+def test_marks_travel_with_the_belt_and_all_shapes_are_in_the_picture() -> None:
     layout = layout_of(motion_at(STICKING, np.linspace(0.0, 20.0, 2001)))
-    still, moved = (shapes(STICKING, 5.0, travel)["marks"] for travel in (0.0, 0.01 * layout.size))
-    assert moved.x[0] - still.x[0] == pytest.approx(0.01 * layout.size)
+    marks_before, marks_after = (
+        shapes(STICKING, 5.0, travel)["marks"] for travel in (0.0, 0.01 * layout.size)
+    )
+    assert marks_after.x[0] - marks_before.x[0] == pytest.approx(0.01 * layout.size)
     for t in np.linspace(0.0, 20.0, 41).tolist():
         moment = motion_at(STICKING, np.array([t]))
         for shape in shapes_at(STICKING, layout, moment, 0.0):
@@ -87,22 +90,25 @@ def test_marks_travel_with_the_belt_and_everything_is_in_the_picture() -> None:
 
 
 def test_a_belt_whose_speed_follows_a_table_travels_by_its_integral() -> None:
-    stop = simulate(t_end=10.0, over_time={"v_belt": [(2.0, 3.0), (6.0, 0.0)]}, samples="dense")
-    timing = film_timing(stop, (0.0, 10.0), 1.0)
-    travels = [timing.travel(stop, t, 1.0) for t in (0.0, 1.0, 2.0, 4.0, 6.0, 10.0)]
+    braking = simulate(t_end=10.0, over_time={"v_belt": [(2.0, 3.0), (6.0, 0.0)]}, samples="dense")
+    timing = film_timing(braking, (0.0, 10.0), 1.0)
+    travels = [timing.travel(braking, t, 1.0) for t in (0.0, 1.0, 2.0, 4.0, 6.0, 10.0)]
     assert travels == pytest.approx([0.0, 3.0, 6.0, 10.5, 12.0, 12.0])
-    start, end = max(stop.stick_intervals, key=lambda pair: pair[1] - pair[0])
-    assert shapes(stop, 0.5 * (start + end))["friction"].x[1] != 0.0
+    start, end = max(braking.stick_intervals, key=lambda pair: pair[1] - pair[0])
+    assert shapes(braking, 0.5 * (start + end))["friction"].x[1] != 0.0
 
 
 def test_a_film_shows_the_modes_by_the_colour_of_the_foot(tmp_path: Path) -> None:
     start, end = max(STICKING.stick_intervals, key=lambda pair: pair[1] - pair[0])
     speed = (end - start) / 2.0 * 25.0
-    off = middle(STICKING, Mode.SEPARATED)
+    separated_time = longest_interval_middle(STICKING, Mode.SEPARATED)
     counts = {}
-    for name, window in (("stick", (start, end)), ("off", (off - 0.01, off + 0.01))):
-        chosen = speed if name == "stick" else 0.25
-        film = animate(STICKING, tmp_path / f"{name}.gif", window=window, speed=chosen)
+    for name, window in (
+        ("stick", (start, end)),
+        ("off", (separated_time - 0.01, separated_time + 0.01)),
+    ):
+        film_speed = speed if name == "stick" else 0.25
+        film = animate(STICKING, tmp_path / f"{name}.gif", window=window, speed=film_speed)
         assert film.frames == 3
         with Image.open(film.path) as image:
             assert isinstance(image, GifImageFile)
@@ -111,7 +117,7 @@ def test_a_film_shows_the_modes_by_the_colour_of_the_foot(tmp_path: Path) -> Non
             image.seek(1)
             pixels = np.asarray(image.convert("RGB")).reshape(-1, 3).astype(int)
         counts[name] = int((np.abs(pixels - ORANGE).max(axis=1) < 40).sum())
-    # Besides the key and the curve, which both pictures show.
+    # Both pictures show orange in the key and the curve; the foot adds at least 300 pixels.
     assert counts["stick"] > counts["off"] + 300
 
 
@@ -168,7 +174,7 @@ def test_mp4_is_refused_in_one_line_without_ffmpeg(
 
 @pytest.mark.host
 @pytest.mark.skipif(not FFMpegWriter.isAvailable(), reason="ffmpeg is not installed")
-def test_mp4_is_written_where_ffmpeg_is(tmp_path: Path) -> None:
+def test_mp4_is_written_if_ffmpeg_is_installed(tmp_path: Path) -> None:
     film = animate(RUN, tmp_path / "a.mp4", window=(90.0, 90.2), speed=1.0)
     assert film.path.read_bytes()[4:8] == b"ftyp"
 
@@ -179,7 +185,7 @@ def test_a_film_that_is_stopped_leaves_no_file(tmp_path: Path) -> None:
     assert not list(tmp_path.iterdir())
 
 
-def test_a_slider_at_rest_has_a_picture_too() -> None:
+def test_a_slider_at_rest_is_drawn_with_a_contact_force_and_no_friction() -> None:
     drawn = shapes(simulate(Parameters(mu=0.0), t_end=1.0, samples=3), 0.5)
     assert drawn["contact force"].y[1] > 0.0
     assert np.ptp(drawn["friction"].x) == pytest.approx(0.0)
@@ -189,8 +195,18 @@ def test_the_command_reports_the_window_and_the_slider_moves_between_frames(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    line = ["animate", "--t-end", "20", "--window", "10:10.1", "--speed", "1.25", "--out", "a.gif"]
-    assert command([*line, "--json"]) == 0
+    arguments = [
+        "animate",
+        "--t-end",
+        "20",
+        "--window",
+        "10:10.1",
+        "--speed",
+        "1.25",
+        "--out",
+        "a.gif",
+    ]
+    assert command([*arguments, "--json"]) == 0
     report = json.loads(capsys.readouterr().out)
     assert report == {"path": "a.gif", "window": [10.0, 10.1], "speed": 1.25, "frames": 3}
     with Image.open("a.gif") as image:
@@ -200,5 +216,5 @@ def test_the_command_reports_the_window_and_the_slider_moves_between_frames(
             image.seek(number)
             frames.append(np.asarray(image.convert("RGB")).astype(int))
     assert (np.abs(frames[0] - frames[1]).max(axis=2) > 60).sum() > 1000
-    assert command(line) == 2
+    assert command(arguments) == 2
     assert "exists already" in capsys.readouterr().err

@@ -12,7 +12,7 @@ from fivtui.fmu.check import check_fmu
 from fivtui.fmu.run import run_fmu
 from fivtui.model.errors import InputError
 from fmu_src.build.builder import build_fmu
-from tests.support.fmu_tools import altered, other_fmu
+from tests.support.fmu_tools import build_accumulator, modified_copy
 
 LIBRARIES = ("binaries/linux64/SliderBelt.so", "binaries/win64/SliderBelt.dll")
 
@@ -57,7 +57,7 @@ def test_a_folder_and_an_archive_without_description_are_wrong_input(
 ) -> None:
     with pytest.raises(InputError, match="is a folder"):
         check_fmu(tmp_path)
-    bare = altered(fmu, tmp_path / "bare.fmu", {"modelDescription.xml": None})
+    bare = modified_copy(fmu, tmp_path / "bare.fmu", {"modelDescription.xml": None})
     with pytest.raises(InputError, match=r"holds no modelDescription\.xml"):
         check_fmu(bare)
 
@@ -65,15 +65,15 @@ def test_a_folder_and_an_archive_without_description_are_wrong_input(
 def test_an_invalid_description_is_reported(fmu: Path, tmp_path: Path) -> None:
     name, xml = read_member(fmu, r"modelDescription\.xml")
     broken = xml.replace(b'unit="N"', b'unit="furlong"')
-    problems = check_fmu(altered(fmu, tmp_path / "m.fmu", {name: broken}))
+    problems = check_fmu(modified_copy(fmu, tmp_path / "m.fmu", {name: broken}))
     assert any("furlong" in problem for problem in problems)
-    problems = check_fmu(altered(fmu, tmp_path / "m.fmu", {name: xml[:500]}))
+    problems = check_fmu(modified_copy(fmu, tmp_path / "m.fmu", {name: xml[:500]}))
     assert len(problems) >= 1
     assert all("\n" not in problem for problem in problems)
 
 
 def test_a_missing_binary_is_reported(fmu: Path, tmp_path: Path) -> None:
-    bare = altered(fmu, tmp_path / "m.fmu", dict.fromkeys(LIBRARIES))
+    bare = modified_copy(fmu, tmp_path / "m.fmu", dict.fromkeys(LIBRARIES))
     (problem,) = check_fmu(bare)
     assert "no binary for this platform" in problem
 
@@ -104,7 +104,7 @@ def test_a_damaged_file_is_reported(fmu: Path, tmp_path: Path) -> None:
 
 
 def test_files_outside_of_the_fmu_are_reported(fmu: Path, tmp_path: Path) -> None:
-    path = altered(fmu, tmp_path / "m.fmu", {"../escaped.txt": b"", "/root.txt": b""})
+    path = modified_copy(fmu, tmp_path / "m.fmu", {"../escaped.txt": b"", "/root.txt": b""})
     problems = check_fmu(path)
     assert any("../escaped.txt" in problem for problem in problems)
     assert not (tmp_path.parent / "escaped.txt").exists()
@@ -112,7 +112,7 @@ def test_files_outside_of_the_fmu_are_reported(fmu: Path, tmp_path: Path) -> Non
 
 def test_a_slave_that_cannot_be_instantiated_is_reported(fmu: Path, tmp_path: Path) -> None:
     name, _ = read_member(fmu, r"resources/fivtui_entry_.*\.py")
-    path = altered(fmu, tmp_path / "m.fmu", {name: b"raise RuntimeError('no slave')\n"})
+    path = modified_copy(fmu, tmp_path / "m.fmu", {name: b"raise RuntimeError('no slave')\n"})
     (problem,) = check_fmu(path)
     assert "crashes" in problem or "fails" in problem
 
@@ -133,7 +133,7 @@ def test_the_behaviour_of_any_fmu_is_tried(
 ) -> None:
     # The description that pythonfmu writes is not valid; only the run matters in this test.
     monkeypatch.setattr("fmpy.validation.validate_fmu", lambda _path: [])
-    problems = check_fmu(other_fmu(tmp_path, behaviour))
+    problems = check_fmu(build_accumulator(tmp_path, behaviour))
     if message is None:
         assert problems == []
     else:
@@ -147,6 +147,6 @@ def test_an_fmu_that_hangs_is_stopped(tmp_path: Path, monkeypatch: pytest.Monkey
     folder.mkdir()
     monkeypatch.setattr(tempfile, "tempdir", str(folder))
     monkeypatch.setenv("TMPDIR", str(folder))
-    (problem,) = check_fmu(other_fmu(tmp_path, "import time; time.sleep(60)"))
+    (problem,) = check_fmu(build_accumulator(tmp_path, "import time; time.sleep(60)"))
     assert problem == "a short run is not finished after 3 s"
     assert list(folder.iterdir()) == []

@@ -19,7 +19,7 @@ from fmpy.ssp.ssd import read_ssd
 from fivtui.model.errors import InputError
 from fmu_src.build.builder import NATIVE, PYTHON
 from fmu_src.build.ssp import build_ssp
-from tests.support.fmu_coupling import Row, coupled
+from tests.support.fmu_coupling import Row, run_coupled
 from tests.support.fmu_hosts import HOSTS
 
 STEPS, H = 500, 0.01
@@ -48,7 +48,7 @@ def folder(flavour: str, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def rows(folder: Path) -> list[Row]:
-    return coupled(folder / "slider_belt.fmu", folder / "brake_actuator.fmu", steps=STEPS, h=H)
+    return run_coupled(folder / "slider_belt.fmu", folder / "brake_actuator.fmu", steps=STEPS, h=H)
 
 
 def test_the_pair_vibrates_under_a_preload_that_answers_the_contact(rows: list[Row]) -> None:
@@ -122,7 +122,7 @@ def test_a_host_in_c_plus_plus_agrees_with_python_loaded_first_where_that_is_nee
 def test_fmpy_runs_the_archive_with_zeros_for_inputs_in_the_first_step(folder: Path) -> None:
     run = simulate_ssp(str(folder / "brake.ssp"), stop_time=1.0 - 0.5 * H, step_size=H)
     fmus = (folder / "slider_belt.fmu", folder / "brake_actuator.fmu")
-    expected = coupled(*fmus, steps=run.size, h=H, first=(0.0, 0.0, 0.0))
+    expected = run_coupled(*fmus, steps=run.size, h=H, first=(0.0, 0.0, 0.0))
     names = ("slider_belt.y", "slider_belt.P", "brake_actuator.F")
     columns = (run[name].tolist() for name in names)
     assert_same(list(zip(*columns, strict=True)), expected)

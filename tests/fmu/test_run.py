@@ -11,7 +11,7 @@ import pytest
 from fivtui import Parameters
 from fivtui.fmu.run import run_fmu, save_fmu_events, save_fmu_run
 from fivtui.model.errors import Cancelled, ComputationError, InputError
-from tests.support.fmu_tools import altered, interpreted, other_fmu
+from tests.support.fmu_tools import build_accumulator, interpreted, modified_copy
 
 
 @pytest.fixture
@@ -124,7 +124,7 @@ def test_an_error_contains_the_message_of_the_fmu(
 def test_another_fmu_runs_with_inputs_of_all_types(tmp_path: Path, table: Path) -> None:
     table.write_text("time,rate,on\n0,1,1\n1,1,0\n2,1,1\n3,1,1\n")
     run = run_fmu(
-        other_fmu(tmp_path),
+        build_accumulator(tmp_path),
         t_end=3.0,
         output_interval=0.5,
         start_values={"gain": "3"},
@@ -144,7 +144,7 @@ def test_another_fmu_runs_with_inputs_of_all_types(tmp_path: Path, table: Path) 
 )
 def test_an_fmu_that_fails_raises_an_error(tmp_path: Path, behaviour: str, message: str) -> None:
     with pytest.raises(ComputationError, match=re.escape(message)):
-        run_fmu(other_fmu(tmp_path, behaviour), t_end=3.0)
+        run_fmu(build_accumulator(tmp_path, behaviour), t_end=3.0)
 
 
 def test_fmus_of_other_kinds_are_refused(fmu: Path, tmp_path: Path) -> None:
@@ -157,7 +157,7 @@ def test_fmus_of_other_kinds_are_refused(fmu: Path, tmp_path: Path) -> None:
     ):
         changed = {"modelDescription.xml": xml.replace(old, new)}
         with pytest.raises(InputError, match=message):
-            run_fmu(altered(fmu, tmp_path / "m.fmu", changed))
+            run_fmu(modified_copy(fmu, tmp_path / "m.fmu", changed))
 
 
 def test_a_run_reports_progress_and_can_be_cancelled(fmu: Path) -> None:

@@ -21,7 +21,7 @@ from fivtui.model import System
 from fivtui.model.errors import Cancelled, ComputationError, InputError
 from fivtui.transient.request import KernelChoice, Request
 from fivtui.transient.result import Transient
-from tests.support.fmu_tools import altered, interpreted, other_fmu
+from tests.support.fmu_tools import build_accumulator, interpreted, modified_copy
 from tests.support.strategies import moderate_parameters
 
 
@@ -173,8 +173,11 @@ def test_a_file_that_is_not_this_fmu_is_wrong_input(fmu: Path, tmp_path: Path) -
     request = Request(System(Parameters()), t_end=1.0, method="fmu")
     for path, message in (
         (tmp_path / "absent.fmu", "there is no such file"),
-        (other_fmu(tmp_path), "unknown FMU variable"),
-        (altered(fmu, tmp_path / "m.fmu", {"modelDescription.xml": b"<a/>"}), "is not an FMU"),
+        (build_accumulator(tmp_path), "unknown FMU variable"),
+        (
+            modified_copy(fmu, tmp_path / "m.fmu", {"modelDescription.xml": b"<a/>"}),
+            "is not an FMU",
+        ),
     ):
         with pytest.raises(InputError, match=message):
             integrate_fmu(request, fmu=path)

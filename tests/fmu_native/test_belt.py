@@ -12,7 +12,13 @@ from fmpy.fmi1 import FMICallException
 from fivtui import Parameters, simulate
 from fivtui.model import Mode, State, build_course, friction_force
 from fivtui.model.field import Rates
-from tests.support.fmu_exchange import FLOATS, INDICATORS, exchanged, integrated, read
+from tests.support.fmu_exchange import (
+    FLOATS,
+    INDICATORS,
+    integrate_instance,
+    model_exchange_instance,
+    read,
+)
 from tests.support.fmu_instance import FmuInstance
 
 ORDER: Final = ("x", "y", "vx", "vy")
@@ -42,8 +48,8 @@ def test_an_importer_finds_the_native_switches(
 ) -> None:
     p, start = SCENES[scene]
     native = simulate(p, t_end=4.0, start=start or "static")
-    with exchanged(folder, **start_values(p, start)) as instance:
-        state = integrated(instance, 4.0, late=late)
+    with model_exchange_instance(folder, **start_values(p, start)) as instance:
+        state = integrate_instance(instance, 4.0, late=late)
         *counts, mode = instance.get(*COUNTS)
         event_time = instance.get("last_event")
     events, final = native.events, native.final
@@ -82,7 +88,7 @@ def set_states(instance: FmuInstance, x: float, vx: float, y: float, vy: float) 
 def test_every_guard_has_an_event_indicator_with_the_sign_of_the_mode(
     folder: Path,
 ) -> None:
-    with exchanged(folder, **start_values(ALL_MODES, START)) as instance:
+    with model_exchange_instance(folder, **start_values(ALL_MODES, START)) as instance:
         assert set_states(instance, 0.0, 1.5, -0.5, 0.1) == [Mode.FORWARD, -0.5, 0.5, 1.0, 1.0]
         assert set_states(instance, 0.0, 2.5, -0.5, 0.1) == [Mode.BACKWARD, -0.5, -0.5, 1.0, 1.0]
         assert set_states(instance, 0.0, 2.5, 0.5, 0.1) == [Mode.SEPARATED, 0.5, 1.0, 1.0, 1.0]
@@ -118,7 +124,7 @@ def test_a_slider_slightly_past_the_belt_speed_is_set_to_it_by_its_mode(
     folder: Path, mode: Mode, first_vx: float, vx: float, expected: tuple[Mode, float]
 ) -> None:
     # Static friction would hold the slider in this state.
-    with exchanged(folder, **start_values(ALL_MODES, START)) as instance:
+    with model_exchange_instance(folder, **start_values(ALL_MODES, START)) as instance:
         assert set_states(instance, 0.0, first_vx, -0.5, 0.1)[0] == mode
         assert set_states(instance, 0.0, vx, -0.5, 0.1)[0] == expected[0]
         assert instance.get("vx") == [expected[1]]
@@ -131,7 +137,7 @@ def test_a_belt_speed_that_passes_the_slider_leaves_the_velocity_unchanged(
     folder: Path, mode: str, vx: float, speed: float
 ) -> None:
     opposite = Mode.BACKWARD if mode == "FORWARD" else Mode.FORWARD
-    with exchanged(folder, **start_values(ALL_MODES, START)) as instance:
+    with model_exchange_instance(folder, **start_values(ALL_MODES, START)) as instance:
         assert set_states(instance, 0.0, vx, -0.5, 0.1)[0] == Mode[mode]
         instance.fmi.enterEventMode()
         instance.set(v_belt=speed)
@@ -140,12 +146,12 @@ def test_a_belt_speed_that_passes_the_slider_leaves_the_velocity_unchanged(
 
 
 def test_without_a_finite_belt_its_indicators_stay_one(folder: Path) -> None:
-    with exchanged(folder) as instance:
+    with model_exchange_instance(folder) as instance:
         assert read(instance.fmi.getEventIndicators, INDICATORS)[1:] == [1.0, 1.0, 1.0]
 
 
 def test_the_belt_speed_may_change_during_stick_only_in_event_mode(folder: Path) -> None:
-    with exchanged(folder, **start_values(ALL_MODES, START)) as instance:
+    with model_exchange_instance(folder, **start_values(ALL_MODES, START)) as instance:
         fmi = instance.fmi
         assert set_states(instance, 0.0, 2.0, -0.5, 0.1)[0] == Mode.STICK
         instance.set(v_belt=2.0)
@@ -189,7 +195,7 @@ def test_directional_derivatives_agree_with_differences_in_every_mode(
         instance.fmi.enterContinuousTimeMode()
         return outputs
 
-    with exchanged(folder, **start_values(ALL_MODES, START)) as instance:
+    with model_exchange_instance(folder, **start_values(ALL_MODES, START)) as instance:
         assert set_states(instance, x, vx, y, vy)[0] == mode
         references = [[instance.references[n] for n in names] for names in (UNKNOWNS, KNOWNS)]
         rng = np.random.default_rng(1)

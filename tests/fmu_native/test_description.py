@@ -19,7 +19,7 @@ from fmu_src.build import native, native_failure
 from fmu_src.build.builder import build_fmu
 from fmu_src.build.components import COMPONENTS
 from fmu_src.build.ssp import build_ssp
-from tests.support.fmu_coupling import coupled
+from tests.support.fmu_coupling import run_coupled
 
 
 @pytest.mark.parametrize("component", COMPONENTS)
@@ -121,5 +121,5 @@ def test_a_system_of_native_fmus_is_that_of_python_fmus(tmp_path: Path) -> None:
             archive.extractall(tmp_path / flavour)
         fmus = tmp_path / flavour / "resources"
         slider, actuator = fmus / "slider_belt.fmu", fmus / "brake_actuator.fmu"
-        ends.append(coupled(slider, actuator, steps=200, h=0.01)[-1])
+        ends.append(run_coupled(slider, actuator, steps=200, h=0.01)[-1])
     assert ends[0] == pytest.approx(ends[1], rel=1e-9)

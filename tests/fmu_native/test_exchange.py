@@ -15,7 +15,13 @@ from fmpy.fmi1 import FMICallException
 from fivtui import Parameters, simulate
 from fivtui.model import Mode
 from fmu_src.build.builder import build_fmu
-from tests.support.fmu_exchange import FLOATS, INDICATORS, exchanged, integrated, read
+from tests.support.fmu_exchange import (
+    FLOATS,
+    INDICATORS,
+    integrate_instance,
+    model_exchange_instance,
+    read,
+)
 from tests.support.fmu_instance import FmuInstance
 
 STATES = ("x", "y", "vx", "vy")
@@ -44,8 +50,8 @@ def test_cvode_finds_the_native_switches(fmu: Path, tol: float, error: float) ->
 
 def test_an_importer_that_restarts_only_on_request_finds_the_native_switches(folder: Path) -> None:
     native = simulate(t_end=20.0)
-    with exchanged(folder) as instance:
-        state = integrated(instance, 20.0)
+    with model_exchange_instance(folder) as instance:
+        state = integrate_instance(instance, 20.0)
         counts = instance.get("separations", "reattachments", "last_event")
     final = native.final
     assert state == pytest.approx([final.x, final.y, final.vx, final.vy], abs=1e-7)
@@ -58,7 +64,7 @@ def test_the_tolerance_of_a_switch_scales_with_the_motion(folder: Path, scale: f
     # y, ẏ and the mode after the event: within rounding of y = 0 the sign of ẏ decides.
     cases = [(1e-12, -1.0, 1.0), (-1e-12, 1.0, 0.0), (1e-4, -1.0, 0.0), (-1e-4, 1.0, 1.0)]
     for y, vy, mode in cases:
-        with exchanged(folder, F=80.0 * scale, k_nl=0.0) as instance:
+        with model_exchange_instance(folder, F=80.0 * scale, k_nl=0.0) as instance:
             states = np.array([0.1, y, 0.0, vy]) * scale
             instance.fmi.setContinuousStates(states.ctypes.data_as(FLOATS), 4)
             instance.fmi.enterEventMode()
@@ -69,7 +75,7 @@ def test_the_tolerance_of_a_switch_scales_with_the_motion(folder: Path, scale: f
 
 
 def test_at_a_switch_y_is_zero_and_the_indicator_is_on_the_side_of_the_mode(folder: Path) -> None:
-    with exchanged(folder) as instance:
+    with model_exchange_instance(folder) as instance:
         states = np.array([3.0, -1e-14, 1.0, 2.0])
         instance.fmi.setContinuousStates(states.ctypes.data_as(FLOATS), 4)
         assert read(instance.fmi.getEventIndicators, INDICATORS) == [-1e-14, 1.0, 1.0, 1.0]
@@ -92,7 +98,7 @@ def test_directional_derivatives_agree_with_differences(folder: Path, y: float) 
         instance.set(F=60.0 + change[4], mu=0.9 + change[5])
         return np.array(instance.get(*unknowns))
 
-    with exchanged(folder, **VALUES) as instance:
+    with model_exchange_instance(folder, **VALUES) as instance:
         instance.fmi.setContinuousStates(base_states.ctypes.data_as(FLOATS), 4)
         instance.fmi.enterEventMode()
         instance.fmi.newDiscreteStates()
@@ -107,7 +113,7 @@ def test_directional_derivatives_agree_with_differences(folder: Path, y: float) 
 
 
 def test_forbidden_calls_are_refused_and_change_nothing(folder: Path) -> None:
-    with exchanged(folder) as instance:
+    with model_exchange_instance(folder) as instance:
         fmi, references = instance.fmi, instance.references
         before = read(fmi.getContinuousStates, 4)
         states_with_nan = np.array([0.0, np.nan, 0.0, 0.0])
@@ -138,7 +144,7 @@ def test_forbidden_calls_are_refused_and_change_nothing(folder: Path) -> None:
 
 def test_values_beyond_the_floating_point_range_are_discarded(folder: Path) -> None:
     parameters = {"finite_belt": True, "v_belt": 0.0}
-    with exchanged(folder, **parameters) as instance:
+    with model_exchange_instance(folder, **parameters) as instance:
         fmi = instance.fmi
         assert instance.get("mode") == [Mode.STICK]
         initial_states = read(fmi.getContinuousStates, 4)
@@ -161,12 +167,12 @@ def test_values_beyond_the_floating_point_range_are_discarded(folder: Path) -> N
 
 
 def test_a_saved_state_restores_mode_and_counts(folder: Path) -> None:
-    with exchanged(folder) as instance, exchanged(folder) as restored:
-        integrated(instance, 5.0)
+    with model_exchange_instance(folder) as instance, model_exchange_instance(folder) as restored:
+        integrate_instance(instance, 5.0)
         saved = instance.fmi.getFMUstate()
         data = instance.fmi.serializeFMUstate(saved)
         saved_values = instance.get(*STATES, "mode", "separations", "last_event")
-        integrated(instance, 9.0)
+        integrate_instance(instance, 9.0)
         instance.fmi.setFMUstate(saved)
         assert instance.get(*STATES, "mode", "separations", "last_event") == saved_values
         instance.fmi.freeFMUstate(saved)
@@ -195,7 +201,7 @@ def test_serialised_states_with_invalid_numbers_are_refused(folder: Path) -> Non
         "stop": (8, (-1.0,)),
     }
     invalid_numbers |= {"tolerance": (9, (0.9e-13, 1.1e-2, 0.0)), "time": (10, (math.inf,))}
-    with exchanged(folder) as instance:
+    with model_exchange_instance(folder) as instance:
         invalid_parameters = {
             "m": (0.0, -1.0, 1.1e9),
             "k3": (-1e-9, 1.1e12),

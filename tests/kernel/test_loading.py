@@ -18,7 +18,7 @@ from fivtui import Parameters, simulate, simulate_batch
 from fivtui.cli import options, run
 from fivtui.kernel import Kernel, native, why_interpreted
 from fivtui.model import ComputationError
-from tests.support.kernels import INTERPRETED, WHY
+from tests.support.kernels import INTERPRETED, NO_COMPILER
 
 PACKAGE = Path(fivtui.__file__).parent
 KERNEL = PACKAGE / "kernel"
@@ -119,7 +119,7 @@ def test_the_command_line_reports_once_why_runs_are_interpreted(
         assert run(["simulate", "--t-end", "1"]) == 0
         assert run(["simulate", "--t-end", "1"]) == 0
     options._warn_if_interpreted.cache_clear()
-    assert capsys.readouterr().err.count(WHY) == 1
+    assert capsys.readouterr().err.count(NO_COMPILER) == 1
 
 
 def test_static_starts_of_batches_equal_those_of_single_runs() -> None:

@@ -1,4 +1,4 @@
-"""Bits of random runs, as one hash for each block of runs and seed."""
+"""Hashes of the bits of random runs: one for each kind of run and seed."""
 
 import hashlib
 import itertools
@@ -21,7 +21,7 @@ from tests.support.fmu_instance import FmuInstance
 
 RUNS: Final = 50
 T_END: Final = 15.0
-# Values are multiples of the base set's: they need no library functions.
+# Values are drawn as multiples of the base set, without library functions, which vary by platform.
 _BASE: Final = Parameters().as_dict()
 _STARTS: Final = ("x", "vx", "y", "vy")
 
@@ -35,21 +35,21 @@ class Scene:
     start: tuple[float, float, float, float]
 
 
-def draw_scene(draw: random.Random, *, belt: bool = False, law: bool = False) -> Scene:
+def draw_scene(rng: random.Random, *, belt: bool = False, law: bool = False) -> Scene:
     """A random run, optionally on a belt of finite speed and with a friction law."""
-    values = {name: value * draw.uniform(0.3, 3.0) for name, value in _BASE.items()}
-    values |= {"F": draw.uniform(-50.0, 300.0), "mu": draw.uniform(0.0, 1.5)}
-    values["k3"] *= draw.random() < 0.9
-    values["k_nl"] *= draw.random() < 0.85
-    x, vx, y, vy = (draw.uniform(-1.5, 1.5) * size for size in (1.0, 3.0, 1.0, 3.0))
-    y *= draw.random() < 0.8
+    values = {name: value * rng.uniform(0.3, 3.0) for name, value in _BASE.items()}
+    values |= {"F": rng.uniform(-50.0, 300.0), "mu": rng.uniform(0.0, 1.5)}
+    values["k3"] *= rng.random() < 0.9
+    values["k_nl"] *= rng.random() < 0.85
+    x, vx, y, vy = (rng.uniform(-1.5, 1.5) * size for size in (1.0, 3.0, 1.0, 3.0))
+    y *= rng.random() < 0.8
     if belt:
-        values["v_belt"] = draw.uniform(0.0, 4.0) * (draw.random() < 0.9)
-        values["mu_s"] = values["mu"] * draw.uniform(1.0, 1.6)
-        vx = values["v_belt"] if draw.random() < 0.2 else vx
+        values["v_belt"] = rng.uniform(0.0, 4.0) * (rng.random() < 0.9)
+        values["mu_s"] = values["mu"] * rng.uniform(1.0, 1.6)
+        vx = values["v_belt"] if rng.random() < 0.2 else vx
     if law:
-        values["v_s"] = draw.uniform(0.05, 2.0)
-    return Scene(values, draw.random() < 0.9, (x, vx, y, vy))
+        values["v_s"] = rng.uniform(0.05, 2.0)
+    return Scene(values, rng.random() < 0.9, (x, vx, y, vy))
 
 
 def record_bits() -> str:
@@ -64,40 +64,40 @@ def record_bits() -> str:
     return "\n".join(lines) + "\n"
 
 
-def _single(
+def _single_runs(
     seed: int, *, belt: bool = False, law: bool = False, runs: int = RUNS, **options: Any
 ) -> Iterator[float]:
-    draw = random.Random(seed)
+    rng = random.Random(seed)
     for _ in range(runs):
-        scene = draw_scene(draw, belt=belt, law=law)
-        yield from _outcome(scene, options)
+        scene = draw_scene(rng, belt=belt, law=law)
+        yield from _run_numbers(scene, options)
 
 
-def _over_time(seed: int) -> Iterator[float]:
-    draw = random.Random(seed)
+def _runs_over_time(seed: int) -> Iterator[float]:
+    rng = random.Random(seed)
     for index in range(RUNS):
-        scene = draw_scene(draw, belt=index % 4 > 0, law=index % 4 == 3)
-        tables = {"F": _rows(draw, 90.0)}
-        if draw.random() < 0.5:
-            tables["mu"] = _rows(draw, 0.9)
-        if index % 4 and draw.random() < 0.8:
-            tables["v_belt"] = _rows(draw, 2.5)
+        scene = draw_scene(rng, belt=index % 4 > 0, law=index % 4 == 3)
+        tables = {"F": _draw_table(rng, 90.0)}
+        if rng.random() < 0.5:
+            tables["mu"] = _draw_table(rng, 0.9)
+        if index % 4 and rng.random() < 0.8:
+            tables["v_belt"] = _draw_table(rng, 2.5)
         static = scene.values["mu"] if index % 4 == 0 else 1.6
         values = {**scene.values, "mu": min(scene.values["mu"], 0.9)}
         values |= {"mu_s": static} if index % 4 else {}
         shorter = {"over_time": tables, "t_end": 6.0}
-        yield from _outcome(Scene(values, scene.separation, scene.start), shorter)
+        yield from _run_numbers(Scene(values, scene.separation, scene.start), shorter)
 
 
-def _rows(draw: random.Random, high: float) -> list[tuple[float, float]]:
+def _draw_table(rng: random.Random, high: float) -> list[tuple[float, float]]:
     # Ramps, and occasionally a jump.
     rows: list[tuple[float, float]] = []
-    for t in sorted(draw.uniform(0.0, 6.0) for _ in range(draw.randint(1, 4))):
-        rows += [(t, draw.uniform(0.0, high)) for _ in range(1 + (draw.random() < 0.3))]
+    for t in sorted(rng.uniform(0.0, 6.0) for _ in range(rng.randint(1, 4))):
+        rows += [(t, rng.uniform(0.0, high)) for _ in range(1 + (rng.random() < 0.3))]
     return rows
 
 
-def _outcome(scene: Scene, options: Mapping[str, Any]) -> Iterator[float]:
+def _run_numbers(scene: Scene, options: Mapping[str, Any]) -> Iterator[float]:
     options = {"t_end": T_END, **options}
     try:
         run = simulate(
@@ -118,9 +118,9 @@ def _outcome(scene: Scene, options: Mapping[str, Any]) -> Iterator[float]:
     yield from (events.sticks, events.stick_time, run.stats.steps, *run.switch_times.tolist())
 
 
-def _lanes(seed: int, *, belt: bool = False, law: bool = False) -> Iterator[float]:
-    draw = random.Random(seed)
-    scenes = [draw_scene(draw, belt=belt, law=law) for _ in range(RUNS)]
+def _batch_runs(seed: int, *, belt: bool = False, law: bool = False) -> Iterator[float]:
+    rng = random.Random(seed)
+    scenes = [draw_scene(rng, belt=belt, law=law) for _ in range(RUNS)]
     batch = simulate_batch(
         {name: [scene.values[name] for scene in scenes] for name in scenes[0].values},
         separation=[scene.separation for scene in scenes],
@@ -141,19 +141,19 @@ def _fmu_folder() -> tempfile.TemporaryDirectory[str]:
 
 
 def _fmu_steps(seed: int, *, belt: bool = False, law: bool = False) -> Iterator[float]:
-    draw = random.Random(seed)
+    rng = random.Random(seed)
     with FmuInstance(Path(_fmu_folder().name)) as instance:
         for _ in range(RUNS):
-            scene = draw_scene(draw, belt=belt, law=law)
+            scene = draw_scene(rng, belt=belt, law=law)
             start = {f"{n}_start": x for n, x in zip(_STARTS, scene.start, strict=True)}
             values = {**scene.values, **start, "start_static": False, "finite_belt": belt}
             instance.begin(tol=1e-10, **values, separation=scene.separation)
             for _ in range(40):
                 # Preload steps and ramps, and occasionally a jump of the friction.
-                if draw.random() < 0.2:
-                    instance.set(F=draw.uniform(-20.0, 150.0))
-                instance.slope(F=draw.uniform(-20.0, 20.0))
-                instance.step(draw.uniform(0.01, 0.2))
+                if rng.random() < 0.2:
+                    instance.set(F=rng.uniform(-20.0, 150.0))
+                instance.slope(F=rng.uniform(-20.0, 20.0))
+                instance.step(rng.uniform(0.01, 0.2))
                 yield from instance.get(*_STARTS, "P", "mode", "friction_slider")
             instance.fmi.reset()
             instance.t = 0.0
@@ -167,18 +167,18 @@ def _kinds(
     yield f"{name} on belts with a friction law", (counts[2], partial(run, belt=True, law=True))
 
 
-# The kinds of runs, with their numbers of blocks.
+# Kinds of runs: the number of blocks, and the function that yields a block's numbers.
 KINDS: Final[Mapping[str, tuple[int, Callable[[int], Iterable[float]]]]] = dict(
     itertools.chain(
-        _kinds("single", _single, (6, 3, 3)),
-        _kinds("lanes", _lanes, (10, 4, 4)),
+        _kinds("single", _single_runs, (6, 3, 3)),
+        _kinds("lanes", _batch_runs, (10, 4, 4)),
         _kinds("native FMU", _fmu_steps, (3, 2, 2)),
-        [("tables over time", (4, _over_time))],
-        [("interpreted", (1, partial(_single, kernel="interpreted", t_end=2.0)))],
+        [("tables over time", (4, _runs_over_time))],
+        [("interpreted", (1, partial(_single_runs, kernel="interpreted", t_end=2.0)))],
         [
             (
                 "interpreted on belts",
-                (1, partial(_single, belt=True, kernel="interpreted", t_end=2.0)),
+                (1, partial(_single_runs, belt=True, kernel="interpreted", t_end=2.0)),
             )
         ],
     )

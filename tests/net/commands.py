@@ -1,4 +1,4 @@
-"""Output and files of command lines, by group."""
+"""Records output and written files of command lines, by group."""
 
 import contextlib
 import functools
@@ -47,7 +47,7 @@ def record_commands(group: str) -> str:
             shutil.copy(source, folder)
         with contextlib.chdir(folder):
             for line in read_groups()[group]:
-                parts += [f"{SECTION}fivtui {line}", *_command_lines(line, folder)]
+                parts += [f"{SECTION}fivtui {line}", *_run_and_describe(line, folder)]
     return "\n".join(parts) + "\n"
 
 
@@ -56,7 +56,7 @@ def reproducible() -> Iterator[None]:
     """Use clocks that count calls, help of a fixed width, and shortened long computations."""
     ticks = itertools.count()
 
-    def clock() -> float:
+    def counting_clock() -> float:
         return next(ticks) * _TICK_S
 
     import fivtui.assessment
@@ -66,7 +66,7 @@ def reproducible() -> Iterator[None]:
     )
     with contextlib.ExitStack() as stack:
         for name in ("thread_time", "process_time", "perf_counter"):
-            stack.enter_context(mock.patch.object(time, name, clock))
+            stack.enter_context(mock.patch.object(time, name, counting_clock))
         stack.enter_context(mock.patch("fivtui.tradeoffs.measure._MOST_REPEATS", 1))
         stack.enter_context(mock.patch("fivtui.assessment.run_stress_tests", few_tests))
         stack.enter_context(mock.patch.dict(os.environ, {"COLUMNS": "100"}))
@@ -74,8 +74,8 @@ def reproducible() -> Iterator[None]:
         yield
 
 
-def _command_lines(line: str, folder: Path) -> Iterator[str]:
-    before = _states(folder)
+def _run_and_describe(line: str, folder: Path) -> Iterator[str]:
+    states_before = _file_states(folder)
     out, error = io.StringIO(), io.StringIO()
     with contextlib.redirect_stdout(out), contextlib.redirect_stderr(error):
         code = run(shlex.split(line))
@@ -88,15 +88,15 @@ def _command_lines(line: str, folder: Path) -> Iterator[str]:
         yield from masked(printed, folder).splitlines()
     if errors := masked(error.getvalue(), folder):
         yield from (f"stderr: {line}" for line in errors.splitlines())
-    after = _states(folder)
-    for path in sorted(after):
-        if before.get(path) != after[path]:
+    states_after = _file_states(folder)
+    for path in sorted(states_after):
+        if states_before.get(path) != states_after[path]:
             yield f"wrote {path.relative_to(folder)}"
             yield from (f"    {line}" for line in file_lines(path))
-    for path in sorted(before.keys() - after.keys()):
+    for path in sorted(states_before.keys() - states_after.keys()):
         yield f"removed {path.relative_to(folder)}"
 
 
-def _states(folder: Path) -> dict[Path, tuple[int, int]]:
+def _file_states(folder: Path) -> dict[Path, tuple[int, int]]:
     paths = (path for path in folder.rglob("*") if path.is_file())
     return {path: (path.stat().st_mtime_ns, path.stat().st_ino) for path in paths}

@@ -86,8 +86,8 @@ def _svg(path: Path) -> Iterator[str]:
     yield f"size {' '.join(filter(None, size.groups())) if size else 'unknown'}"
     # Texts are drawn as outlines; their content stands in comments.
     for outlined, written in re.findall(r"<!-- (.*?) -->|<text[^>]*>(.*?)</text>", text, re.DOTALL):
-        plain = " ".join(html.unescape(outlined or re.sub(r"<[^>]*>", "", written)).split())
-        yield f"text {plain}"
+        content = " ".join(html.unescape(outlined or re.sub(r"<[^>]*>", "", written)).split())
+        yield f"text {content}"
 
 
 def _png(path: Path) -> Iterator[str]:
@@ -128,14 +128,18 @@ def _archive(path: Path) -> Iterator[str]:
 def _entries(archive: zipfile.ZipFile) -> list[str]:
     # Sources in an FMU are not for users: record only their folder.
     names = (name.split("/") for name in archive.namelist())
-    inner = ("resources", "sources")
-    return sorted({f"{name[0]}/…" if name[0] in inner else "/".join(name) for name in names})
+    summarized_folders = ("resources", "sources")
+    return sorted(
+        {f"{name[0]}/…" if name[0] in summarized_folders else "/".join(name) for name in names}
+    )
 
 
 def xml_lines(text: str) -> Iterator[str]:
     """XML with a line for each tag, and without identifiers."""
-    hidden = re.sub(r'(guid|instantiationToken|generationDateAndTime)="[^"]*"', r'\1="…"', text)
-    yield from masked(re.sub(r">\s*<", ">\n<", hidden)).splitlines()
+    without_identifiers = re.sub(
+        r'(guid|instantiationToken|generationDateAndTime)="[^"]*"', r'\1="…"', text
+    )
+    yield from masked(re.sub(r">\s*<", ">\n<", without_identifiers)).splitlines()
 
 
 READERS: Final[Mapping[str, Callable[[Path], Iterator[str]]]] = {

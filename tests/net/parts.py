@@ -1,4 +1,4 @@
-"""The parts of the net; each has a file of recordings."""
+"""The recorded parts of the program's output; each has one file of recordings."""
 
 from collections.abc import Callable, Mapping
 from functools import partial

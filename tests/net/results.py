@@ -20,7 +20,7 @@ _TABLES: Final = {"F": [(0.0, 10.0), (2.0, 60.0)], "v_belt": [(0.0, 3.0), (3.0, 
 _ROWS: Final = {"F": [20.0, 60.0], "mu": [0.3, 0.7]}
 
 
-def _validated() -> Any:
+def _validation() -> Any:
     measured = fivtui.read_measurement(
         INPUTS / "measured.csv", time="ms", signal="mm", time_scale=1e-3, scale=1e-3
     )
@@ -28,11 +28,11 @@ def _validated() -> Any:
     return fivtui.validate(run, measured, tolerances=fivtui.Tolerances(frequency=0.05))
 
 
-def _heard(folder: Path) -> Any:
+def _sound(folder: Path) -> Any:
     return fivtui.sound(fivtui.simulate(t_end=3.0, samples="dense"), folder / "a.wav", factor=100.0)
 
 
-def _filmed(folder: Path) -> Any:
+def _film(folder: Path) -> Any:
     run = fivtui.simulate(t_end=2.0, samples="dense")
     return fivtui.animate(run, folder / "a.gif", window=(1.0, 1.2), speed=1.0)
 
@@ -88,9 +88,9 @@ RESULTS: Final[Mapping[str, Callable[[Path], Any]]] = {
     ),
     "trade-off": lambda _: fivtui.tradeoff(t_end=0.2),
     "accuracy": lambda _: fivtui.accuracy(t_end=4.0),
-    "validation": lambda _: _validated(),
-    "sound": _heard,
-    "film": _filmed,
+    "validation": lambda _: _validation(),
+    "sound": _sound,
+    "film": _film,
     "run of an FMU": _fmu_run,
     "figures": lambda folder: fivtui.figures(folder, [2], formats=["png"]),
     "claims": lambda _: fivtui.claims(["one-real-equilibrium", "frequencies-merge"]),

@@ -28,15 +28,15 @@ from tests.support.laboratory import (
 SIZES: Final = ((80, 24), (120, 40))
 SESSION: Final = Path(__file__).parents[1] / "data" / "stored" / "session"
 # Partial blocks at the ends of scroll bars depend on the order of Textual's layout.
-_BARS: Final = dict.fromkeys(map(ord, "▏▎▍▌▋▊▉"), " ")
+_PARTIAL_BLOCKS: Final = dict.fromkeys(map(ord, "▏▎▍▌▋▊▉"), " ")
 
 
 def record_tabs(size: tuple[int, int]) -> str:
     """Text of all tabs in a terminal of the size."""
-    return "\n".join(asyncio.run(_record(size))) + "\n"
+    return "\n".join(asyncio.run(_tab_lines(size))) + "\n"
 
 
-async def _record(size: tuple[int, int]) -> list[str]:
+async def _tab_lines(size: tuple[int, int]) -> list[str]:
     lines = []
     with ExitStack() as stack:
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="fivtui-net-")))
@@ -73,7 +73,7 @@ async def _views(pilot: Pilot[None]) -> list[tuple[str, list[str]]]:
         # The last line shows keys of the focused widget; a blinking cursor would cause repaints.
         (await focus(pilot, "mu")).cursor_blink = False
         await until_still(pilot)
-        text = masked(text_of(pilot).translate(_BARS))
+        text = masked(text_of(pilot).translate(_PARTIAL_BLOCKS))
         views.append((f" {getattr(pane, 'view', name)}".rstrip(), text.splitlines()))
         if len(names) > 1:
             await pane.run_action("next_view")

@@ -1,4 +1,4 @@
-"""Text, files, results, tabs, FMUs and bits are as recorded."""
+"""Printed text, files, results, tabs, FMUs and bits agree with their recordings."""
 
 import pytest
 
@@ -16,17 +16,17 @@ QUICK = (
     "fmus",
     "bits",
 )
-LONGEST_MESSAGE = 60
+MAX_MESSAGE_LINES = 60
 
 
-def unlike_recording(name: str, text: str) -> str:
+def recording_mismatch(name: str, text: str) -> str:
     """Differences from a recording, and how to record it anew; empty if there are none."""
     recorded = (RECORDED / f"{name}.txt").read_text(encoding="utf-8")
     lines = differences(recorded, text)
     if not lines:
         return ""
-    if len(lines) > LONGEST_MESSAGE:
-        lines = [*lines[:LONGEST_MESSAGE], f"... {len(lines) - LONGEST_MESSAGE} further lines"]
+    if len(lines) > MAX_MESSAGE_LINES:
+        lines = [*lines[:MAX_MESSAGE_LINES], f"... {len(lines) - MAX_MESSAGE_LINES} further lines"]
     advice = f"if this is intended: python -m tests.net.record {name}, and look at git diff"
     return "\n".join([f"{name} (- recorded, + now)", *lines, advice])
 
@@ -35,12 +35,12 @@ def unlike_recording(name: str, text: str) -> str:
     "name",
     [name if name in QUICK else pytest.param(name, marks=pytest.mark.whole) for name in PARTS],
 )
-def test_what_a_user_gets_is_what_was_recorded(name: str) -> None:
-    message = unlike_recording(name, PARTS[name]())
+def test_output_agrees_with_its_recording(name: str) -> None:
+    message = recording_mismatch(name, PARTS[name]())
     if message:
         pytest.fail(message, pytrace=False)
 
 
-def test_recordings_are_those_of_the_parts_and_small() -> None:
+def test_every_part_has_one_recording_and_all_are_small() -> None:
     assert {path.stem for path in RECORDED.iterdir()} == set(PARTS)
     assert sum(path.stat().st_size for path in RECORDED.iterdir()) < 3_000_000

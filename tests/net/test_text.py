@@ -1,4 +1,4 @@
-"""Recordings are compared by number within a tolerance, and by word exactly."""
+"""Recordings agree if their numbers are within a tolerance and their words are equal."""
 
 import pytest
 
@@ -14,7 +14,7 @@ from tests.net.text import column_line, data_lines, differences, masked, same_li
         ("x 1.00000000000000  m", "x 1.0000000000000001 m"),
     ],
 )
-def test_numbers_within_the_tolerance_are_the_same(recorded: str, fresh: str) -> None:
+def test_lines_with_numbers_within_the_tolerance_agree(recorded: str, fresh: str) -> None:
     assert same_line(recorded, fresh)
 
 
@@ -30,7 +30,7 @@ def test_numbers_within_the_tolerance_are_the_same(recorded: str, fresh: str) ->
         ("sum -1.0", "sum 1.0"),
     ],
 )
-def test_other_numbers_words_and_blanks_differ(recorded: str, fresh: str) -> None:
+def test_lines_with_unequal_numbers_words_or_blanks_differ(recorded: str, fresh: str) -> None:
     assert not same_line(recorded, fresh)
 
 
@@ -49,7 +49,7 @@ def test_a_difference_names_the_command_and_its_lines() -> None:
     assert differences(short, short + "y\n")[1:] == ["  - (no line)", "  + y"]
 
 
-def test_what_differs_between_runs_is_not_recorded() -> None:
+def test_run_dependent_text_is_masked_and_long_columns_are_shortened() -> None:
     text = masked("CPU time    0.0003 s\nat 12:00:01 on 2026-11-23 in /tmp/a.csv  ")
     assert text == "CPU time <time>\nat <time> on <date> in /tmp/a.csv"
     lines = list(
@@ -58,6 +58,6 @@ def test_what_differs_between_runs_is_not_recorded() -> None:
     assert lines == [
         "stats.cpu_s: <varies>", "stats.steps: 3", "a [2]: 1.0 2.0", "b: 1 items", "b[0].c: 1",
     ]  # fmt: skip
-    long = column_line("t", [float(n) for n in range(100)])
-    assert long.startswith("t [100]: 0.0 4.0 ")
-    assert long.endswith(" 99.0 sum of sizes 4950.0")
+    long_column = column_line("t", [float(n) for n in range(100)])
+    assert long_column.startswith("t [100]: 0.0 4.0 ")
+    assert long_column.endswith(" 99.0 sum of sizes 4950.0")

@@ -13,13 +13,13 @@ import numpy as np
 from fivtui import __version__
 
 RECORDED: Final = Path(__file__).parent / "recorded"
-RELATIVE: Final = 1e-9
+RELATIVE_TOLERANCE: Final = 1e-9
 # Tolerances for rounding errors: relative to the line's largest number; absolute for lone ones.
-FLOOR: Final = 1e-12
-RESIDUAL: Final = 1e-10
-# A longer list of numbers is recorded as its length, a selection of items, and the sum.
-LONGEST: Final = 24
-MOST_ITEMS: Final = 6
+LINE_TOLERANCE: Final = 1e-12
+ABSOLUTE_TOLERANCE: Final = 1e-10
+# A longer list is recorded as its length, a selection of items, and the sum of magnitudes.
+MAX_NUMBERS: Final = 24
+MAX_ITEMS: Final = 6
 SECTION: Final = "$ "
 
 _MASKS: Final = (
@@ -41,7 +41,7 @@ _NUMBER: Final = re.compile(r"(?<![\w.])[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)
 
 
 def masked(text: str, folder: Path | None = None) -> str:
-    """A text without paths, versions, identifiers, dates and CPU times."""
+    """Mask paths, versions, identifiers, dates and CPU times in a text."""
     if folder is not None:
         text = text.replace(str(folder), "<folder>")
     for pattern, replacement in _MASKS:
@@ -58,21 +58,21 @@ def data_lines(value: Any, path: str = "") -> Iterator[str]:
             yield from data_lines(entry, f"{path}.{key}" if path else str(key))
     elif isinstance(value, list) and any(isinstance(entry, (Mapping, list)) for entry in value):
         yield f"{path}: {len(value)} items"
-        for index in _chosen(len(value), MOST_ITEMS):
+        for index in _selected_indices(len(value), MAX_ITEMS):
             yield from data_lines(value[index], f"{path}[{index}]")
     elif isinstance(value, list):
         yield column_line(path, value)
     else:
-        yield f"{path}: {_plain(value)}"
+        yield f"{path}: {_as_text(value)}"
 
 
 def column_line(name: str, values: Sequence[Any]) -> str:
     """A column of numbers or texts as one line."""
     if _VARYING.search(name):
         return f"{name} [{len(values)}]: <varies>"
-    shown = [_plain(values[index]) for index in _chosen(len(values), LONGEST)]
+    shown = [_as_text(values[index]) for index in _selected_indices(len(values), MAX_NUMBERS)]
     line = f"{name} [{len(values)}]: {' '.join(shown)}"
-    if len(values) > LONGEST:
+    if len(values) > MAX_NUMBERS:
         numbers = [abs(v) for v in values if isinstance(v, (int, float)) and math.isfinite(v)]
         line += f" sum of sizes {math.fsum(numbers)!r}"
     return line
@@ -85,11 +85,11 @@ def array_line(name: str, values: Any) -> str:
     return column_line(name + shape, array.ravel().tolist())
 
 
-def _plain(value: Any) -> str:
+def _as_text(value: Any) -> str:
     return value if isinstance(value, str) else json.dumps(value, ensure_ascii=False, default=str)
 
 
-def _chosen(count: int, limit: int) -> list[int]:
+def _selected_indices(count: int, limit: int) -> list[int]:
     if count <= limit:
         return list(range(count))
     return sorted({round(k * (count - 1) / (limit - 1)) for k in range(limit)})
@@ -122,9 +122,10 @@ def same_line(recorded: str, fresh: str) -> bool:
         return False
     pairs = [(float(a), float(b)) for a, b in zip(*texts, strict=True)]
     finite = [abs(number) for pair in pairs for number in pair if math.isfinite(number)]
-    floor = FLOOR * max(finite, default=0.0)
+    floor = LINE_TOLERANCE * max(finite, default=0.0)
     return all(
-        math.isclose(a, b, rel_tol=RELATIVE, abs_tol=floor) or max(abs(a), abs(b)) < RESIDUAL
+        math.isclose(a, b, rel_tol=RELATIVE_TOLERANCE, abs_tol=floor)
+        or max(abs(a), abs(b)) < ABSOLUTE_TOLERANCE
         for a, b in pairs
     )
 
@@ -140,18 +141,18 @@ def differences(recorded: str, fresh: str) -> list[str]:
             report += [title, "    not recorded"]
         else:
             lines = zip_longest(before[title], after[title], fillvalue="(no line)")
-            unlike = [(old, new) for old, new in lines if not same_line(old, new)]
+            unequal = [(old, new) for old, new in lines if not same_line(old, new)]
             # Lines that differ only by a shift come last.
-            unlike.sort(key=lambda pair: pair[0].split() == pair[1].split())
-            report += [title] if unlike else []
-            for old, new in unlike[:4]:
-                report += _unlike_parts(old, new)
-            if len(unlike) > 4:
-                report.append(f"    {len(unlike) - 4} further lines differ")
+            unequal.sort(key=lambda pair: pair[0].split() == pair[1].split())
+            report += [title] if unequal else []
+            for old, new in unequal[:4]:
+                report += _difference_excerpt(old, new)
+            if len(unequal) > 4:
+                report.append(f"    {len(unequal) - 4} further lines differ")
     return report
 
 
-def _unlike_parts(old: str, new: str) -> list[str]:
+def _difference_excerpt(old: str, new: str) -> list[str]:
     # A long line is shown from shortly before the first difference.
     index = next((k for k, (a, b) in enumerate(zip(old, new, strict=False)) if a != b), 0)
     begin = max(index - 60, 0) if max(len(old), len(new)) > 160 else 0

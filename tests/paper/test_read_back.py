@@ -23,7 +23,7 @@ from fivtui.paper.results import PaperResults
 from fivtui.scene.scene import Scene
 from fivtui.tui.tabs.requests.paper import figure_rows, point_scene
 from tests.support import own_slider
-from tests.support.reading import entries, labels, line_like, plain, points, the_legend
+from tests.support.reading import entries, labels, legend_entries, line_like, plain, points
 
 FloatArray = NDArray[np.float64]
 STATES: Final = {
@@ -186,7 +186,7 @@ def test_figs_3_to_5_have_both_modes_of_every_line_and_its_critical_friction(
     left_axes, right = figure.axes
     assert labels(left_axes) == (AXIS_LABELS["mu"], "Frequency Im λ (rad/s)")
     assert labels(right) == (AXIS_LABELS["mu"], "Growth rate Re λ (1/s)")
-    names, shown = legend_names(key), the_legend(figure)
+    names, shown = legend_names(key), legend_entries(figure)
     assert list(shown) == [*names, "μ_c"]
     for name, value in names.items():
         for axes, part in ((left_axes, "imag"), (right, "real")):
@@ -217,7 +217,7 @@ def test_figs_6_to_9_have_the_critical_friction_of_every_line(
     figure = draw(int(key), results)
     (axes,) = figure.axes
     assert labels(axes) == (AXIS_LABELS[FIGURES[key][0][0]], "Critical friction coefficient μ_c")
-    names, shown = legend_names(key), the_legend(figure)
+    names, shown = legend_names(key), legend_entries(figure)
     assert list(shown) == list(names)
     for name, line in named_lines(axes, shown):
         check_line(key, line, names[name], own_slider.critical_mu)
@@ -240,7 +240,7 @@ def test_figs_10_to_12_have_the_motions_of_the_papers_method(
     overview, late = figure.axes
     assert labels(overview) == ("Time t (s)", label)
     assert labels(late)[0] == "Time t (s)"
-    shown = the_legend(figure)
+    shown = legend_entries(figure)
     assert list(shown) == [*CASES, "off the belt"]
     for name, case in CASES.items():
         for axes, times in ((overview, (5.0, 25.0, 50.0)), (late, (99.0,))):
@@ -267,7 +267,7 @@ def test_figs_13_to_16_have_both_amplitudes_of_both_cases(key: str, results: Pap
     assert labels(right)[0] == along
     assert "half" in labels(right)[1]
     assert labels(right)[1].endswith("(m)")
-    shown = the_legend(figure)
+    shown = legend_entries(figure)
     assert list(shown) == list(CASES)
     for axes, index in ((left_axes, 0), (right, 1)):
         assert axes.get_ylim()[0] == 0.0

@@ -20,7 +20,7 @@ from fivtui.simulation import simulate
 STICKING = Parameters(v_belt=3.0, mu_s=0.9, v_s=0.4)
 
 
-def test_between_samples_the_motion_is_that_of_the_dense_solution() -> None:
+def test_motion_between_samples_agrees_with_the_dense_solution() -> None:
     dense, sampled = simulate(t_end=20.0, samples="dense"), simulate(t_end=20.0, samples=2001)
     times = np.linspace(0.0, 20.0, 777)
     expected, actual = motion_at(dense, times), motion_at(sampled, times)
@@ -36,13 +36,13 @@ def test_a_motion_below_a_billionth_of_the_displacement_is_rest() -> None:
     run = simulate(t_end=1.0, samples=2)
     assert run.trajectory is not None
     for size in (1e-3, 1.0, 1e6):
-        for part, rests in ((0.5e-9, True), (2e-9, False)):
-            moving, still = size * np.array([1.0, 1.0 + part]), np.zeros(2)
-            for x, y in ((moving, still), (still, moving)):
+        for relative_size, rests in ((0.5e-9, True), (2e-9, False)):
+            moving, rest_samples = size * np.array([1.0, 1.0 + relative_size]), np.zeros(2)
+            for x, y in ((moving, rest_samples), (rest_samples, moving)):
                 assert is_rest(replace(run.trajectory, x=x, y=y)) is rests
 
 
-def test_at_a_sample_the_motion_is_the_sample() -> None:
+def test_motion_at_a_sample_time_equals_the_sample() -> None:
     run = simulate(t_end=5.0, samples=51)
     assert run.trajectory is not None
     motion = motion_at(run, run.trajectory.t)
@@ -50,7 +50,7 @@ def test_at_a_sample_the_motion_is_the_sample() -> None:
         assert getattr(motion, name) == pytest.approx(getattr(run.trajectory, name), abs=1e-9)
 
 
-def test_modes_between_samples_are_those_of_the_switches_located() -> None:
+def test_modes_between_samples_follow_the_located_switches() -> None:
     run = simulate(STICKING, t_end=20.0, samples=11)
     assert run.events.sticks > 0
     for start, end in run.stick_intervals:

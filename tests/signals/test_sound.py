@@ -16,7 +16,7 @@ from fivtui.simulation import simulate
 RUN = simulate(t_end=100.0, samples="dense")
 
 
-def heard(path: Path) -> tuple[np.ndarray, int]:
+def read_samples(path: Path) -> tuple[np.ndarray, int]:
     with wave.open(str(path)) as file:
         assert (file.getnchannels(), file.getsampwidth()) == (1, 2)
         return np.frombuffer(file.readframes(file.getnframes()), "<i2"), file.getframerate()
@@ -24,7 +24,7 @@ def heard(path: Path) -> tuple[np.ndarray, int]:
 
 def test_the_sound_is_the_signal_with_its_time_compressed(tmp_path: Path) -> None:
     audio = sound(RUN, tmp_path / "a.wav", signal="y", factor=100.0, window=(50.0, 100.0))
-    values, rate = heard(audio.path)
+    values, rate = read_samples(audio.path)
     assert values.size == round(0.5 * rate)
     assert audio.duration == 0.5
     middle = slice(values.size // 4, 3 * values.size // 4)
@@ -40,17 +40,17 @@ def test_the_sound_is_the_signal_with_its_time_compressed(tmp_path: Path) -> Non
 def test_by_default_the_late_motion_sounds_at_110_hz(tmp_path: Path) -> None:
     audio = sound(RUN, tmp_path / "a.wav")
     assert audio.pitch == pytest.approx(110.0, rel=0.01)
-    values, rate = heard(audio.path)
+    values, rate = read_samples(audio.path)
     late = values[values.size // 2 :].astype(float)
-    lines = np.abs(np.fft.rfft(late * np.hanning(late.size)))
-    assert lines.argmax() * rate / late.size == pytest.approx(110.0, abs=rate / late.size)
+    spectrum = np.abs(np.fft.rfft(late * np.hanning(late.size)))
+    assert spectrum.argmax() * rate / late.size == pytest.approx(110.0, abs=rate / late.size)
 
 
 def test_rest_is_silence(tmp_path: Path) -> None:
     audio = sound(simulate(Parameters(mu=0.0), t_end=2.0, samples=3), tmp_path / "a.wav")
     assert audio.full_scale == 0.0
     assert audio.pitch is None
-    assert not heard(audio.path)[0].any()
+    assert not read_samples(audio.path)[0].any()
 
 
 @pytest.mark.parametrize(
@@ -86,14 +86,19 @@ def test_the_command_reports_factor_and_window(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    line = ["sound", "--t-end", "20", "--factor", "50", "--signal", "P", "--out", "a.wav"]
-    assert command([*line, "--json"]) == 0
+    arguments = ["sound", "--t-end", "20", "--factor", "50", "--signal", "P", "--out", "a.wav"]
+    assert command([*arguments, "--json"]) == 0
     report = json.loads(capsys.readouterr().out)
     assert report["factor"] == 50.0
     assert report["window"] == [0.0, 20.0]
     assert report["duration"] == pytest.approx(0.4)
-    assert heard(tmp_path / "a.wav")[0].size == round(0.4 * 44_100)
-    assert command([*line, "--force", "--method", "rk4", "--step", "0.01"]) == 0
+    assert read_samples(tmp_path / "a.wav")[0].size == round(0.4 * 44_100)
+    assert command([*arguments, "--force", "--method", "rk4", "--step", "0.01"]) == 0
     assert "compressed 50 times" in capsys.readouterr().out
-    for wrong in (["--window", "3"], ["--window", "a:b"], ["--factor", "x"], ["--signal", "z"]):
-        assert command([*line, "--force", *wrong][:10] + wrong) == 2
+    for invalid_option in (
+        ["--window", "3"],
+        ["--window", "a:b"],
+        ["--factor", "x"],
+        ["--signal", "z"],
+    ):
+        assert command([*arguments, "--force", *invalid_option][:10] + invalid_option) == 2

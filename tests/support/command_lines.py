@@ -11,11 +11,11 @@ import click
 from fivtui.cli import commands
 
 # Slow commands, and the server, always get an invalid argument.
-HEAVY = {"attractors", "claims", "compare", "extremes", "figures", "serve", "tradeoff", "build"}
-HEAVY |= {"system", "accuracy", "methods", "uncertainty", "animate"}
-WRONG = ("--colour", "--colour=red", "-q", "--force=3", "--\x00")
+SLOW = {"attractors", "claims", "compare", "extremes", "figures", "serve", "tradeoff", "build"}
+SLOW |= {"system", "accuracy", "methods", "uncertainty", "animate"}
+INVALID_OPTIONS = ("--colour", "--colour=red", "-q", "--force=3", "--\x00")
 
-SANE = {
+VALID_VALUES = {
     "--set": ("F=60", "mu=0.3", "k_nl=20", "m=4", "c1=0.1"),
     "--t-end": ("0.5", "1"),
     "--tol": ("1e-8", "1e-3"),
@@ -45,7 +45,7 @@ SANE = {
 }
 SCENES = ("base", "linear", "own.toml", "bare.toml")
 FILES = ("text.fmu", "empty.fmu", "bare.fmu", "odd.fmu", "pipe.fmu", "folder.fmu", "absent.fmu")
-HOSTILE = (
+UNUSUAL_VALUES = (
     "", " ", "\t", "x" * 5000, "1" * 100_000, "a" * 300 + ".csv", "1_0", "F=1_0", "٣", "F=٣", "１",
     "nan", "inf", "-inf", "F=nan", "1e400", "1e-400", "0x10", "1e308", "-1", "0", "-0", "1e-13",
     "9" * 5000, "+", "--", "-", "---", "\n", "a\nb", "a\nb.csv", "F=1\n2", "\x1b[31m", "\udcff",
@@ -61,7 +61,7 @@ HOSTILE = (
 
 
 def prepare(folder: Path) -> None:
-    """Create files that lines name in a folder: valid ones, and unreadable ones."""
+    """Create the files that the command lines name: readable and unreadable ones."""
     texts = {
         "own.toml": "fivtui_scene = 1\nt_end = 0.5\n[parameters]\nF = 33.0\n",
         "bare.toml": "fivtui_scene = 1\nt_end = 1\n",
@@ -91,11 +91,11 @@ def prepare(folder: Path) -> None:
 
 def lines(seed: int, count: int) -> Iterator[list[str]]:
     """Reproducible random command lines."""
-    draw = random.Random(seed)
+    rng = random.Random(seed)
     paths = list(_commands(commands, ()))
     for _ in range(count):
-        names, command = draw.choice(paths)
-        yield [*names, *_arguments(draw, names, command)]
+        names, command = rng.choice(paths)
+        yield [*names, *_arguments(rng, names, command)]
 
 
 def _commands(
@@ -109,31 +109,31 @@ def _commands(
     yield names, group
 
 
-def _arguments(draw: random.Random, names: Sequence[str], command: click.Command) -> list[str]:
+def _arguments(rng: random.Random, names: Sequence[str], command: click.Command) -> list[str]:
     groups: list[list[str]] = []
     for parameter in command.params:
-        needed = parameter.required and draw.random() < 0.9
-        times = draw.choice((0, 0, 0, 0, 1, 1, 1, 1, 2)) or needed
-        groups += [_option_words(draw, parameter) for _ in range(times)]
-    if draw.random() < 0.05:
-        groups.append([draw.choice(HOSTILE)])
-    draw.shuffle(groups)
+        required = parameter.required and rng.random() < 0.9
+        repetitions = rng.choice((0, 0, 0, 0, 1, 1, 1, 1, 2)) or required
+        groups += [_option_words(rng, parameter) for _ in range(repetitions)]
+    if rng.random() < 0.05:
+        groups.append([rng.choice(UNUSUAL_VALUES)])
+    rng.shuffle(groups)
     arguments = [argument for group in groups for argument in group]
-    if arguments and draw.random() < 0.05:
+    if arguments and rng.random() < 0.05:
         arguments.pop()
-    if not names or names[-1] in HEAVY or "--attractors" in arguments:
-        # At the front, as `--` could turn later arguments into operands.
-        arguments = [draw.choice(WRONG), *arguments]
+    if not names or names[-1] in SLOW or "--attractors" in arguments:
+        # Put the wrong option first: `--` would turn it into an operand.
+        arguments = [rng.choice(INVALID_OPTIONS), *arguments]
     return arguments
 
 
-def _option_words(draw: random.Random, parameter: click.Parameter) -> list[str]:
-    hostile = draw.random() < 0.25
+def _option_words(rng: random.Random, parameter: click.Parameter) -> list[str]:
+    unusual = rng.random() < 0.25
     if isinstance(parameter, click.Argument):
-        sane = FILES if parameter.name == "fmu_file" else SCENES
-        return [draw.choice(HOSTILE if hostile else sane)]
+        valid = FILES if parameter.name == "fmu_file" else SCENES
+        return [rng.choice(UNUSUAL_VALUES if unusual else valid)]
     flag = parameter.opts[0]
     if isinstance(parameter, click.Option) and parameter.is_flag:
         return [flag]
-    value = draw.choice(HOSTILE if hostile else SANE.get(flag, ("1", "2")))
-    return [f"{flag}={value}"] if draw.random() < 0.3 else [flag, value]
+    value = rng.choice(UNUSUAL_VALUES if unusual else VALID_VALUES.get(flag, ("1", "2")))
+    return [f"{flag}={value}"] if rng.random() < 0.3 else [flag, value]

@@ -12,7 +12,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
-PATIENCE_S = 600.0
+# Longest wait for the scheduler and for the workers, s.
+STARTUP_LIMIT_S = 600.0
 
 
 @dataclass
@@ -31,21 +32,21 @@ class Cluster:
 @contextmanager
 def loopback_cluster(folder: Path, workers: int = 2, path: str = str(ROOT)) -> Iterator[Cluster]:
     address_file = folder / "scheduler.json"
-    scheduler = _dask(
+    scheduler = _start_dask(
         path, folder, "scheduler", "--host=127.0.0.1", "--port=0", "--no-dashboard",
         "--no-show", f"--scheduler-file={address_file}",
     )  # fmt: skip
     cluster = Cluster("", scheduler)
     try:
-        until = time.monotonic() + PATIENCE_S
+        deadline = time.monotonic() + STARTUP_LIMIT_S
         while not cluster.address:
             assert scheduler.poll() is None, "the scheduler has ended"
-            assert time.monotonic() < until, "the scheduler does not say its address"
+            assert time.monotonic() < deadline, "the scheduler does not say its address"
             time.sleep(0.05)
             with suppress(OSError, ValueError):
                 cluster.address = json.loads(address_file.read_text(encoding="utf-8"))["address"]
         cluster.workers += [
-            _dask(
+            _start_dask(
                 path, folder, "worker", cluster.address, "--nworkers=1", "--nthreads=1",
                 "--no-nanny",
                 "--host=127.0.0.1", "--no-dashboard", f"--name=w{number}",
@@ -57,7 +58,7 @@ def loopback_cluster(folder: Path, workers: int = 2, path: str = str(ROOT)) -> I
             from distributed import Client
 
             with Client(cluster.address, set_as_default=False) as client:
-                client.wait_for_workers(workers, timeout=PATIENCE_S)
+                client.wait_for_workers(workers, timeout=STARTUP_LIMIT_S)
         yield cluster
     finally:
         for process in (*cluster.workers, scheduler):
@@ -65,7 +66,7 @@ def loopback_cluster(folder: Path, workers: int = 2, path: str = str(ROOT)) -> I
             process.wait()
 
 
-def _dask(path: str, folder: Path, *args: str) -> subprocess.Popen[bytes]:
+def _start_dask(path: str, folder: Path, *args: str) -> subprocess.Popen[bytes]:
     with (folder / f"{args[0]}.log").open("ab") as log:
         return subprocess.Popen(
             [sys.executable, "-m", "dask", *args],

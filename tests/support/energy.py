@@ -5,7 +5,7 @@ from fivtui.model import IN_CONTACT, Mode, State, friction_force
 
 
 def mechanical_energy(p: Parameters, state: State, mode: Mode) -> float:
-    """Energy in J, including the preload's; zero at rest in the undeformed position."""
+    """Energy in J, including that of the preload; zero at rest in the undeformed position."""
     x, vx, y, vy = state
     kinetic = 0.5 * p.m * (vx**2 + vy**2)
     elastic = 0.5 * p.k1 * x**2 + 0.25 * p.k3 * (x - y) ** 2
@@ -14,6 +14,6 @@ def mechanical_energy(p: Parameters, state: State, mode: Mode) -> float:
 
 
 def power(p: Parameters, state: State, mode: Mode) -> tuple[float, float]:
-    """Input by friction and loss by damping, W; their difference is d(energy)/dt."""
+    """Power supplied by friction and power lost by damping, W; their difference is d(energy)/dt."""
     _, vx, _, vy = state
     return friction_force(p, state, mode) * vx, p.c1 * vx**2 + p.c2 * vy**2

@@ -1,4 +1,4 @@
-"""The scripted reference master for other hosts: slider-belt and actuator through fmpy."""
+"""A co-simulation of slider-belt and actuator in fmpy: the reference for co-simulation tools."""
 
 import shutil
 from pathlib import Path
@@ -20,28 +20,31 @@ def _instance(fmu: Path) -> tuple[str, Any, dict[str, int]]:
     return folder, instance, {v.name: v.valueReference for v in description.modelVariables}
 
 
-def coupled(
+def run_coupled(
     slider_belt: Path, actuator: Path, *, steps: int, h: float, first: Row | None = None
 ) -> list[Row]:
-    """Step both in parallel and exchange preload and contact force in between.
+    """Step both FMUs in parallel, and exchange preload and contact force after every step.
 
-    `first` has the inputs of the first step; by default they are the outputs at the start.
+    `first` contains the inputs of the first step; by default they are the outputs at the start.
     """
-    s_folder, s, s_names = _instance(slider_belt)
-    a_folder, a, a_names = _instance(actuator)
-    (force,), (preload,) = s.getReal([s_names["P"]]), a.getReal([a_names["F"]])
+    slider_folder, slider_fmi, slider_references = _instance(slider_belt)
+    actuator_folder, actuator_fmi, actuator_references = _instance(actuator)
+    (force,), (preload,) = (
+        slider_fmi.getReal([slider_references["P"]]),
+        actuator_fmi.getReal([actuator_references["F"]]),
+    )
     if first is not None:
         _, force, preload = first
     rows = []
-    for count in range(steps):
-        s.setReal([s_names["F"]], [preload])
-        a.setReal([a_names["P"]], [force])
-        s.doStep(count * h, h)
-        a.doStep(count * h, h)
-        y, force = s.getReal([s_names["y"], s_names["P"]])
-        (preload,) = a.getReal([a_names["F"]])
+    for step_index in range(steps):
+        slider_fmi.setReal([slider_references["F"]], [preload])
+        actuator_fmi.setReal([actuator_references["P"]], [force])
+        slider_fmi.doStep(step_index * h, h)
+        actuator_fmi.doStep(step_index * h, h)
+        y, force = slider_fmi.getReal([slider_references["y"], slider_references["P"]])
+        (preload,) = actuator_fmi.getReal([actuator_references["F"]])
         rows.append((y, force, preload))
-    for instance, folder in ((s, s_folder), (a, a_folder)):
+    for instance, folder in ((slider_fmi, slider_folder), (actuator_fmi, actuator_folder)):
         instance.terminate()
         instance.freeInstance()
         shutil.rmtree(folder)

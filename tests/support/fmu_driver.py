@@ -1,4 +1,4 @@
-"""Drives FMUs through fmpy in a process of its own, in which this project cannot be imported."""
+"""Drives FMUs through fmpy in a separate process that cannot import this project."""
 
 import contextlib
 import json
@@ -22,12 +22,12 @@ class Answer(NamedTuple):
 
 
 class Driver:
-    """A process that drives FMUs; to be used as a context manager.
+    """A process that drives FMUs, as a context manager.
 
     Parameters
     ----------
     fmus : Path
-        FMUs that its instances are made of.
+        Files of the FMUs; `_Host.new` selects one by its index.
     """
 
     def __init__(self, *fmus: Path) -> None:
@@ -56,18 +56,18 @@ class Driver:
 
     def drive(self, *calls: Call) -> list[Answer]:
         """Run a script of calls, each (instance, method of `_Host`, arguments …)."""
-        return [Answer(*answer) for answer in self._ask({"calls": calls})]
+        return [Answer(*answer) for answer in self._request({"calls": calls})]
 
     def go_on(self, *calls: Call) -> list[Answer]:
         """As `drive`, but keep instances and states of the previous `go_on`."""
-        return [Answer(*answer) for answer in self._ask({"calls": calls, "keep": True})]
+        return [Answer(*answer) for answer in self._request({"calls": calls, "keep": True})]
 
     def simulate(self, *runs: dict[str, Any]) -> list[dict[str, float]]:
         """Final outputs of fmpy's ``simulate_fmu`` for each set of options."""
-        ends: list[dict[str, float]] = self._ask({"runs": runs})
-        return ends
+        final_values: list[dict[str, float]] = self._request({"runs": runs})
+        return final_values
 
-    def _ask(self, request: dict[str, Any]) -> Any:
+    def _request(self, request: dict[str, Any]) -> Any:
         assert self._process.stdin is not None
         assert self._process.stdout is not None
         self._process.stdin.write(json.dumps(request) + "\n")
@@ -78,7 +78,7 @@ class Driver:
 
 
 class _Host:
-    # Runs in the driven process: the FMUs, instances by name, and saved states by name.
+    # Executes calls in the driven process; holds FMUs, and instances and states by name.
 
     def __init__(self, fmus: list[tuple[Any, Any]]) -> None:
         self.fmus = fmus
@@ -87,10 +87,10 @@ class _Host:
         self.states: dict[str, Any] = {}
         self.log: list[str] = []
 
-    def new(self, name: str, which: int = 0, logging: bool = True) -> None:
+    def new(self, name: str, fmu_index: int = 0, logging: bool = True) -> None:
         import fmpy
 
-        folder, description = self.fmus[which]
+        folder, description = self.fmus[fmu_index]
         self.references[name] = {v.name: v for v in description.modelVariables}
         self.instances[name] = fmpy.instantiate_fmu(
             folder,
@@ -167,10 +167,10 @@ class _Host:
     def forget(self, name: str, state: str) -> None:
         self.instances[name].freeFMUstate(self.states.pop(state))
 
-    def serialize(self, name: str, state: str, copy: str, flip: int | None = None) -> int:
+    def serialize(self, name: str, state: str, copy: str, flipped_byte: int | None = None) -> int:
         data = bytearray(self.instances[name].serializeFMUstate(self.states[state]))
-        if flip is not None:
-            data[flip] ^= 1
+        if flipped_byte is not None:
+            data[flipped_byte] ^= 1
         self.states[copy] = self.instances[name].deSerializeFMUstate(bytes(data))
         return len(data)
 
@@ -178,10 +178,10 @@ class _Host:
         for number in range(count):
             self.begin(f"{name}{number}")
             self.step(f"{name}{number}", 0.0, 0.1)
-        ends = [self.get(f"{name}{number}", ["y"])[0] for number in range(count)]
+        final_values = [self.get(f"{name}{number}", ["y"])[0] for number in range(count)]
         for number in range(count):
             self.free(f"{name}{number}")
-        return ends
+        return final_values
 
     def path_length(self, name: str) -> int:
         return len(sys.path)

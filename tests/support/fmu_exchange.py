@@ -14,7 +14,7 @@ FLOATS = POINTER(fmi2Real)
 INDICATORS = 4
 
 
-def exchanged(folder: Path, **values: float | bool) -> FmuInstance:
+def model_exchange_instance(folder: Path, **values: float | bool) -> FmuInstance:
     """An initialized instance in continuous-time mode."""
     instance = FmuInstance(folder, "ModelExchange").begin(**values)
     instance.fmi.newDiscreteStates()
@@ -29,7 +29,7 @@ def read(function: Any, count: int) -> list[float]:
     return values.tolist()
 
 
-def integrated(
+def integrate_instance(
     instance: FmuInstance,
     t_end: float,
     *,
@@ -37,7 +37,7 @@ def integrated(
     tol: float = 1e-11,
     late: float = 0.0,
 ) -> list[float]:
-    """Final x, y, ẋ, ẏ; the solver restarts where the FMU requests it.
+    """Integrate to `t_end`; return x, y, ẋ, ẏ. The solver restarts where the FMU requests it.
 
     Each event is handled `late` seconds after the zero of its indicator.
     """
@@ -59,33 +59,33 @@ def integrated(
         start = np.array(read(fmi.getContinuousStates, 4))
         return DOP853(rates, t, start, t_end, rtol=tol, atol=tol)
 
-    def crossing(index: int, between: Any, first: float, end: float) -> float:
+    def crossing(index: int, interpolant: Any, first: float, end: float) -> float:
         def value(t: float) -> float:
-            return indicators(t, between(t))[index]
+            return indicators(t, interpolant(t))[index]
 
         t: float = brentq(value, first, end, xtol=1e-14)
         return t
 
     solver = solver_from(0.0)
-    known_signs = signs()
+    previous_signs = signs()
     while solver.status == "running":
         solver.step()
         assert solver.t_old is not None
         first, end = solver.t_old, solver.t
         current_signs = [value > 0.0 for value in indicators(end, solver.y)]
         crossed = [
-            index for index in range(INDICATORS) if current_signs[index] != known_signs[index]
+            index for index in range(INDICATORS) if current_signs[index] != previous_signs[index]
         ]
         if crossed:
-            between = solver.dense_output()
-            t = min(crossing(index, between, first, end) for index in crossed)
+            interpolant = solver.dense_output()
+            t = min(crossing(index, interpolant, first, end) for index in crossed)
             t = min(t + late, end)
-            rates(t, between(t))
+            rates(t, interpolant(t))
             fmi.enterEventMode()
-            needed, stops, _, changed, timed, _ = fmi.newDiscreteStates()
-            assert (needed, stops, timed) == (0, 0, 0)
+            repeat, terminate, _, changed, time_event, _ = fmi.newDiscreteStates()
+            assert (repeat, terminate, time_event) == (0, 0, 0)
             fmi.enterContinuousTimeMode()
-            known_signs = signs()
+            previous_signs = signs()
             if changed:
                 solver = solver_from(t)
     return instance.get("x", "y", "vx", "vy")

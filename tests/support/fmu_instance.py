@@ -9,8 +9,8 @@ import fmpy
 class FmuInstance:
     """One instance of a native FMU; freed when its context ends.
 
-    `kind` is ``"CoSimulation"`` or ``"ModelExchange"``; `fmi` is fmpy's instance, `log` has the
-    messages.
+    `kind` is ``"CoSimulation"`` or ``"ModelExchange"``. `fmi` is fmpy's instance; `log` lists the
+    messages of the FMU.
     """
 
     def __init__(self, folder: Path, kind: str = "CoSimulation") -> None:
@@ -44,7 +44,7 @@ class FmuInstance:
         return values
 
     def begin(self, *, tol: float | None = None, **values: float | bool) -> Self:
-        """Set values and initialize."""
+        """Set values and complete the initialization."""
         self.set(**values)
         self.fmi.setupExperiment(tolerance=tol)
         self.fmi.enterInitializationMode()
@@ -52,11 +52,11 @@ class FmuInstance:
         return self
 
     def step(self, h: float) -> None:
-        """Take a communication step."""
+        """Advance by one communication step of `h` seconds."""
         self.fmi.doStep(self.t, h)
         self.t += h
 
     def slope(self, **rates: float) -> None:
-        """First derivatives of inputs over the next step."""
+        """Set the first derivatives of inputs for the next step."""
         references = [self.references[name] for name in rates]
         self.fmi.setRealInputDerivatives(references, [1] * len(rates), list(rates.values()))

@@ -10,10 +10,10 @@ from pythonfmu import FmuBuilder
 
 from fivtui import simulate
 
-# Native runs by the kernel that the FMU contains.
+# Runs with the interpreted kernel, which Python FMUs contain.
 interpreted: Final = partial(simulate, kernel="interpreted")
 
-_OTHER = """
+_ACCUMULATOR = """
 from pythonfmu import Boolean, Fmi2Causality, Fmi2Slave, Fmi2Variability, Integer, Real
 
 
@@ -39,8 +39,8 @@ class Accumulator(Fmi2Slave):
 """
 
 
-def altered(fmu: Path, target: Path, changes: Mapping[str, bytes | None]) -> Path:
-    """A copy of an FMU with other contents for some files; None leaves a file out."""
+def modified_copy(fmu: Path, target: Path, changes: Mapping[str, bytes | None]) -> Path:
+    """Copy an FMU with changed file contents; None removes a file."""
     with zipfile.ZipFile(fmu) as source, zipfile.ZipFile(target, "w") as copy:
         contents: dict[str, bytes | None] = {n: source.read(n) for n in source.namelist()}
         for name, content in {**contents, **changes}.items():
@@ -49,10 +49,10 @@ def altered(fmu: Path, target: Path, changes: Mapping[str, bytes | None]) -> Pat
     return target
 
 
-def other_fmu(folder: Path, behaviour: str = "pass") -> Path:
-    """An FMU with inputs and outputs of all types; its `do_step` begins with `behaviour`."""
+def build_accumulator(folder: Path, behaviour: str = "pass") -> Path:
+    """Build an FMU with Real, Integer and Boolean variables; `do_step` begins with `behaviour`."""
     script = folder / f"accumulator_{abs(hash(behaviour))}.py"
-    script.write_text(_OTHER.replace("BEHAVIOUR", behaviour))
+    script.write_text(_ACCUMULATOR.replace("BEHAVIOUR", behaviour))
     return Path(
         FmuBuilder.build_FMU(script, dest=folder / "accumulator.fmu", needsExecutionTool="false")
     )

@@ -5,12 +5,12 @@ from unittest import mock
 from fivtui.kernel import native
 from fivtui.model import ComputationError
 
-WHY = "the kernel is not compiled: there is no compiler here"
+NO_COMPILER = "the kernel is not compiled: there is no compiler here"
 
 
-def _missing() -> ComputationError:
-    return ComputationError(WHY, "install one")
+def _missing_kernel_error() -> ComputationError:
+    return ComputationError(NO_COMPILER, "install one")
 
 
-# A context manager and decorator; `.start()` applies it permanently.
-INTERPRETED = mock.patch.object(native, "_load_or_error", _missing)
+# Removes the compiled kernel, as context manager or decorator; `.start()` removes it permanently.
+INTERPRETED = mock.patch.object(native, "_load_or_error", _missing_kernel_error)

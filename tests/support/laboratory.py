@@ -29,21 +29,21 @@ from fivtui.tui.lab.notices import NoticeView
 from fivtui.tui.lab.screen import LabScreen
 from fivtui.tui.tabs.tab_book import TabBook
 
-# A wait fails after this many consecutive polls of an idle application. Polls that come late
-# because the machine is busy are not counted. HANG_S ends a hang.
-_IDLE_LOOKS: Final = 1600
-_LOOK_S: Final = 0.01
+# A wait fails after this many polls of an idle application. Late polls, when the machine is busy,
+# are not counted. HANG_S is the longest wait.
+_IDLE_POLLS: Final = 1600
+_POLL_S: Final = 0.01
 _LATE_S: Final = 0.1
 HANG_S: Final = 900.0
 _wait_for_screen = Pilot._wait_for_screen
 
 
-async def _wait_patiently(self: Pilot[None], timeout: float = HANG_S) -> bool:
+async def _wait_longer(self: Pilot[None], timeout: float = HANG_S) -> bool:
     # Textual gives up after half a minute, which a busy machine may need.
     return await _wait_for_screen(self, timeout)
 
 
-Pilot._wait_for_screen = _wait_patiently  # type: ignore[method-assign, assignment]
+Pilot._wait_for_screen = _wait_longer  # type: ignore[method-assign, assignment]
 
 # Effects of a key may need the next frame; tests wait for later timers explicitly. The number of
 # consecutive timers is limited, as threads may schedule them endlessly.
@@ -112,11 +112,11 @@ _parsed: Final[dict[tuple[Any, ...], list[RuleSet]]] = {}
 
 
 def _parse_once(
-    self: Stylesheet, css: str, read_from: CSSLocation, *rest: Any, **named: Any
+    self: Stylesheet, css: str, read_from: CSSLocation, *positional: Any, **keywords: Any
 ) -> Any:
-    key = (css, read_from, rest, *named.items(), *self._variables.items())
+    key = (css, read_from, positional, *keywords.items(), *self._variables.items())
     if key not in _parsed:
-        _parsed[key] = _parse_rules(self, css, read_from, *rest, **named)
+        _parsed[key] = _parse_rules(self, css, read_from, *positional, **keywords)
     return _parsed[key]
 
 
@@ -163,9 +163,9 @@ async def until(pilot: Pilot[None], holds: Callable[[], bool]) -> None:
         elif current - previous < _LATE_S:
             idle += 1
         previous = current
-        in_vain = idle > _IDLE_LOOKS or current - begin > HANG_S
-        assert not in_vain, "waited in vain; the screen:\n" + text_of(pilot)
-        await asyncio.sleep(_LOOK_S)
+        timed_out = idle > _IDLE_POLLS or current - begin > HANG_S
+        assert not timed_out, "waited in vain; the screen:\n" + text_of(pilot)
+        await asyncio.sleep(_POLL_S)
     await pilot.pause()
 
 

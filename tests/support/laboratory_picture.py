@@ -40,8 +40,8 @@ async def set_up(pilot: Pilot[None]) -> None:
     await until_screen(pilot, lambda text: "searching" not in text)
 
 
-async def take(path: Path) -> None:
-    """Write the picture."""
+async def write_picture(path: Path) -> None:
+    """Write the picture as SVG."""
     with tempfile.TemporaryDirectory() as folder:
         app = FivtuiApp(state=Path(folder) / "session.json")
         async with app.run_test(size=SIZE) as pilot:
@@ -51,4 +51,4 @@ async def take(path: Path) -> None:
 
 
 if __name__ == "__main__":
-    asyncio.run(take(Path(sys.argv[1])))
+    asyncio.run(write_picture(Path(sys.argv[1])))

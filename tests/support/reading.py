@@ -1,4 +1,4 @@
-"""Reads figures: entries of a legend, and the lines that match them."""
+"""Reads figures: legend entries, and the lines that match them."""
 
 import re
 from collections.abc import Sequence
@@ -25,7 +25,7 @@ def plain(text: str) -> str:
     return text.replace("$", "").replace("\n", " ")
 
 
-def look(line: Line2D) -> tuple[Any, ...]:
+def line_style(line: Line2D) -> tuple[Any, ...]:
     """Visual properties that identify a line."""
     dashes = line._unscaled_dash_pattern  # type: ignore[attr-defined]
     return line.get_color(), str(dashes), line.get_marker(), line.get_linestyle()
@@ -38,15 +38,15 @@ def entries(legend: Legend) -> dict[str, Any]:
     return dict(zip(texts, legend.legend_handles, strict=True))
 
 
-def the_legend(figure: Figure) -> dict[str, Any]:
-    """The entries of a figure's only legend."""
+def legend_entries(figure: Figure) -> dict[str, Any]:
+    """Entries of the figure's only legend."""
     (legend,) = figure.legends
     return entries(legend)
 
 
 def lines_like(axes: Axes, entry: Line2D) -> list[Line2D]:
     """Lines that look like a legend's entry."""
-    return [line for line in axes.get_lines() if look(line) == look(entry)]
+    return [line for line in axes.get_lines() if line_style(line) == line_style(entry)]
 
 
 def line_like(axes: Axes, entry: Line2D) -> Line2D:
@@ -78,5 +78,5 @@ def labels(axes: Axes) -> tuple[str, str]:
 def transient_figure(
     runs: Sequence[Transient], quantities: Sequence[str] = ("P", "x", "y"), title: str = ""
 ) -> Figure:
-    """Runs of a transient figure."""
+    """Figure of quantities over time for some runs."""
     return sheet_figure(transient_sheet(runs, quantities, title))

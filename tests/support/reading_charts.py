@@ -7,6 +7,7 @@ import numpy as np
 
 from fivtui.tui.chart.picture import MARGIN, Picture
 
+# Bits of the dots of a Braille character, by row and column.
 BITS = np.array([[0x01, 0x08], [0x02, 0x10], [0x04, 0x20], [0x40, 0x80]])
 
 
@@ -20,19 +21,19 @@ class Reading:
         self.cells = [
             line[first_column : first_column + columns] for line in self.lines[top : top + rows]
         ]
-        beside = [
+        y_ticks = [
             (row + 0.5, float(line[: MARGIN - 1]))
             for row, line in enumerate(self.lines[top : top + rows])
             if line[MARGIN - 1] == "┤"
         ]
-        below = [
+        x_ticks = [
             (0.5 * (match.start() + match.end()), float(match[0]))
             for match in re.finditer(r"\S+", self.lines[-1][MARGIN:])
             # Labels at the edges are shifted inwards, so they are skipped.
             if re.fullmatch(r"[-+.e\d]+", match[0]) and match.start() > 0 and match.end() < columns
         ]
-        self.x, self.x_per_column = self._scale(below, log_x)
-        self.y, self.y_per_row = self._scale(beside, log_y)
+        self.x, self.x_per_column = self._scale(x_ticks, log_x)
+        self.y, self.y_per_row = self._scale(y_ticks, log_y)
 
     @staticmethod
     def _scale(
@@ -40,11 +41,11 @@ class Reading:
     ) -> tuple[Callable[[float], float], float]:
         assert len(ticks) > 1
         positions, values = np.array(ticks).T
-        slope, start = np.polyfit(positions, np.log10(values) if log else values, 1).tolist()
-        # Every tick lies in its cell.
-        off = start + slope * positions - (np.log10(values) if log else values)
-        assert np.abs(off).max() <= 1.1 * abs(slope)
-        return lambda position: start + slope * position, abs(slope)
+        slope, intercept = np.polyfit(positions, np.log10(values) if log else values, 1).tolist()
+        # The fitted scale places every tick within its cell.
+        residuals = intercept + slope * positions - (np.log10(values) if log else values)
+        assert np.abs(residuals).max() <= 1.1 * abs(slope)
+        return lambda position: intercept + slope * position, abs(slope)
 
     def dots(self) -> list[tuple[float, float]]:
         """Positions of the dots in axis coordinates (logarithms on logarithmic axes)."""

@@ -1,4 +1,4 @@
-"""Runs the README's blocks in order, in this folder and process, without packages of extras."""
+"""Runs the README's blocks in order, in this folder and process; packages of extras are hidden."""
 
 import contextlib
 import io
@@ -18,10 +18,10 @@ from fivtui.orbits.curves.following import Follower
 from fivtui.scene import Scene, comparison
 
 # Extras that the test process itself needs stay visible.
-_OF_TESTS: Final = ("test", "dev")
+_TEST_EXTRAS: Final = ("test", "dev")
 # Reduced counts: points of an axis, samples, points of a branch, starts of a search; seconds of a
 # comparison and of a trade-off.
-_AXIS, _SAMPLES, _BRANCH, _STARTS = 2, 64, 12, (1e-3, 1.0, 30.0)
+_AXIS_POINTS, _SAMPLES, _BRANCH_POINTS, _SEARCH_STARTS = 2, 64, 12, (1e-3, 1.0, 30.0)
 _COMPARED_S, _TRADEOFF_S = 20.0, 0.2
 _COUNT: Final = re.compile(r"^(\w+=[^:]+:[^:]+):(\d+)")
 
@@ -40,7 +40,7 @@ def _packages_of_extras() -> frozenset[str]:
     extras = {
         re.split(r"[^A-Za-z0-9-]", text)[0].lower()
         for text in requires("fivtui") or ()
-        if (extra := re.search(r"extra == .(\w+)", text)) and extra[1] not in _OF_TESTS
+        if (extra := re.search(r"extra == .(\w+)", text)) and extra[1] not in _TEST_EXTRAS
     }
     return frozenset(
         package
@@ -71,14 +71,14 @@ def shorten_searches(patch: pytest.MonkeyPatch) -> None:
     defaults = Follower.__init__.__kwdefaults__
     assert defaults is not None
     assert "max_points" in defaults
-    patch.setitem(defaults, "max_points", _BRANCH)
-    patch.setattr("fivtui.orbits.explorer._OFFSETS", _STARTS)
+    patch.setitem(defaults, "max_points", _BRANCH_POINTS)
+    patch.setattr("fivtui.orbits.explorer._OFFSETS", _SEARCH_STARTS)
 
 
 def reduced(arguments: list[str]) -> list[str]:
     """A command with fewer points and samples."""
     shorter = [
-        _COUNT.sub(lambda match: f"{match[1]}:{min(int(match[2]), _AXIS)}", argument)
+        _COUNT.sub(lambda match: f"{match[1]}:{min(int(match[2]), _AXIS_POINTS)}", argument)
         for argument in arguments
     ]
     for index, argument in enumerate(arguments[:-1]):

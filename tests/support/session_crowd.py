@@ -1,9 +1,9 @@
-"""Kills laboratories at random times while others run beside them, and checks the stored runs.
+"""Kills laboratories at random times while more laboratories run, and checks the stored runs.
 
 ``python -m tests.support.session_crowd FOLDER KILLS`` runs two laboratories in terminals and one in
 a browser tab, by a client that speaks its protocol. It presses keys in all of them, kills one, or
 the server, at a random time, and starts it again. It prints the number of runs stored at the end.
-It fails if a run that a session's file has named is lost.
+It fails if a run is lost after a session's file listed it.
 """
 
 import asyncio
@@ -30,11 +30,12 @@ from fivtui.tui.persistence.slots import saved_slots
 from fivtui.tui.session.runs import MAX_RUNS
 
 SEED: Final = 5
-RUN: Final = "\x1b[15~"
+# Escape sequence of F5, the run key.
+RUN_KEY: Final = "\x1b[15~"
 HANG_S: Final = 120.0
 _PAUSE_S: Final = 0.3
 # The longest time from a start to the next kill, s.
-_LONGEST_S: Final = 2.0
+_MAX_LIFETIME_S: Final = 2.0
 
 
 class Terminal:
@@ -78,8 +79,8 @@ class Terminal:
 class Tab:
     """A laboratory in a browser: a server, and a client of its page."""
 
-    def __init__(self, folder: Path, chosen: random.Random) -> None:
-        self._environment, self._chosen = environment(folder), chosen
+    def __init__(self, folder: Path, rng: random.Random) -> None:
+        self._environment, self._rng = environment(folder), rng
         self._server: subprocess.Popen[str] | None = None
         self._client: aiohttp.ClientSession | None = None
         self._socket: aiohttp.ClientWebSocketResponse | None = None
@@ -124,16 +125,16 @@ class Tab:
 
     async def kill(self) -> None:
         """Kill the laboratory alone, or with its server, at random."""
-        if self._chosen.random() < 0.5:
+        if self._rng.random() < 0.5:
             await self.end()
         elif self._server is not None and self._socket is not None:
-            _kill(below(self._server.pid))
+            _kill(descendants(self._server.pid))
             await self._socket.close()
 
     async def end(self) -> None:
         """Kill laboratory and server."""
         if self._server is not None:
-            pids = [self._server.pid, *below(self._server.pid)]
+            pids = [self._server.pid, *descendants(self._server.pid)]
             _kill(pids)
             self._server.wait()
             self._server = None
@@ -159,36 +160,36 @@ def environment(folder: Path) -> dict[str, str]:
     }
 
 
-def below(pid: int) -> list[int]:
+def descendants(pid: int) -> list[int]:
     """All descendants of a process."""
     try:
         fields = Path(f"/proc/{pid}/task/{pid}/children").read_text().split()
     except OSError:
         return []
     children = [int(field) for field in fields]
-    return [process for child in children for process in (child, *below(child))]
+    return [process for child in children for process in (child, *descendants(child))]
 
 
 class Observer:
-    """Runs that the files of all sessions have named so far."""
+    """Records the runs listed in the files of all sessions."""
 
     def __init__(self, folder: Path) -> None:
         self._first = folder / "fivtui" / "session.json"
         self.stored_runs: dict[int, set[int]] = {}
 
-    def look(self) -> None:
+    def check_stored_runs(self) -> None:
         """Record the stored runs; fail if an earlier one is lost."""
         for slot in saved_slots(self._first):
             state: dict[str, Any] = json.loads(slot.path.read_bytes())
             stored = {int(key.removeprefix("run-")) for key in state["results"] if "run-" in key}
             for number in stored:
                 name = state["results"][f"run-{number}"]["file"]
-                gone = not (slot.results_folder / name).is_file()
+                missing = not (slot.results_folder / name).is_file()
                 # A state that was replaced meanwhile may have lost its files.
-                assert not gone or json.loads(slot.path.read_bytes()) != state, (slot, name)
-            before = self.stored_runs.get(slot.number, set())
+                assert not missing or json.loads(slot.path.read_bytes()) != state, (slot, name)
+            previous = self.stored_runs.get(slot.number, set())
             count = state["runs"]["count"]
-            expected = {number for number in before if number > count - MAX_RUNS}
+            expected = {number for number in previous if number > count - MAX_RUNS}
             assert expected <= stored, (slot.number, expected - stored)
             self.stored_runs[slot.number] = stored
 
@@ -214,8 +215,8 @@ class Observer:
 
 
 async def crowd(folder: Path, kills: int) -> int:
-    chosen = random.Random(SEED)
-    users: list[Terminal | Tab] = [Terminal(folder), Terminal(folder), Tab(folder, chosen)]
+    rng = random.Random(SEED)
+    users: list[Terminal | Tab] = [Terminal(folder), Terminal(folder), Tab(folder, rng)]
     observer = Observer(folder)
     try:
         for user in users:
@@ -226,26 +227,26 @@ async def crowd(folder: Path, kills: int) -> int:
                 await press_all(users, observer)
         for _ in range(kills):
             async with asyncio.timeout(HANG_S):
-                end = asyncio.get_running_loop().time() + chosen.uniform(0.0, _LONGEST_S)
+                end = asyncio.get_running_loop().time() + rng.uniform(0.0, _MAX_LIFETIME_S)
                 while asyncio.get_running_loop().time() < end:
                     await press_all(users, observer)
-                user = chosen.choice(users)
+                user = rng.choice(users)
                 await user.kill()
-                observer.look()
+                observer.check_stored_runs()
                 await user.start()
     finally:
         for user in users:
             await user.end()
-    observer.look()
+    observer.check_stored_runs()
     assert len(observer.stored_runs) <= len(users) + 1, observer.stored_runs
     return observer.read_all()
 
 
 async def press_all(users: list[Terminal | Tab], observer: Observer) -> None:
     for user in users:
-        await user.press(RUN)
+        await user.press(RUN_KEY)
     await asyncio.sleep(_PAUSE_S)
-    observer.look()
+    observer.check_stored_runs()
 
 
 if __name__ == "__main__":

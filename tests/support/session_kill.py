@@ -2,8 +2,8 @@
 
 ``python -m tests.support.session_kill autosave FOLDER`` kills at each operation once and prints
 their number; ``python -m tests.support.session_kill lab FOLDER COUNT`` kills the whole laboratory
-COUNT times at a random operation. The operating system kills the process, so that nothing of the
-program runs afterwards.
+COUNT times at a random operation. The operating system kills the process, so no handler of the
+program runs.
 """
 
 import asyncio
@@ -33,9 +33,9 @@ from tests.support.laboratory import until
 from .sweep_kill import child, kill_at
 
 SEED = 11
-# About the number of file operations of the laboratory here; fewer runs than its limit.
+# About the number of file operations of `use_lab`, and a number of runs below the session's limit.
 OPERATIONS = 50
-MOST = 15
+MAX_STORED_RUNS = 15
 BASE = PRESETS["base"]
 RESULT = simulate(t_end=1.0, samples=np.linspace(0.0, 1.0, 11), kernel="interpreted")
 
@@ -57,7 +57,7 @@ def restored(autosave: Autosave) -> Session:
     return session
 
 
-def go_on(path: Path) -> None:
+def change_session(path: Path) -> None:
     """Delete a run, make another, and replace the map."""
     autosave = Autosave(path)
     session = restored(autosave)
@@ -72,7 +72,7 @@ def go_on(path: Path) -> None:
     autosave.close(session_state(session, ""))
 
 
-def look(path: Path) -> Session:
+def load_and_check(path: Path) -> Session:
     """Load the session as the next start does; every result of the file must be readable."""
     autosave = Autosave(path)
     session = restored(autosave)
@@ -86,39 +86,39 @@ def look(path: Path) -> Session:
 
 def kill_sessions(folder: Path) -> int:
     before = folder / "before"
-    go_on(before / "session.json")
+    change_session(before / "session.json")
 
-    def goes_on_to(operation: int) -> bool:
+    def is_killed_at(operation: int) -> bool:
         path = folder / str(operation) / "session.json"
         shutil.copytree(before, path.parent)
 
-        def killed() -> None:
+        def change_until_killed() -> None:
             kill_at(operation, path.parent)
-            go_on(path)
+            change_session(path)
 
-        code = child(killed)
+        code = child(change_until_killed)
         assert code in (0, -signal.SIGKILL), code
-        session = look(path)
+        session = load_and_check(path)
         assert [run.number for run in session.runs] in ([1], [], [2])
         assert session.studies.get("map") is not None
-        assert child(lambda: go_on(path)) == 0
+        assert child(lambda: change_session(path)) == 0
         assert not list(path.parent.rglob("*.tmp"))
         return code != 0
 
-    return next(number for number in count() if not goes_on_to(number + 1))
+    return next(number for number in count() if not is_killed_at(number + 1))
 
 
 def kill_labs(folder: Path, times: int) -> int:
     """Kill laboratories, each of which continues the session of the one before."""
     path = folder / "session.json"
-    chosen = random.Random(SEED)
+    rng = random.Random(SEED)
     # Use interpreted runs, and store the session often.
     INTERPRETED.start()
     mock.patch.object(app_module, "_SAVE_INTERVAL_S", 0.01).start()
     recorded: set[int] = set()
-    killed = 0
-    while killed < times:
-        operation = chosen.randrange(1, OPERATIONS + 1)
+    kills = 0
+    while kills < times:
+        operation = rng.randrange(1, OPERATIONS + 1)
 
         def lab(operation: int = operation) -> None:
             kill_at(operation, folder)
@@ -126,19 +126,19 @@ def kill_labs(folder: Path, times: int) -> int:
 
         code = child(lab)
         assert code in (0, -signal.SIGKILL), code
-        killed += code != 0
-        session = look(path)
+        kills += code != 0
+        session = load_and_check(path)
         # Only the user deletes runs; an unfinished run is not counted.
         finished = {run.number for run in session.runs if run.result is not None}
         assert recorded <= finished, (recorded, finished)
         recorded = finished
-        if len(list(session.runs)) > MOST:
+        if len(list(session.runs)) > MAX_STORED_RUNS:
             autosave = Autosave(path)
             autosave.load()
             autosave.close(session_state(Session(), ""))
-            assert not recorded & {run.number for run in look(path).runs}
+            assert not recorded & {run.number for run in load_and_check(path).runs}
             recorded = set()
-    return killed
+    return kills
 
 
 async def use_lab(path: Path) -> None:

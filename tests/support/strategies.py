@@ -7,14 +7,14 @@ from fivtui.model.slider_belt import State
 
 
 def magnitudes(low: float, high: float) -> st.SearchStrategy[float]:
-    """Positive numbers, log-uniformly distributed."""
+    """Positive numbers, log-uniform from 10**low to 10**high."""
     return st.floats(low, high).map(lambda exponent: 10.0**exponent)
 
 
 def wide_parameters(*, damped_and_coupled: bool = False) -> st.SearchStrategy[Parameters]:
     """Parameter sets over many orders of magnitude."""
 
-    def or_none(positive: st.SearchStrategy[float]) -> st.SearchStrategy[float]:
+    def zero_or(positive: st.SearchStrategy[float]) -> st.SearchStrategy[float]:
         return positive if damped_and_coupled else st.one_of(st.just(0.0), positive)
 
     return st.builds(
@@ -22,9 +22,9 @@ def wide_parameters(*, damped_and_coupled: bool = False) -> st.SearchStrategy[Pa
         m=magnitudes(-3.0, 3.0),
         k1=magnitudes(-1.0, 5.0),
         k2=magnitudes(-1.0, 5.0),
-        k3=or_none(magnitudes(-1.0, 5.0)),
-        c1=or_none(magnitudes(-3.0, 2.0)),
-        c2=or_none(magnitudes(-3.0, 2.0)),
+        k3=zero_or(magnitudes(-1.0, 5.0)),
+        c1=zero_or(magnitudes(-3.0, 2.0)),
+        c2=zero_or(magnitudes(-3.0, 2.0)),
         F=st.one_of(st.just(0.0), magnitudes(-3.0, 5.0)),
         k_nl=st.one_of(st.just(0.0), magnitudes(-2.0, 8.0)),
         mu=st.floats(0.0, 5.0),
@@ -32,7 +32,7 @@ def wide_parameters(*, damped_and_coupled: bool = False) -> st.SearchStrategy[Pa
 
 
 def moderate(low: float, high: float) -> st.SearchStrategy[float]:
-    """Zero, or numbers of at least 1e-9, of either sign."""
+    """Numbers from `low` to `high`; magnitudes below 1e-9 become zero."""
     return st.floats(low, high).map(lambda value: value if abs(value) >= 1e-9 else 0.0)
 
 
@@ -54,5 +54,5 @@ def moderate_parameters() -> st.SearchStrategy[Parameters]:
 
 def states(size: float = 2.0) -> st.SearchStrategy[State]:
     """States (x, ẋ, y, ẏ) of moderate size."""
-    part = st.floats(-size, size)
-    return st.tuples(part, part, part, part)
+    coordinate = st.floats(-size, size)
+    return st.tuples(coordinate, coordinate, coordinate, coordinate)

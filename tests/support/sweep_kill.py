@@ -1,8 +1,8 @@
 """Kills a sweep at its file operations, and lets it continue.
 
 ``python -m tests.support.sweep_kill FOLDER SUFFIX STRIDE`` kills it at every operation whose number
-is a multiple of STRIDE, and prints the last. It fails if any output but the complete file is left.
-The operating system kills the process, so that nothing of the program runs afterwards.
+is a multiple of STRIDE, and prints the last. It fails if an incomplete output file is left. The
+operating system kills the process, so no handler of the program runs.
 """
 
 import os
@@ -21,6 +21,7 @@ from fivtui.sweeps.study import Study
 STUDY = Study(
     Design({"F": Range(10.0, 120.0, 3)}), Parameters(), t_end=1.0, outputs=("y_abs", "separations")
 )
+# Prefixes of the audit events of file operations.
 OPERATIONS = ("open", "os.")
 
 
@@ -53,35 +54,37 @@ def child(work: Callable[[], None]) -> int:
     return os.waitstatus_to_exitcode(os.waitpid(process, 0)[1])
 
 
-def check(folder: Path, suffix: str, right: bytes, operation: int, force: bool) -> bool:
+def check_kill(
+    folder: Path, suffix: str, complete_bytes: bytes, operation: int, force: bool
+) -> bool:
     out = folder / f"{operation}-{force}" / f"out{suffix}"
     out.parent.mkdir()
     if force:
         out.write_bytes(b"old")
 
-    def killed() -> None:
+    def run_until_killed() -> None:
         kill_at(operation, out.parent)
         run(out, force)
 
-    ended = child(killed)
-    assert ended in (0, -signal.SIGKILL), ended
-    assert not out.exists() or out.read_bytes() in (b"old", right)
+    exit_code = child(run_until_killed)
+    assert exit_code in (0, -signal.SIGKILL), exit_code
+    assert not out.exists() or out.read_bytes() in (b"old", complete_bytes)
     assert child(lambda: run(out, force)) == 0
-    assert out.read_bytes() == right
+    assert out.read_bytes() == complete_bytes
     assert [path.name for path in out.parent.iterdir()] == [out.name]
-    return ended != 0
+    return exit_code != 0
 
 
 def main() -> None:
     folder, suffix, stride = Path(sys.argv[1]), sys.argv[2], int(sys.argv[3])
     complete = folder / f"whole{suffix}"
     run(complete, False)
-    right = complete.read_bytes()
+    complete_bytes = complete.read_bytes()
     counts = []
     # Only CSV is tested with overwriting: replacement does not depend on the format.
     for force in (False, True) if suffix == ".csv" else (False,):
         operation = stride
-        while check(folder, suffix, right, operation, force):
+        while check_kill(folder, suffix, complete_bytes, operation, force):
             operation += stride
         counts.append(operation - stride)
     print(*counts)
