@@ -1,8 +1,8 @@
 """The table of modes of the slider and of their transitions, for integrators and help texts.
 
 A guard is a function of the state that is positive while its mode lasts. For a polynomial motion it
-is a polynomial. The guards are y, −y, v_r, −v_r, μ_s P − f and μ_s P + f, with v_r = v_belt − ẋ and
-the holding force f = c1 v_belt + a x − h y of the belt, a = k1 + k3/2 and h = k3/2.
+is a polynomial. The guards are y, −y, v_r, −v_r, μ_s P − f and μ_s P + f, with v_r = v_belt − ẋ.
+The belt's holding force is f = c1 v_belt + a x − h y, with a = k1 + k3/2 and h = k3/2.
 """
 
 from collections.abc import Mapping

@@ -1,8 +1,8 @@
 """Pieces of an incomplete sweep on disk: file names, checksums and manifest.
 
-The manifest has the study, the versions, and the number of members per piece. The name of a piece's
-file has the number of the piece, the number of its failed members, the digest of the manifest, and
-a checksum of these and the content: ``000000012.3.09ab….5f1c….parquet``.
+The manifest has the study, the versions, and the number of members per piece. A piece's file has a
+name such as ``000000012.3.09ab….5f1c….parquet``: the number of the piece and of its failed members,
+the digest of the manifest, and a checksum of these and the content.
 """
 
 import hashlib

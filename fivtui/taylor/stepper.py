@@ -59,8 +59,8 @@ MAX_STALLED: Final = 64
 class StepperSnapshot(NamedTuple):
     """State of an integrator between two steps.
 
-    `remainder` is the exact time less `t`, s (compensated summation), `mode` that of the next step,
-    and `stalled` the number of consecutive steps that were too short to advance the motion.
+    `remainder` is the exact time less `t`, s (compensated summation); `mode` is that of the next
+    step. `stalled` counts consecutive steps that were too short to advance the motion.
     """
 
     t: float

@@ -75,10 +75,9 @@ def build_fmu(
     Raises
     ------
     InputError
-        If the component or flavour is unknown, FMI 3.0 is combined with the Python flavour, the
-        binary of the native flavour was not compiled at installation, the name does not end in
-        ``.fmu``, the folder is missing or cannot be written, or the file exists and `force` is not
-        set.
+        If the component or flavour is unknown, or FMI 3.0 is combined with the Python flavour; if
+        the binary of the native flavour was not compiled at installation; if the name does not end
+        in ``.fmu``, the folder cannot be written, or the file exists and `force` is not set.
 
     Examples
     --------

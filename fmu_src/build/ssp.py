@@ -48,8 +48,8 @@ def build_ssp(path: str | Path, *, flavour: str = PYTHON, force: bool = False) -
     Raises
     ------
     InputError
-        If the flavour is unknown or its binary was not compiled, the name does not end in ``.ssp``,
-        the folder is missing or cannot be written, or the file exists and `force` is not set.
+        If the flavour is unknown or its binary was not compiled; if the name does not end in
+        ``.ssp``; if the folder cannot be written, or the file exists and `force` is not set.
 
     Examples
     --------

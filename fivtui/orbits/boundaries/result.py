@@ -63,9 +63,9 @@ class BoundaryEvent:
     Attributes
     ----------
     kind : EventKind
-        Two curves of folds meet and end (cusp), a fold begins to touch y = 0 (touch), a touching
-        cycle is a fold (fold), or Hopf points turn from supercritical to subcritical and a curve
-        of folds begins (bautin).
+        cusp: two curves of folds meet and end; touch: a fold begins to touch y = 0; fold: a
+        touching cycle is a fold; bautin: Hopf points turn from supercritical to subcritical, and a
+        curve of folds begins.
     values : tuple of float
         The two parameters there.
     period : float

@@ -66,10 +66,10 @@ class BranchEvent:
     kind : EventKind
         The branch begins or ends in the equilibrium (hopf), the cycle begins to touch y = 0
         (touch), the branch turns back (fold), or another branch crosses (branch). Stability passes
-        to or from a cycle of twice the period (period-doubling) or a torus (torus). On a belt of
-        finite speed the cycle begins or ceases to stick (stick) or to be faster than the belt in
-        contact (reverse-slip), or the order of its modes changes (order-of-modes). There the branch
-        may have a corner, or turn back.
+        to or from a cycle of twice the period (period-doubling) or a torus (torus). Three more on
+        belts of finite speed: the cycle begins or ceases to stick (stick) or to be faster than the
+        belt in contact (reverse-slip); the order of its modes changes (order-of-modes). There the
+        branch may have a corner, or turn back.
     value : float
         The parameter there.
     period : float
