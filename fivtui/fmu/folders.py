@@ -1,7 +1,7 @@
 """Folders to extract FMUs to, reused and with plain paths that every FMU can handle.
 
-A closed library may stay in memory. Loading it again from the same path takes no more memory. An FMU
-is therefore extracted to the folder of its last run, unless another run of this process uses it.
+A closed library may stay in memory. Loading it again from the same path takes no more memory. So an
+FMU is extracted to the folder of its last run, unless another run of this process uses it.
 """
 
 import hashlib
