@@ -9,7 +9,7 @@ from fivtui.kernel import Kernel, Status, load_kernel
 from fivtui.model import Parameters, State, time_scale
 from tests.kernel.test_same_bits import random_members
 from tests.references import random_scenes
-from tests.transient.test_switch_starts import FOUND, cases
+from tests.transient.test_switch_starts import PAST_FAILURES, draw_cases
 
 # Steps between two checks, and the least mean step between them relative to √(m/stiffness) at the
 # deepest contact. The least measured mean step is twice as large.
@@ -25,7 +25,7 @@ def random_motions(seed: int, count: int) -> Iterator[Motion]:
         p = Parameters(**dict(zip(names, values.tolist(), strict=True)))
         x, vx, y, vy = start.tolist()
         yield p, bool(separation), (x, vx, y, vy)
-    for p, state in [*FOUND, *cases(seed, count)]:
+    for p, state in [*PAST_FAILURES, *draw_cases(seed, count)]:
         yield p, True, state
     for scene in random_scenes()[seed::10]:
         yield scene.parameters, scene.separation, scene.start

@@ -23,7 +23,7 @@ from fivtui.transient.request import TOL_RANGE, Request
 from fivtui.transient.steppers.rk4 import RungeKutta4
 from fivtui.transient.stiffness import step_limit_error
 
-LAW = Parameters(v_belt=1.0, mu_s=0.9, v_s=0.4)
+SPEED_DEPENDENT_FRICTION = Parameters(v_belt=1.0, mu_s=0.9, v_s=0.4)
 
 
 def test_alternatives_are_joined_as_in_a_sentence() -> None:
@@ -43,7 +43,7 @@ def test_alternatives_are_joined_as_in_a_sentence() -> None:
         (CUBIC_CONTACT, {"k_nl": 0.0}, {}),
     ],
 )
-def test_a_remedy_is_named_where_it_applies_alone(
+def test_a_remedy_is_named_only_where_it_applies(
     remedy: Any, applying: dict[str, float], not_applying: dict[str, float]
 ) -> None:
     remedies = (remedy, "a greater mass")
@@ -59,14 +59,14 @@ def test_separation_is_advised_where_it_is_ignored() -> None:
     assert advise(System(p, separation=True), remedies) == "use a shorter run"
 
 
-def test_errors_of_the_integrators_advise_what_is_in_play() -> None:
+def test_errors_of_the_integrators_advise_on_applicable_parameters() -> None:
     slow, fast = (1e-3, 0.0, -1e-3, 0.0), (1e200, 0.0, 1e200, 0.0)
     undamped = Parameters(c1=0.0, c2=0.0)
     assert (
         overflow_error(0.0, slow, System(undamped)).advice
         == "use a softer contact or a greater mass"
     )
-    assert overflow_error(0.0, slow, System(LAW)).advice == (
+    assert overflow_error(0.0, slow, System(SPEED_DEPENDENT_FRICTION)).advice == (
         "use a larger v_s, a softer contact, less damping or a greater mass"
     )
     assert overflow_error(0.0, fast, System(Parameters())).advice == "use a shorter run"
@@ -74,22 +74,24 @@ def test_errors_of_the_integrators_advise_what_is_in_play() -> None:
         "use separation, a cubic contact (k_nl above 0) or a shorter run"
     )
     assert stall_error(0.0, Parameters()).advice == "use a less stiff contact or more damping"
-    assert stall_error(0.0, LAW).advice.endswith(", more damping or a larger v_s")
+    assert stall_error(0.0, SPEED_DEPENDENT_FRICTION).advice.endswith(
+        ", more damping or a larger v_s"
+    )
 
 
 @pytest.mark.parametrize("separation", [True, False])
-def test_runs_and_members_of_batches_advise_alike(separation: bool) -> None:
+def test_runs_and_batches_give_the_same_advice(separation: bool) -> None:
     p = Parameters(k2=186.0, k_nl=0.0, mu=90.0)
-    with pytest.raises(ComputationError) as single:
+    with pytest.raises(ComputationError) as run_error:
         simulate(p, t_end=1e4, separation=separation)
     batch = simulate_batch({"mu": [90.0]}, base=p, t_end=1e4, separation=separation)
     failure = batch.failure(0)
     assert failure is not None
-    assert failure.advice == single.value.advice
+    assert failure.advice == run_error.value.advice
     assert ("separation" in failure.advice) is not separation
 
 
-def test_fixed_steps_that_overflow_advise_what_is_in_play() -> None:
+def test_fixed_steps_that_overflow_advise_on_applicable_parameters() -> None:
     p = Parameters(k2=186.0, mu=90.0, k_nl=0.0)
     stepper = RungeKutta4([Parameters(), p], [(0.0,) * 4, (1e308, 0.0, -1e308, 0.0)], step=1e-2)
     with np.errstate(all="ignore"), pytest.raises(ComputationError) as error:
@@ -99,14 +101,14 @@ def test_fixed_steps_that_overflow_advise_what_is_in_play() -> None:
     )
 
 
-def test_a_run_out_of_steps_advises_what_its_method_has() -> None:
+def test_the_step_limit_error_advises_settings_of_the_method() -> None:
     assert step_limit_error(Request(System(Parameters())), 1.0).advice == (
         "use a shorter horizon or a larger tol"
     )
-    largest = Request(System(Parameters()), tol=TOL_RANGE[1])
-    assert step_limit_error(largest, 1.0).advice == "use a shorter horizon"
-    fixed = Request(System(Parameters()), method="rk4")
-    assert step_limit_error(fixed, 1.0).advice == "use a shorter horizon"
+    largest_tol = Request(System(Parameters()), tol=TOL_RANGE[1])
+    assert step_limit_error(largest_tol, 1.0).advice == "use a shorter horizon"
+    fixed_step = Request(System(Parameters()), method="rk4")
+    assert step_limit_error(fixed_step, 1.0).advice == "use a shorter horizon"
     stiff = Parameters(c2=1e8)
     error = step_limit_error(Request(System(stiff), t_end=1e3), 1.0)
     assert "the scene is stiff" in error.why

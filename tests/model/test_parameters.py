@@ -59,14 +59,14 @@ INTERVALS = {name: (spec, spec.check) for name, spec in PARAMETERS.items()} | {
 def test_the_first_number_beyond_a_bound_is_refused(name: str) -> None:
     interval, check = INTERVALS[name]
     is_open = isinstance(interval, Interval) and interval.lower_open
-    least = math.nextafter(interval.lower, math.inf) if is_open else interval.lower
-    for bound, beyond in ((least, -math.inf), (interval.upper, math.inf)):
+    lowest = math.nextafter(interval.lower, math.inf) if is_open else interval.lower
+    for bound, direction in ((lowest, -math.inf), (interval.upper, math.inf)):
         assert check(bound) == bound
         with pytest.raises(InputError, match="must be"):
-            check(math.nextafter(bound, beyond))
+            check(math.nextafter(bound, direction))
 
 
-def test_text_that_reads_as_a_number_is_taken() -> None:
+def test_text_of_a_number_is_accepted() -> None:
     assert Parameters().with_values({"F": " 1.2e2 "}).F == 120.0
 
 
@@ -77,6 +77,6 @@ def test_an_unknown_name_suggests_the_nearest(wrong: str, near: str) -> None:
 
 
 @pytest.mark.parametrize("far", ["foo", "fo", "preload", "kg", "mass", "x"])
-def test_a_name_that_is_like_none_gets_no_suggestion(far: str) -> None:
+def test_a_name_unlike_any_parameter_gets_no_suggestion(far: str) -> None:
     with pytest.raises(InputError, match=rf"^unknown parameter '{far}' \(known: m, k1, "):
         parameter_spec(far)

@@ -10,11 +10,11 @@ from fivtui.model.field import friction_coefficient, friction_derivatives, frict
 from fivtui.model.power_series import PowerSeries
 
 ORDER = 4
-sizes = st.floats(0.25, 4.0)
-numbers = st.one_of(sizes, sizes.map(lambda value: -value))
+positive_numbers = st.floats(0.25, 4.0)
+nonzero_numbers = st.one_of(positive_numbers, positive_numbers.map(lambda value: -value))
 
 
-def series(first: st.SearchStrategy[float]) -> st.SearchStrategy[PowerSeries]:
+def draw_series(first: st.SearchStrategy[float]) -> st.SearchStrategy[PowerSeries]:
     rest = [st.floats(-2.0, 2.0) for _ in range(ORDER)]
     return st.tuples(first, *rest).map(PowerSeries)
 
@@ -26,8 +26,8 @@ def assert_equal(first: PowerSeries, second: PowerSeries) -> None:
     )
 
 
-@given(series(numbers), series(numbers), series(numbers))
-def test_products_and_quotients_are_those_of_a_field(
+@given(draw_series(nonzero_numbers), draw_series(nonzero_numbers), draw_series(nonzero_numbers))
+def test_products_and_quotients_obey_the_field_axioms(
     a: PowerSeries, b: PowerSeries, c: PowerSeries
 ) -> None:
     assert_equal(a * b, b * a)
@@ -36,8 +36,8 @@ def test_products_and_quotients_are_those_of_a_field(
     assert_equal(a / b * b + 10.0, a + 10.0)
 
 
-@given(series(sizes), numbers)
-def test_numbers_are_series_without_powers(a: PowerSeries, number: float) -> None:
+@given(draw_series(positive_numbers), nonzero_numbers)
+def test_numbers_act_as_constant_series(a: PowerSeries, number: float) -> None:
     constant = PowerSeries((number, *[0.0] * ORDER))
     for first, second in (
         (a + number, a + constant),
@@ -53,7 +53,7 @@ def test_numbers_are_series_without_powers(a: PowerSeries, number: float) -> Non
         assert_equal(first, second)
 
 
-@given(series(st.floats(-2.0, 2.0)), series(st.floats(-2.0, 2.0)))
+@given(draw_series(st.floats(-2.0, 2.0)), draw_series(st.floats(-2.0, 2.0)))
 def test_the_exponential_of_a_sum_is_a_product(a: PowerSeries, b: PowerSeries) -> None:
     assert_equal((a + b).exp(), a.exp() * b.exp())
     assert_equal((-a).exp(), 1.0 / a.exp())
@@ -70,10 +70,12 @@ def test_derivatives_of_known_functions() -> None:
 @given(st.floats(0.0, 5.0), st.floats(0.05, 5.0))
 def test_derivatives_of_friction_are_those_of_its_exponential(speed: float, v_s: float) -> None:
     p = Parameters(mu=0.3, mu_s=0.5, v_s=v_s, v_belt=1.0)
-    fall = 0.2 * math.exp(-speed / v_s)
+    exponential_term = 0.2 * math.exp(-speed / v_s)
     derivatives = friction_derivatives(p, speed, 3)
     assert derivatives[0] == pytest.approx(friction_coefficient(p, speed), rel=1e-15)
-    assert derivatives[1:] == pytest.approx((-fall / v_s, fall / v_s**2, -fall / v_s**3), rel=1e-14)
+    assert derivatives[1:] == pytest.approx(
+        (-exponential_term / v_s, exponential_term / v_s**2, -exponential_term / v_s**3), rel=1e-14
+    )
     assert derivatives[1] == pytest.approx(friction_slope(p, speed), rel=1e-14)
 
 

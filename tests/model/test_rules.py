@@ -62,9 +62,7 @@ def test_the_least_and_greatest_force_of_a_sweep_are_those_of_the_runs(separatio
 
 
 @given(wide_parameters(), states(), st.sampled_from(ALWAYS_SLIDING))
-def test_the_yardstick_has_the_accelerations_of_the_model(
-    p: Parameters, state: State, mode: Mode
-) -> None:
+def test_rk4_has_the_accelerations_of_the_model(p: Parameters, state: State, mode: Mode) -> None:
     rk4 = RungeKutta4([p], [state], step=1.0)
     computed = rk4._derivatives(np.array(state)[:, None], np.array([mode is Mode.CONTACT]))[:, 0]
     forces = np.abs([p.F, p.k1, p.k2, p.k3, p.k_nl, p.c1, p.c2]).sum() * (1.0 + p.mu) * 10.0
@@ -133,7 +131,9 @@ def test_a_step_ends_where_the_last_terms_reach_the_tolerance(
 
 
 @given(magnitudes(-300.0, 300.0), st.floats(-1000.0, 1000.0))
-def test_rough_powers_and_logarithms_are_as_good_as_stated(number: float, exponent: float) -> None:
+def test_approximate_powers_and_logarithms_are_within_the_stated_error(
+    number: float, exponent: float
+) -> None:
     assert 0.0 <= math.log2(number) - rough_log2(number) + 1e-12 <= 0.09
     assert rough_exp2(exponent) == pytest.approx(2.0**exponent, rel=0.031)
 

@@ -11,7 +11,7 @@ from fivtui.model import InputError, Parameters, System, system_of, time_tables
 TABLES = time_tables({"F": [(0.0, 20.0), (1.0, 60.0)]})
 
 
-def test_values_change_and_all_else_stays() -> None:
+def test_changed_values_keep_separation_and_tables() -> None:
     system = System(Parameters(), separation=False, over_time=TABLES)
     changed = system.with_values({"mu": "0.3"})
     assert changed == System(Parameters(mu=0.3), separation=False, over_time=TABLES)
@@ -20,7 +20,7 @@ def test_values_change_and_all_else_stays() -> None:
         system.with_values({"G": 1.0})
 
 
-def test_a_system_is_a_value() -> None:
+def test_systems_are_immutable_and_compare_by_value() -> None:
     system = System(Parameters(), over_time=TABLES)
     assert system == pickle.loads(pickle.dumps(system))
     assert hash(system) == hash(System(Parameters(), over_time=dict(TABLES)))
@@ -31,7 +31,7 @@ def test_a_system_is_a_value() -> None:
 
 
 @pytest.mark.parametrize("wrong", ["base", 3.0])
-def test_the_base_set_is_the_default_and_what_is_no_set_is_refused(wrong: Any) -> None:
+def test_the_base_set_is_the_default_and_invalid_parameter_sets_are_refused(wrong: Any) -> None:
     assert system_of(None, separation=True) == System(Parameters())
     assert system_of(Parameters(mu=0.2), separation=False).parameters.mu == 0.2
     with pytest.raises(InputError, match="must be a set of parameters"):

@@ -14,36 +14,36 @@ from fivtui.model import Course, TimeTable, build_course
 from fivtui.model.modes import MODES, Mode, transition_name
 from fivtui.transient import KernelChoice, Transient
 
-T_END = 6.0
+T_END = 6.0  # s
 Rows = list[tuple[float, float]]
 
 
-def rows(rng: random.Random, high: float) -> Rows:
-    """A table with ramps and jumps, sometimes with an end at rest."""
-    rows_drawn: Rows = []
+def draw_table(rng: random.Random, high: float) -> Rows:
+    """A table with ramps and jumps, sometimes with zero as the last value."""
+    table: Rows = []
     for t in sorted(rng.uniform(0.0, T_END) for _ in range(rng.randint(1, 4))):
-        rows_drawn.append((t, rng.uniform(0.0, high)))
+        table.append((t, rng.uniform(0.0, high)))
         if rng.random() < 0.3:
-            rows_drawn.append((t, rng.uniform(0.0, high)))
+            table.append((t, rng.uniform(0.0, high)))
     if rng.random() < 0.3:
-        rows_drawn[-1] = (rows_drawn[-1][0], 0.0)
-    return rows_drawn
+        table[-1] = (table[-1][0], 0.0)
+    return table
 
 
-def drawn(seed: int) -> tuple[Parameters, dict[str, Any]]:
+def draw_scene(seed: int) -> tuple[Parameters, dict[str, Any]]:
     """Random parameters and options with tables, of always faster belts and of finite speeds."""
     rng = random.Random(seed)
     limits = {"m": (1.0, 1.0), "k1": (1.0, 30.0), "k2": (5.0, 30.0), "k3": (0.0, 40.0)}
     limits |= {"c1": (0.0, 0.5), "c2": (0.0, 0.5), "F": (1.0, 80.0), "mu": (0.0, 0.8)}
     values = {name: rng.uniform(*limit) for name, limit in limits.items()}
     values["k_nl"] = rng.choice([0.0, rng.uniform(1.0, 50.0)])
-    tables = {"F": rows(rng, 90.0)}
+    tables = {"F": draw_table(rng, 90.0)}
     if rng.random() < 0.6:
-        tables["mu"] = rows(rng, 0.9)
+        tables["mu"] = draw_table(rng, 0.9)
     if seed % 4:
         values["v_belt"] = rng.choice([0.0, rng.uniform(0.05, 3.0)])
         if rng.random() < 0.8:
-            tables["v_belt"] = rows(rng, 2.5)
+            tables["v_belt"] = draw_table(rng, 2.5)
         if rng.random() < 0.6:
             values["mu_s"] = rng.uniform(0.9, 1.5)
             if rng.random() < 0.6:
@@ -59,23 +59,25 @@ def drawn(seed: int) -> tuple[Parameters, dict[str, Any]]:
 
 
 # A slider that moves up and down on a belt at rest separates while it sticks.
-UPRIGHT = (
+SEPARATING_WHILE_STICKING = (
     Parameters(m=1.0, k1=1.0, k2=1.0, k3=0.0, c1=0.0, c2=0.0, k_nl=5.0, mu_s=1.0, v_belt=0.0),
     {"start": (0.0, 0.0, -0.5, 3.0), "over_time": {"F": [(0.0, 1.0), (4.0, 2.0), (6.0, 1.0)]}},
 )
 
 
-def both(p: Parameters, options: dict[str, Any]) -> tuple[Transient, Transient]:
+def simulate_with_both_kernels(
+    p: Parameters, options: dict[str, Any]
+) -> tuple[Transient, Transient]:
     interpreted = simulate(p, t_end=T_END, samples=21, kernel="interpreted", **options)
     compiled = simulate(p, t_end=T_END, samples=21, kernel="compiled", **options)
     assert (interpreted.stats.kernel, compiled.stats.kernel) == ("interpreted", "compiled")
     return interpreted, compiled
 
 
-def test_random_tables_give_what_the_interpreted_kernel_gives_with_every_transition() -> None:
+def test_random_tables_agree_with_the_interpreted_kernel_and_reach_every_transition() -> None:
     transitions: Counter[str] = Counter()
-    for scene in (*map(drawn, range(32)), UPRIGHT):
-        interpreted, compiled = both(*scene)
+    for scene in (*map(draw_scene, range(32)), SEPARATING_WHILE_STICKING):
+        interpreted, compiled = simulate_with_both_kernels(*scene)
         transitions += Counter(compiled.events.transitions)
         assert compiled.events.transitions == interpreted.events.transitions
         for change, expected in zip(compiled.mode_changes, interpreted.mode_changes, strict=True):
@@ -87,27 +89,27 @@ def test_random_tables_give_what_the_interpreted_kernel_gives_with_every_transit
         assert compiled.steady == pytest.approx(interpreted.steady, abs=1e-10)
         for name, values in interpreted.to_columns().items():
             assert compiled.to_columns()[name] == pytest.approx(values, abs=1e-9), name
-    expected_ones = {
+    expected_transitions = {
         transition_name(mode, successor)
         for mode, row in MODES.items()
         for transition in row.ends
         for successor in transition.next_modes
         if Mode.CONTACT not in (mode, successor)
     }
-    assert set(transitions) >= expected_ones
+    assert set(transitions) >= expected_transitions
 
 
-def test_friction_falls_with_the_speed_where_a_table_takes_it_below_the_static_one() -> None:
+def test_friction_falls_with_the_speed_where_a_table_lowers_it_below_static_friction() -> None:
     p = Parameters(v_belt=1.0, mu_s=0.8, v_s=0.3)
     options = {"over_time": {"mu": [(0.0, 0.8), (4.0, 0.2)]}, "separation": True}
-    interpreted, compiled = both(p, options)
+    interpreted, compiled = simulate_with_both_kernels(p, options)
     assert compiled.final == pytest.approx(interpreted.final, abs=1e-10)
     assert compiled.events.transitions == interpreted.events.transitions
 
 
 @pytest.mark.parametrize("kernel", ["interpreted", "compiled"])
-def test_a_hold_that_is_lost_within_a_step_is_seen(kernel: KernelChoice) -> None:
-    # c1 v + m v̇ + k1 x = 1/2 + t/2 − t²/4 exceeds μ_s P = 0.6 for a while, not at 0 nor at 2 s.
+def test_a_slip_within_a_step_is_found(kernel: KernelChoice) -> None:
+    # c1 v + m v̇ + k1 x = 1/2 + t/2 − t²/4 exceeds μ_s P = 0.6 only between 0 and 2 s.
     p = Parameters(m=1.0, k1=1.0, k2=1.0, k3=0.0, c1=1.0, c2=0.0, F=1.0, k_nl=0.0, mu=0.3, mu_s=0.6)
     run = simulate(
         p,
@@ -124,16 +126,16 @@ def test_a_hold_that_is_lost_within_a_step_is_seen(kernel: KernelChoice) -> None
 def test_a_belt_that_brakes_hard_leaves_no_error_in_the_friction_law(kernel: KernelChoice) -> None:
     p = Parameters(v_belt=1.0, mu=0.2, mu_s=1.2, v_s=0.1)
     speed, times = 400.0, np.linspace(0.0, 2.0, 2001)
-    rows = [(t, speed * (1.0 - 0.5 * t)) for t in times.tolist()]
+    fine_rows = [(t, speed * (1.0 - 0.5 * t)) for t in times.tolist()]
     coarse, fine = (
         simulate(p, t_end=2.0, over_time={"v_belt": table}, kernel=kernel)
-        for table in ((rows[0], rows[-1]), rows)
+        for table in ((fine_rows[0], fine_rows[-1]), fine_rows)
     )
     assert list(coarse.final) == pytest.approx(list(fine.final), abs=1e-13)
 
 
 def test_dense_output_is_that_of_the_interpreted_kernel() -> None:
-    p, options = drawn(7)
+    p, options = draw_scene(7)
     runs = [
         simulate(p, t_end=T_END, samples="dense", kernel=kernel, **options)
         for kernel in ("interpreted", "compiled")
@@ -155,15 +157,15 @@ def test_legs_follow_the_tables() -> None:
     legs = course_table(course, 2.5)
     assert legs.rows.tolist() == expected
     assert legs.greatest_load == 20.0
-    follows = Course(Parameters(mu_s=0.9), {"mu": TimeTable((0.0, 1.0), (0.1, 0.5))})
-    assert course_table(follows, 0.5).rows[0, 3:7].tolist() == [0.1, 0.4, 0.9, 0.0]
+    friction_course = Course(Parameters(mu_s=0.9), {"mu": TimeTable((0.0, 1.0), (0.1, 0.5))})
+    assert course_table(friction_course, 0.5).rows[0, 3:7].tolist() == [0.1, 0.4, 0.9, 0.0]
 
 
 @pytest.mark.parametrize("seed", range(1, 7))
-def test_the_least_and_the_best_instruction_set_give_the_same_bits(seed: int) -> None:
+def test_the_baseline_and_the_best_instruction_set_give_the_same_bits(seed: int) -> None:
     outcomes = []
     for kernel in (Kernel("baseline"), load_kernel()):
-        p, options = drawn(seed)
+        p, options = draw_scene(seed)
         course = build_course(p, options["over_time"])
         p, _ = course.after(0.0)
         belt = None if p.v_belt is None else (p.v_belt, p.mu_static, p.speed_law or 0.0)

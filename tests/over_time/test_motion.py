@@ -26,7 +26,7 @@ RAMPS: Tables = {
 }
 
 
-def state_of(final: tuple[float, ...]) -> list[float]:
+def state_without_time(final: tuple[float, ...]) -> list[float]:
     return list(final[1:])
 
 
@@ -39,26 +39,28 @@ def test_constant_tables_change_nothing(separation: bool) -> None:
         rows: Tables = {
             name: [(0, value), (3.3, value), (8, value)] for name, value in values.items()
         }
-        free = simulate(p, t_end=12.0, separation=separation)
+        constant_run = simulate(p, t_end=12.0, separation=separation)
         run = simulate(p, t_end=12.0, separation=separation, over_time=rows)
-        assert run.switch_times == pytest.approx(free.switch_times, abs=1e-11)
-        assert run.events.transitions == free.events.transitions
-        assert state_of(run.final) == pytest.approx(state_of(free.final), abs=1e-10)
-        assert run.peak == pytest.approx(free.peak, abs=1e-10)
+        assert run.switch_times == pytest.approx(constant_run.switch_times, abs=1e-11)
+        assert run.events.transitions == constant_run.events.transitions
+        assert state_without_time(run.final) == pytest.approx(
+            state_without_time(constant_run.final), abs=1e-10
+        )
+        assert run.peak == pytest.approx(constant_run.peak, abs=1e-10)
 
 
 def test_ramps_agree_with_an_independent_integrator() -> None:
     p = Parameters()
 
-    def at(t: float, name: str) -> float:
+    def table_value(t: float, name: str) -> float:
         return float(np.interp(t, *np.array(RAMPS[name]).T))
 
     def rates(t: float, state: Any) -> list[float]:
         x, vx, y, vy = state
         force = max(-p.k2 * y - p.k_nl * y**3, 0.0)
         coupling = 0.5 * p.k3 * (x - y)
-        ax = (at(t, "mu") * force - p.c1 * vx - p.k1 * x - coupling) / p.m
-        return [vx, ax, vy, (force - at(t, "F") - p.c2 * vy + coupling) / p.m]
+        ax = (table_value(t, "mu") * force - p.c1 * vx - p.k1 * x - coupling) / p.m
+        return [vx, ax, vy, (force - table_value(t, "F") - p.c2 * vy + coupling) / p.m]
 
     run = simulate(p, t_end=15.0, over_time=RAMPS)
     state = list(run.start)
@@ -67,12 +69,12 @@ def test_ramps_agree_with_an_independent_integrator() -> None:
     for begin, end in itertools.pairwise(sorted(rows)):
         solution = solve_ivp(rates, (begin, end), state, method="DOP853", rtol=1e-12, atol=1e-13)
         state = solution.y[:, -1].tolist()
-    assert state_of(run.final) == pytest.approx(state, abs=2e-8)
+    assert state_without_time(run.final) == pytest.approx(state, abs=2e-8)
     assert run.parameters.F == 20.0
     assert run.over_time["F"].rows() == RAMPS["F"]
 
 
-def test_a_slider_slips_from_a_belt_that_brakes_when_friction_no_longer_holds_it() -> None:
+def test_a_slider_slips_from_a_braking_belt_when_static_friction_is_exceeded() -> None:
     # The slider sticks, x = v₀ t − a t²/2, until k1 x − m a = ±μ_s P with P = F.
     p = Parameters(m=1.0, k1=1.0, k2=1.0, k3=0.0, c1=0.0, c2=0.0, F=1.0, k_nl=0.0, mu=0.5, mu_s=1.0)
     speed, brake = 2.0, 0.25
@@ -88,10 +90,10 @@ def test_a_slider_slips_from_a_belt_that_brakes_when_friction_no_longer_holds_it
     assert first.t == pytest.approx(slip, abs=1e-13)
 
 
-def test_a_slider_that_sticks_to_a_belt_slips_when_that_changes_its_speed_at_once() -> None:
+def test_a_slider_that_sticks_slips_when_the_speed_of_its_belt_jumps() -> None:
     p = Parameters(m=1.0, k1=0.1, k2=1.0, k3=0.0, c1=0.0, c2=0.0, F=1.0, k_nl=0.0, mu=0.5, mu_s=1.0)
-    for later, mode in ((0.2, "BACKWARD"), (3.0, "FORWARD")):
-        rows = [(0.0, 1.0), (1.0, 1.0), (1.0, later)]
+    for final_speed, mode in ((0.2, "BACKWARD"), (3.0, "FORWARD")):
+        rows = [(0.0, 1.0), (1.0, 1.0), (1.0, final_speed)]
         run = simulate(p, t_end=1.5, start=(0.0, 1.0, -1.0, 0.0), over_time={"v_belt": rows})
         (first, *_) = run.mode_changes
         assert (first.t, first.first.name, first.then.name) == (1.0, "STICK", mode)
@@ -103,7 +105,7 @@ def test_a_slider_that_sticks_to_a_belt_slips_when_that_changes_its_speed_at_onc
 
 
 @pytest.mark.parametrize("seed", range(6))
-def test_drawn_brake_applications_agree_with_an_event_driven_integration(seed: int) -> None:
+def test_random_brake_applications_agree_with_an_event_driven_integration(seed: int) -> None:
     rng = np.random.default_rng(seed)
     mu = float(rng.uniform(0.2, 0.6))
     p = Parameters(
@@ -121,7 +123,9 @@ def test_drawn_brake_applications_agree_with_an_event_driven_integration(seed: i
     }
     run = simulate(p, t_end=6.5, over_time=tables)
     expected = integrate(OwnBelt(p, True, tables), np.array(run.start), 6.5)[0]
-    assert state_of(run.final) == pytest.approx(expected, abs=2e-6), run.events.transitions
+    assert state_without_time(run.final) == pytest.approx(expected, abs=2e-6), (
+        run.events.transitions
+    )
 
 
 def test_the_preset_squeals_groans_and_comes_to_rest() -> None:
@@ -133,11 +137,11 @@ def test_the_preset_squeals_groans_and_comes_to_rest() -> None:
     assert stop.groan_end == stop.final_stick == run.stick_intervals[-1][0]
     assert (stop.final_stick or 0.0) > 24.0
     assert run.final.vx == 0.0
-    later = simulate(scene.parameters, t_end=5.0, over_time=dict(scene.over_time)).stop
-    assert later == (None, None, None, None)
+    stop_after_5_s = simulate(scene.parameters, t_end=5.0, over_time=dict(scene.over_time)).stop
+    assert stop_after_5_s == (None, None, None, None)
 
 
-def test_a_groan_is_the_last_series_of_sticks_of_which_every_cycle_has_one() -> None:
+def test_a_groan_is_the_last_series_of_cycles_that_all_stick() -> None:
     scene = find_scene("brake-stop")
     tables = dict(scene.over_time)
     run = simulate(scene.parameters, t_end=scene.t_end, over_time=tables)
@@ -146,16 +150,16 @@ def test_a_groan_is_the_last_series_of_sticks_of_which_every_cycle_has_one() -> 
     # Two sticks during squeal, six seconds of sliding, then one stick per cycle.
     assert [sticks[2][0] - sticks[1][1] > 6.0, stop.groan_begin] == [True, sticks[2][0]]
     assert max(later[0] - early[1] for early, later in itertools.pairwise(sticks[2:])) < 1.3
-    # The groan ends with the last stick; sliding that has only just begun does not end it.
+    # The groan ends with the last stick, or with the run if sliding began just before its end.
     for t_end, end in ((14.0, sticks[1][1]), (12.0, 12.0), (22.0, 22.0)):
-        cut = simulate(scene.parameters, t_end=t_end, over_time=tables).stop
-        assert cut is not None
-        assert cut.groan_end == pytest.approx(end, abs=1e-12)
-        assert cut.groan_begin == (sticks[0] if t_end < 20.0 else sticks[2])[0]
+        shorter_stop = simulate(scene.parameters, t_end=t_end, over_time=tables).stop
+        assert shorter_stop is not None
+        assert shorter_stop.groan_end == pytest.approx(end, abs=1e-12)
+        assert shorter_stop.groan_begin == (sticks[0] if t_end < 20.0 else sticks[2])[0]
     # A single stick is no groan.
-    alone = simulate(scene.parameters, t_end=10.5, over_time=tables).stop
-    assert alone is not None
-    assert alone[1:3] == (None, None)
+    single_stick = simulate(scene.parameters, t_end=10.5, over_time=tables).stop
+    assert single_stick is not None
+    assert single_stick[1:3] == (None, None)
 
 
 def test_scenes_with_tables_are_written_and_read(tmp_path: Path) -> None:

@@ -20,14 +20,14 @@ from fivtui.tui.tabs.requests.sweep import (
     sweep_request,
 )
 
-STOP = PRESETS["brake-stop"]
+BRAKE_STOP = PRESETS["brake-stop"]
 TABLES = {"F": [(0.0, 20.0), (4.0, 90.0)], "v_belt": [(0.0, 1.0), (6.0, 0.0)]}
 
 
-def test_a_member_is_the_single_run() -> None:
+def test_a_member_of_a_sweep_equals_a_single_run() -> None:
     outputs = ["y_abs", "P_max", "y_end", "separations", "sticks", "stick_time", "final_stick"]
     result = sweep(
-        STOP.parameters,
+        BRAKE_STOP.parameters,
         vary={"k1": [80.0, 120.0], "vx0": [0.0, 1.0]},
         over_time=TABLES,
         t_end=8.0,
@@ -36,7 +36,7 @@ def test_a_member_is_the_single_run() -> None:
     )
     assert len(result.rows) == 8
     for k1, vx, separation, *values, status, _ in result.rows:
-        p = STOP.parameters.with_values({"k1": k1})
+        p = BRAKE_STOP.parameters.with_values({"k1": k1})
         # Components of the start that do not vary are those of the equilibrium at t = 0.
         x, _, y, _ = simulate(p, t_end=1.0, over_time=TABLES, separation=separation).start
         run = simulate(p, t_end=8.0, over_time=TABLES, separation=separation, start=(x, vx, y, 0.0))
@@ -54,25 +54,25 @@ def test_a_member_is_the_single_run() -> None:
     assert None not in {row[9] for row in result.rows}
 
 
-def test_a_brake_stop_is_swept_into_a_file_that_knows_its_tables(tmp_path: Path) -> None:
+def test_a_brake_stop_is_swept_into_a_file_that_stores_its_tables(tmp_path: Path) -> None:
     out, plot = tmp_path / "stops.csv", tmp_path / "stops.png"
     arguments = ["sweep", "brake-stop", "--vary", "c1=0.3,0.6", "--output", "final_stick"]
     assert run([*arguments, "--output", "y_abs", "--out", str(out), "--plot", str(plot)]) == 0
-    head = next(line for line in out.read_text().splitlines() if line.startswith("# sweep: "))
-    tables = {name: [list(row) for row in table.rows()] for name, table in STOP.over_time}
-    assert json.loads(head.removeprefix("# sweep: "))["over_time"] == tables
-    again = read_sweep(out)
-    assert again.study.over_time == STOP.over_time
+    header = next(line for line in out.read_text().splitlines() if line.startswith("# sweep: "))
+    tables = {name: [list(row) for row in table.rows()] for name, table in BRAKE_STOP.over_time}
+    assert json.loads(header.removeprefix("# sweep: "))["over_time"] == tables
+    restored = read_sweep(out)
+    assert restored.study.over_time == BRAKE_STOP.over_time
     stops = [
-        simulate(STOP.parameters.with_values({"c1": c1}), t_end=40.0, over_time=tables)
+        simulate(BRAKE_STOP.parameters.with_values({"c1": c1}), t_end=40.0, over_time=tables)
         for c1 in (0.3, 0.6)
     ]
-    assert [row[2] for row in again.rows] == [stop.final_stick for stop in stops]
-    assert study_command("sweep", again.study, Session(STOP, "brake-stop").origin) == (
+    assert [row[2] for row in restored.rows] == [stop.final_stick for stop in stops]
+    assert study_command("sweep", restored.study, Session(BRAKE_STOP, "brake-stop").origin) == (
         "fivtui sweep brake-stop --vary c1=0.3,0.6 --output final_stick --output y_abs"
     )
     with pytest.raises(InputError, match="no option sets over_time; save the scene"):
-        study_command("sweep", again.study, Session().origin)
+        study_command("sweep", restored.study, Session().origin)
 
 
 @pytest.mark.parametrize(
@@ -103,14 +103,14 @@ def test_a_table_of_a_file_is_swept_as_in_simulate(
 
 
 def test_the_laboratory_sweeps_a_brake_stop() -> None:
-    study = sweep_request(STOP, "c1=0.3,0.6")
+    study = sweep_request(BRAKE_STOP, "c1=0.3,0.6")
     result = partial_sweep(study, list(sweep_parts(study, lambda _share: True)))
     assert result.table.failed == 0
     assert len(sweep_chart(result).traces) == 4
 
 
-def test_command_lines_of_scenes_with_tables_compute_them_or_say_that_they_cannot() -> None:
-    session = Session(STOP, "brake-stop")
+def test_command_lines_reproduce_scenes_with_tables_or_are_refused() -> None:
+    session = Session(BRAKE_STOP, "brake-stop")
     session.set_text("k1", "120")
     assert session.command_line() == "fivtui simulate brake-stop --set k1=120"
     # Stability is evaluated at t = 0.
@@ -118,10 +118,10 @@ def test_command_lines_of_scenes_with_tables_compute_them_or_say_that_they_canno
     assert line.startswith("fivtui stability --set")
     assert "--set F=10" in line
     with pytest.raises(InputError, match="no option sets over_time; save the scene"):
-        Session(STOP).command_line()
+        Session(BRAKE_STOP).command_line()
 
 
-def test_without_a_table_sticks_are_known_too() -> None:
+def test_sticks_are_outputs_of_sweeps_without_tables() -> None:
     study = scene_study(
         PRESETS["base"], parse_design(["v_belt=0,1"], "product"), outputs=["sticks"]
     )
@@ -133,7 +133,7 @@ def test_without_a_table_sticks_are_known_too() -> None:
         sweep(vary={"v_belt": [1.0]}, outputs=["sticks"], accuracy={"peak": 1e-3})
 
 
-def test_a_scene_file_need_not_say_what_its_table_begins_with(tmp_path: Path) -> None:
+def test_a_scene_file_may_omit_the_first_value_of_its_table(tmp_path: Path) -> None:
     text = "fivtui_scene = 1\n[parameters]\nmu_s = 0.4\n[over_time]\nmu = [[0, 0.2], [4, 0.3]]\n"
     (tmp_path / "s.toml").write_text(text)
     assert load_scene(tmp_path / "s.toml").parameters.mu == 0.2
@@ -142,7 +142,7 @@ def test_a_scene_file_need_not_say_what_its_table_begins_with(tmp_path: Path) ->
         load_scene(tmp_path / "s.toml")
 
 
-def test_a_scene_file_must_not_say_another_value_than_its_table_begins_with(tmp_path: Path) -> None:
+def test_a_scene_file_must_not_contradict_the_first_value_of_its_table(tmp_path: Path) -> None:
     text = "fivtui_scene = 1\n[parameters]\nF = 80\n[over_time]\nF = [[0, 10], [4, 60]]\n"
     (tmp_path / "s.toml").write_text(text)
     with pytest.raises(InputError, match="F = 80: follows a table over time, which begins with 10"):

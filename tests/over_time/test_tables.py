@@ -15,15 +15,17 @@ times = st.lists(st.integers(0, 100_000), min_size=1, max_size=8).map(sorted)
 def test_a_table_is_the_linear_interpolation_of_its_rows(
     milliseconds: list[int], data: st.DataObject
 ) -> None:
-    distinct = [0.001 * t for t in sorted(set(milliseconds))]
+    row_times = [0.001 * t for t in sorted(set(milliseconds))]
     values = data.draw(
-        st.lists(st.floats(0.0, 9.0), min_size=len(distinct), max_size=len(distinct))
+        st.lists(st.floats(0.0, 9.0), min_size=len(row_times), max_size=len(row_times))
     )
-    table = time_table("F", list(zip(distinct, values, strict=True)))
-    at = data.draw(st.floats(0.0, 110.0))
-    assert table.after(at)[0] == pytest.approx(float(np.interp(at, distinct, values)), abs=1e-12)
-    assert min(values) <= table.after(at)[0] <= max(values)
-    assert table.before(at) == pytest.approx(table.after(at)[0], abs=1e-12)
+    table = time_table("F", list(zip(row_times, values, strict=True)))
+    query_time = data.draw(st.floats(0.0, 110.0))
+    assert table.after(query_time)[0] == pytest.approx(
+        float(np.interp(query_time, row_times, values)), abs=1e-12
+    )
+    assert min(values) <= table.after(query_time)[0] <= max(values)
+    assert table.before(query_time) == pytest.approx(table.after(query_time)[0], abs=1e-12)
 
 
 def test_a_repeated_time_is_a_jump() -> None:
@@ -33,7 +35,7 @@ def test_a_repeated_time_is_a_jump() -> None:
     assert [table.after(t) for t in (2.0, 3.0, 4.0)] == [(60, -10), (50, -10), (40, 0)]
 
 
-def test_a_course_knows_its_parameters_and_its_next_row() -> None:
+def test_a_course_gives_parameters_rates_and_the_time_of_the_next_row() -> None:
     course = build_course(
         Parameters(mu_s=0.9, v_s=0.1), {"mu": [(0, 0.5), (10, 0.7)], "v_belt": [(5, 2), (6, 0)]}
     )
@@ -67,5 +69,5 @@ def test_invalid_tables_are_refused(tables: dict[str, Any], message: str) -> Non
 
 def test_tables_are_described_in_one_phrase() -> None:
     assert time_table("F", [(0, 10), (4, 60)]).describe() == "10 (0 s) → 60 (4 s)"
-    long = TimeTable(tuple(range(9)), tuple(range(9)))
-    assert long.describe() == "0 to 8, 9 rows over 0 to 8 s"
+    long_table = TimeTable(tuple(range(9)), tuple(range(9)))
+    assert long_table.describe() == "0 to 8, 9 rows over 0 to 8 s"

@@ -15,39 +15,40 @@ from tests.support.strategies import moderate_parameters, states, wide_parameter
 KERNELS: tuple[KernelChoice, ...] = ("interpreted", "compiled")
 
 
-def both(p: Parameters, **options: object) -> tuple[Transient, Transient]:
+def simulate_with_both_kernels(p: Parameters, **options: object) -> tuple[Transient, Transient]:
     interpreted, compiled = (simulate(p, kernel=kernel, **options) for kernel in KERNELS)  # type: ignore[arg-type]
     return interpreted, compiled
 
 
-def assert_same(
-    interpreted: Transient, compiled: Transient, *, close: float, again: Transient | None = None
+def assert_runs_agree(
+    interpreted: Transient, compiled: Transient, *, rtol: float, tighter: Transient | None = None
 ) -> None:
-    # `again` has another tolerance; where this moves a number, rounding may move it too.
-    p, third = interpreted.parameters, again or interpreted
+    # A run with a tighter tolerance shows how sensitive each value is to small errors.
+    p, tighter_run = interpreted.parameters, tighter or interpreted
     length = max(interpreted.peak.x_abs, interpreted.peak.y_abs, abs(p.F) / (p.k1 + p.k2 + p.k3))
     speed = length * math.sqrt((p.k1 + p.k2 + p.k3) / p.m)
     scale = {"x": length, "y": length, "vx": speed, "vy": speed, "t": interpreted.t_end}
-    # Rounding decides on excursions of its own height; they last for the square root of it.
-    excursions = max(run.events.separations for run in (interpreted, compiled, third))
+    # Rounding decides whether very low separations occur.
+    # Their duration is proportional to the square root of their height.
+    excursions = max(run.events.separations for run in (interpreted, compiled, tighter_run))
     grazing = 1e-7 * length / speed * excursions if length > 0.0 else 0.0
 
-    def same(unit: str, part: str, name: str) -> None:
-        value, expected, moved = (
-            getattr(getattr(run, part), name) for run in (compiled, interpreted, third)
+    def assert_value_agrees(unit: str, part: str, name: str) -> None:
+        value, expected, tighter_value = (
+            getattr(getattr(run, part), name) for run in (compiled, interpreted, tighter_run)
         )
-        allowed = close * scale[unit] + 10.0 * abs(moved - expected)
+        allowed = rtol * scale[unit] + 10.0 * abs(tighter_value - expected)
         allowed += grazing if unit == "t" else 0.0
         # Subnormal numbers lack relative accuracy; the kernel's coefficients are scaled by 2⁻⁶⁴.
         allowed = max(allowed, sys.float_info.min * 2.0**64)
-        assert value == pytest.approx(expected, rel=close, abs=allowed), name
+        assert value == pytest.approx(expected, rel=rtol, abs=allowed), name
 
     for name in ("x", "vx", "y", "vy"):
-        same(name, "final", name)
+        assert_value_agrees(name, "final", name)
     for unit, name in (("y", "y_max"), ("y", "y_min"), ("x", "x_abs"), ("vx", "vx_max")):
-        same(unit, "peak", name)
-    same("y", "steady", "y_half_range")
-    same("t", "events", "separated_time")
+        assert_value_agrees(unit, "peak", name)
+    assert_value_agrees("y", "steady", "y_half_range")
+    assert_value_agrees("t", "events", "separated_time")
     assert compiled.first_mode is interpreted.first_mode
 
 
@@ -64,7 +65,7 @@ def assert_same(
     1e-9,
 )
 @given(moderate_parameters(), states(), st.booleans(), st.sampled_from([1e-12, 1e-9, 1e-5, 1e-2]))
-def test_both_kernels_agree_to_rounding(
+def test_kernels_agree_to_rounding(
     p: Parameters, start: State, separation: bool, tol: float
 ) -> None:
     try:
@@ -78,20 +79,20 @@ def test_both_kernels_agree_to_rounding(
     compiled = simulate(
         p, t_end=10.0, start=start, separation=separation, tol=tol, kernel="compiled"
     )
-    again = simulate(
+    tighter = simulate(
         p, t_end=10.0, start=start, separation=separation, tol=0.3 * tol, kernel="interpreted"
     )
-    # Rounding errors grow along the run and decide on grazing at a loose tolerance.
-    assert_same(interpreted, compiled, close=1e-9 if tol < 1e-7 else 1e-3, again=again)
+    # Rounding errors grow along the run; at a loose tolerance they decide on grazing.
+    assert_runs_agree(interpreted, compiled, rtol=1e-9 if tol < 1e-7 else 1e-3, tighter=tighter)
 
 
 @given(wide_parameters(), st.booleans())
-def test_both_kernels_agree_over_many_orders_of_magnitude(p: Parameters, separation: bool) -> None:
+def test_kernels_agree_over_many_orders_of_magnitude(p: Parameters, separation: bool) -> None:
     t_end = 30.0 * math.sqrt(p.m / (p.k1 + p.k2 + p.k3))
     assume(t_end < 1e7)
-    interpreted, compiled = both(p, t_end=t_end, separation=separation)
-    again = simulate(p, t_end=t_end, separation=separation, tol=5e-13, kernel="interpreted")
-    assert_same(interpreted, compiled, close=1e-9, again=again)
+    interpreted, compiled = simulate_with_both_kernels(p, t_end=t_end, separation=separation)
+    tighter = simulate(p, t_end=t_end, separation=separation, tol=5e-13, kernel="interpreted")
+    assert_runs_agree(interpreted, compiled, rtol=1e-9, tighter=tighter)
 
 
 @given(moderate_parameters(), states(), st.floats(0.5, 20.0))
@@ -99,32 +100,48 @@ def test_extremes_are_those_of_the_dense_output(p: Parameters, start: State, t_e
     r = simulate(p, t_end=t_end, start=start, samples="dense", kernel="compiled")
     assert r.solution is not None
     sampled_states = r.solution(np.linspace(0.0, t_end, 4001))
-    later = r.solution(np.linspace(0.5 * t_end, t_end, 4001))
-    spacing = 0.5 * (t_end / 4000.0) ** 2
-    bend = 2.0 * spacing * (p.k1 + p.k2 + p.k3 + 3.0 * p.k_nl * r.peak.y_min**2) / p.m
-    slack = bend * (r.peak.y_abs + r.peak.x_abs + r.peak.vx_max + 1.0) * (2.0 + p.mu) + 1e-9
-    for least, extreme, greatest in (
-        (sampled_states.y.max(), r.peak.y_max, sampled_states.y.max() + slack),
-        (sampled_states.y.min() - slack, r.peak.y_min, sampled_states.y.min()),
-        (np.abs(sampled_states.x).max(), r.peak.x_abs, np.abs(sampled_states.x).max() + slack),
-        (sampled_states.vx.max(), r.peak.vx_max, sampled_states.vx.max() + 10.0 * slack),
-        (np.ptp(later.y) / 2.0, r.steady.y_half_range, np.ptp(later.y) / 2.0 + slack),
+    second_half = r.solution(np.linspace(0.5 * t_end, t_end, 4001))
+    half_spacing_squared = 0.5 * (t_end / 4000.0) ** 2
+    curvature_factor = (
+        2.0 * half_spacing_squared * (p.k1 + p.k2 + p.k3 + 3.0 * p.k_nl * r.peak.y_min**2) / p.m
+    )
+    sampling_error = (
+        curvature_factor * (r.peak.y_abs + r.peak.x_abs + r.peak.vx_max + 1.0) * (2.0 + p.mu) + 1e-9
+    )
+    for lower_bound, extreme, upper_bound in (
+        (sampled_states.y.max(), r.peak.y_max, sampled_states.y.max() + sampling_error),
+        (sampled_states.y.min() - sampling_error, r.peak.y_min, sampled_states.y.min()),
+        (
+            np.abs(sampled_states.x).max(),
+            r.peak.x_abs,
+            np.abs(sampled_states.x).max() + sampling_error,
+        ),
+        (sampled_states.vx.max(), r.peak.vx_max, sampled_states.vx.max() + 10.0 * sampling_error),
+        (
+            np.ptp(second_half.y) / 2.0,
+            r.steady.y_half_range,
+            np.ptp(second_half.y) / 2.0 + sampling_error,
+        ),
         (sampled_states.P.max(), r.contact_force.max, math.inf),
     ):
         assert (
-            least - 1e-9 * (1.0 + abs(least)) <= extreme <= greatest + 1e-9 * (1.0 + abs(extreme))
+            lower_bound - 1e-9 * (1.0 + abs(lower_bound))
+            <= extreme
+            <= upper_bound + 1e-9 * (1.0 + abs(extreme))
         )
 
 
-def test_a_crest_behind_a_start_with_almost_no_slope_is_seen() -> None:
+def test_an_extremum_just_after_a_start_of_tiny_acceleration_is_found() -> None:
     p = Parameters(m=1.0, k1=20.0, k2=20.0, k3=1.0, c1=0.0, c2=0.0, F=5.0, k_nl=0.0, mu=0.0)
-    interpreted, compiled = both(p, t_end=1.0, start=(0.0, 0.0, -(2.0**-52), 1.0))
+    interpreted, compiled = simulate_with_both_kernels(
+        p, t_end=1.0, start=(0.0, 0.0, -(2.0**-52), 1.0)
+    )
     assert compiled.peak.vx_max == pytest.approx(interpreted.peak.vx_max, rel=1e-12)
 
 
 def test_samples_and_dense_output_are_those_of_the_interpreted_kernel() -> None:
     times = np.linspace(0.0, 40.0, 2001)
-    interpreted, compiled = both(Parameters(), t_end=40.0, samples=times)
+    interpreted, compiled = simulate_with_both_kernels(Parameters(), t_end=40.0, samples=times)
     dense = simulate(Parameters(), t_end=40.0, samples="dense", kernel="compiled").solution
     assert interpreted.trajectory is not None
     assert compiled.trajectory is not None
@@ -132,13 +149,15 @@ def test_samples_and_dense_output_are_those_of_the_interpreted_kernel() -> None:
     for name in ("t", "x", "vx", "y", "vy", "P"):
         expected = getattr(interpreted.trajectory, name)
         scale = np.abs(expected).max()
-        for numbers_at in (compiled.trajectory, dense(times)):
-            assert np.abs(getattr(numbers_at, name) - expected).max() <= 1e-11 * scale
+        for columns in (compiled.trajectory, dense(times)):
+            assert np.abs(getattr(columns, name) - expected).max() <= 1e-11 * scale
     assert np.array_equal(interpreted.trajectory.mode, compiled.trajectory.mode)
 
 
-def test_a_run_longer_than_every_buffer_is_whole() -> None:
-    interpreted, compiled = both(Parameters(), t_end=700.0, tol=1e-6, samples="dense")
+def test_a_run_longer_than_every_buffer_keeps_all_its_switches() -> None:
+    interpreted, compiled = simulate_with_both_kernels(
+        Parameters(), t_end=700.0, tol=1e-6, samples="dense"
+    )
     assert compiled.switch_times.size == interpreted.switch_times.size > 512
     assert np.all(np.diff(compiled.switch_times) > 0.0)
     assert interpreted.solution is not None
@@ -147,28 +166,28 @@ def test_a_run_longer_than_every_buffer_is_whole() -> None:
     assert np.abs(interpreted.solution(times).y - compiled.solution(times).y).max() < 1e-3
 
 
-def test_a_horizon_on_a_switch_counts_it() -> None:
-    first = float(simulate(Parameters(), kernel="compiled").switch_times[0])
+def test_a_run_that_ends_on_a_switch_has_no_separated_time() -> None:
+    first_switch = float(simulate(Parameters(), kernel="compiled").switch_times[0])
     for kernel in KERNELS:
-        r = simulate(Parameters(), t_end=first, kernel=kernel)
+        r = simulate(Parameters(), t_end=first_switch, kernel=kernel)
         assert r.final.y == pytest.approx(0.0, abs=1e-12)
         # The horizon equals the time of the switch up to the spacing of floats.
         assert r.events.separated_time == pytest.approx(0.0, abs=2e-15)
 
 
-def test_what_is_found_up_to_the_horizon_does_not_depend_on_it() -> None:
-    complete = simulate(Parameters(), t_end=50.0, kernel="compiled")
-    late = np.random.default_rng(0).uniform(1e-6, 0.03, complete.switch_times.size)
-    horizons = (complete.switch_times + late)[complete.switch_times < 49.9].tolist()
+def test_switches_and_states_before_the_horizon_do_not_depend_on_it() -> None:
+    long_run = simulate(Parameters(), t_end=50.0, kernel="compiled")
+    delays = np.random.default_rng(0).uniform(1e-6, 0.03, long_run.switch_times.size)
+    horizons = (long_run.switch_times + delays)[long_run.switch_times < 49.9].tolist()
     samples = simulate(Parameters(), t_end=50.0, samples=horizons, kernel="compiled").trajectory
     assert samples is not None
     assert len(horizons) > 60
     for index, t_end in enumerate(horizons):
-        short = simulate(Parameters(), t_end=t_end, kernel="compiled")
-        final = (short.final.x, short.final.vx, short.final.y, short.final.vy)
+        short_run = simulate(Parameters(), t_end=t_end, kernel="compiled")
+        final = (short_run.final.x, short_run.final.vx, short_run.final.y, short_run.final.vy)
         assert final == tuple(getattr(samples, name)[index] for name in ("x", "vx", "y", "vy"))
-        expected = complete.switch_times[complete.switch_times <= t_end]
-        assert short.switch_times.tolist() == expected.tolist()
+        expected = long_run.switch_times[long_run.switch_times <= t_end]
+        assert short_run.switch_times.tolist() == expected.tolist()
 
 
 @pytest.mark.parametrize("kernel", KERNELS)
@@ -190,7 +209,7 @@ def test_a_contact_force_out_of_range_is_refused() -> None:
             simulate(p, t_end=1e-9, start=(0.0, 0.0, -1e300, 0.0), kernel=kernel)
 
 
-def test_an_unknown_kernel_is_refused_with_the_nearest() -> None:
+def test_an_unknown_kernel_is_refused_with_a_suggestion() -> None:
     with pytest.raises(InputError, match="did you mean compiled"):
         simulate(Parameters(), kernel="compile")  # type: ignore[arg-type]
     with pytest.raises(InputError, match="no choice of kernels"):

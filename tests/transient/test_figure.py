@@ -51,20 +51,20 @@ def run(
 
 
 @pytest.fixture(scope="module")
-def considered() -> Transient:
+def separating_run() -> Transient:
     return run()
 
 
 @pytest.fixture(scope="module")
-def ignored() -> Transient:
+def bilateral_run() -> Transient:
     return run(separation=False)
 
 
-def curves(axes: Axes) -> list[Line2D]:
+def labelled_curves(axes: Axes) -> list[Line2D]:
     return [line for line in axes.lines if not str(line.get_label()).startswith("_")]
 
 
-def shading(axes: Axes) -> list[PolyCollection]:
+def shaded_areas(axes: Axes) -> list[PolyCollection]:
     return [collection for collection in axes.collections if isinstance(collection, PolyCollection)]
 
 
@@ -73,10 +73,10 @@ def legend_texts(figure: Figure) -> list[str]:
     return [text.get_text() for text in legend.get_texts()]
 
 
-def test_the_panels_are_those_of_figures_10_to_12_beside_their_last_cycles(
-    considered: Transient, ignored: Transient
+def test_the_panels_are_those_of_figures_10_to_12_with_the_last_cycles_beside_them(
+    separating_run: Transient, bilateral_run: Transient
 ) -> None:
-    figure = transient_figure([ignored, considered], title="Base scene")
+    figure = transient_figure([bilateral_run, separating_run], title="Base scene")
     left_axes, right = figure.axes[:3], figure.axes[3:]
     assert [axes.get_ylabel() for axes in left_axes] == [
         "Contact\nforce $P$ (N)",
@@ -91,17 +91,17 @@ def test_the_panels_are_those_of_figures_10_to_12_beside_their_last_cycles(
 
 
 def test_every_curve_shows_its_column_to_the_last_extreme(
-    considered: Transient, ignored: Transient
+    separating_run: Transient, bilateral_run: Transient
 ) -> None:
-    runs = [considered, ignored]
+    runs = [separating_run, bilateral_run]
     figure = transient_figure(runs)
     for axes, name in zip(figure.axes[:3], "Pxy", strict=True):
-        for line, run_shown in zip(curves(axes), runs, strict=True):
+        for line, run_shown in zip(labelled_curves(axes), runs, strict=True):
             assert run_shown.trajectory is not None
             values = getattr(run_shown.trajectory, name)
-            shown = np.asarray(line.get_ydata())
-            assert shown.min() == values.min()
-            assert shown.max() == values.max()
+            drawn_values = np.asarray(line.get_ydata())
+            assert drawn_values.min() == values.min()
+            assert drawn_values.max() == values.max()
             low, high = axes.get_ylim()
             assert low <= values.min() < values.max() <= high
 
@@ -113,7 +113,7 @@ def test_a_line_is_reduced_to_a_bounded_number_of_samples_without_loss_of_extrem
     sampled_run = run(t_end=3.0, samples=samples)
     assert sampled_run.trajectory is not None
     figure = transient_figure([sampled_run])
-    (line,) = curves(figure.axes[2])
+    (line,) = labelled_curves(figure.axes[2])
     t, y = np.asarray(line.get_xdata()), np.asarray(line.get_ydata())
     assert t.size <= 16_001
     assert (t[0], t[-1]) == (0.0, 3.0)
@@ -122,11 +122,11 @@ def test_a_line_is_reduced_to_a_bounded_number_of_samples_without_loss_of_extrem
 
 
 def test_separation_considered_is_dashed_green_and_ignored_solid_blue(
-    considered: Transient, ignored: Transient
+    separating_run: Transient, bilateral_run: Transient
 ) -> None:
-    figure = transient_figure([considered, ignored])
+    figure = transient_figure([separating_run, bilateral_run])
     for axes in figure.axes:
-        dashed, solid = curves(axes)
+        dashed, solid = labelled_curves(axes)
         assert (dashed.is_dashed(), solid.is_dashed()) == (True, False)
         assert np.argmax(to_rgb(dashed.get_color())) == 1
         assert np.argmax(to_rgb(solid.get_color())) == 2
@@ -134,27 +134,27 @@ def test_separation_considered_is_dashed_green_and_ignored_solid_blue(
     assert legend_texts(figure) == ["separation considered", "separation ignored", "off the belt"]
 
 
-def test_runs_of_one_kind_differ_in_more_than_colour() -> None:
+def test_runs_with_the_same_separation_setting_differ_in_markers() -> None:
     runs = [run(Parameters(F=force), samples=801) for force in (40.0, 60.0, 80.0)]
     figure = transient_figure(runs)
     for axes in figure.axes:
-        assert len({str(line.get_marker()) for line in curves(axes)}) == 3
-        assert shading(axes) == []
+        assert len({str(line.get_marker()) for line in labelled_curves(axes)}) == 3
+        assert shaded_areas(axes) == []
 
 
-def test_the_intervals_off_the_belt_of_the_one_run_that_has_them_are_shaded(
-    considered: Transient, ignored: Transient
+def test_intervals_off_the_belt_are_shaded_if_only_one_run_has_them(
+    separating_run: Transient, bilateral_run: Transient
 ) -> None:
-    assert len(considered.separated_intervals) == 74
-    for axes in transient_figure([ignored, considered]).axes:
-        (collection,) = shading(axes)
+    assert len(separating_run.separated_intervals) == 74
+    for axes in transient_figure([bilateral_run, separating_run]).axes:
+        (collection,) = shaded_areas(axes)
         spans = [path.get_extents().intervalx for path in collection.get_paths()]
-        np.testing.assert_allclose(spans, considered.separated_intervals, rtol=1e-12)
-    for axes in transient_figure([ignored]).axes:
-        assert shading(axes) == []
+        np.testing.assert_allclose(spans, separating_run.separated_intervals, rtol=1e-12)
+    for axes in transient_figure([bilateral_run]).axes:
+        assert shaded_areas(axes) == []
 
 
-def test_a_run_of_few_cycles_is_shown_once() -> None:
+def test_a_run_of_few_cycles_has_no_panels_of_last_cycles() -> None:
     figure = transient_figure([run(t_end=5.0)])
     assert len(figure.axes) == 3
     assert legend_texts(figure) == ["separation considered", "off the belt"]
@@ -163,10 +163,10 @@ def test_a_run_of_few_cycles_is_shown_once() -> None:
 def test_a_crowded_run_keeps_its_dashes_and_shading_for_the_last_cycles() -> None:
     figure = transient_figure([run(t_end=300.0)])
     first_axes, last_axes = figure.axes[0], figure.axes[3]
-    assert not curves(first_axes)[0].is_dashed()
-    assert shading(first_axes) == []
-    assert curves(last_axes)[0].is_dashed()
-    assert len(shading(last_axes)) == 1
+    assert not labelled_curves(first_axes)[0].is_dashed()
+    assert shaded_areas(first_axes) == []
+    assert labelled_curves(last_axes)[0].is_dashed()
+    assert len(shaded_areas(last_axes)) == 1
 
 
 def test_a_slider_at_rest_has_no_cycles_to_enlarge() -> None:
@@ -174,34 +174,41 @@ def test_a_slider_at_rest_has_no_cycles_to_enlarge() -> None:
     assert len(figure.axes) == 3
 
 
-def test_runs_of_different_length_share_the_longest_time(considered: Transient) -> None:
-    figure = transient_figure([run(Parameters(F=60.0), t_end=20.0), considered])
+def test_runs_of_different_length_share_the_longest_time(separating_run: Transient) -> None:
+    figure = transient_figure([run(Parameters(F=60.0), t_end=20.0), separating_run])
     assert figure.axes[0].get_xlim() == (0.0, 100.0)
 
 
-def test_labels_name_only_the_differences(considered: Transient, ignored: Transient) -> None:
-    assert run_labels([considered]) == ["separation considered"]
-    assert run_labels([considered, ignored]) == ["separation considered", "separation ignored"]
+def test_labels_name_only_the_differences(
+    separating_run: Transient, bilateral_run: Transient
+) -> None:
+    assert run_labels([separating_run]) == ["separation considered"]
+    assert run_labels([separating_run, bilateral_run]) == [
+        "separation considered",
+        "separation ignored",
+    ]
     stiff = run(Parameters(k_nl=200.0, mu=0.5), t_end=1.0, samples=2)
-    labels = [label.replace("\N{NO-BREAK SPACE}", " ") for label in run_labels([considered, stiff])]
+    labels = [
+        label.replace("\N{NO-BREAK SPACE}", " ") for label in run_labels([separating_run, stiff])
+    ]
     assert labels == [
         r"separation considered, $k_{\mathrm{nl}}$ = 100 N/m$^3$, $μ$ = 0.7",
         r"separation considered, $k_{\mathrm{nl}}$ = 200 N/m$^3$, $μ$ = 0.5",
     ]
 
 
-def test_labels_differ_by_method_start_or_number(considered: Transient) -> None:
+def test_labels_differ_by_method_start_or_number(separating_run: Transient) -> None:
     rk4_run = run(t_end=1.0, samples=2, method="rk4")
-    assert run_labels([considered, rk4_run]) == [
+    assert run_labels([separating_run, rk4_run]) == [
         "separation considered, taylor",
         "separation considered, rk4",
     ]
-    moved = run(t_end=1.0, samples=2, start=(0.0, 0.0, -1.5, 0.0))
-    assert run_labels([moved, considered]) == [
+    moved_start_run = run(t_end=1.0, samples=2, start=(0.0, 0.0, -1.5, 0.0))
+    assert run_labels([moved_start_run, separating_run]) == [
         "separation considered, start (0, 0, −1.5, 0)",
         "separation considered, start (−0.156, 0, −0.675, 0)",
     ]
-    assert run_labels([considered, considered]) == [
+    assert run_labels([separating_run, separating_run]) == [
         "separation considered, run 1",
         "separation considered, run 2",
     ]
@@ -213,10 +220,10 @@ def test_even_the_longest_legend_stays_inside_the_figure() -> None:
     second = run(changed, t_end=5.0, separation=False)
     figure = transient_figure([first, second])
     figure.draw_without_rendering()
-    box = figure.legends[0].get_window_extent()
-    assert 0.0 <= box.x0 < box.x1 <= figure.bbox.x1
-    boxes = [bounds for axes in figure.axes if (bounds := axes.get_tightbbox()) is not None]
-    assert box.y1 <= min(bounds.y0 for bounds in boxes)
+    legend_box = figure.legends[0].get_window_extent()
+    assert 0.0 <= legend_box.x0 < legend_box.x1 <= figure.bbox.x1
+    axes_boxes = [bounds for axes in figure.axes if (bounds := axes.get_tightbbox()) is not None]
+    assert legend_box.y1 <= min(bounds.y0 for bounds in axes_boxes)
 
 
 def test_without_run_or_trajectory_there_is_no_figure() -> None:
@@ -230,15 +237,15 @@ def test_without_run_or_trajectory_there_is_no_figure() -> None:
     ("suffix", "start"), [(".png", b"\x89PNG"), (".svg", b"<?xml"), (".pdf", b"%PDF")]
 )
 def test_a_figure_is_saved_in_the_format_and_size_of_its_suffix_with_the_same_bytes(
-    considered: Transient, tmp_path: Path, suffix: str, start: bytes
+    separating_run: Transient, tmp_path: Path, suffix: str, start: bytes
 ) -> None:
     paths = [tmp_path / f"{name}{suffix}" for name in "ab"]
-    before = dict(mpl.rcParams)
-    figures = [transient_figure([considered]) for _ in paths]
+    settings_before = dict(mpl.rcParams)
+    figures = [transient_figure([separating_run]) for _ in paths]
     for figure, path in zip(figures, paths, strict=True):
         save_figure(figure, path)
         assert isinstance(figure.canvas, FigureCanvasAgg)
-    assert dict(mpl.rcParams) == before
+    assert dict(mpl.rcParams) == settings_before
     first, second = (path.read_bytes() for path in paths)
     assert first.startswith(start)
     assert first == second
@@ -251,20 +258,20 @@ def test_a_figure_is_saved_in_the_format_and_size_of_its_suffix_with_the_same_by
         assert size == [round(200 * inches) for inches in figures[0].get_size_inches()]
 
 
-def test_another_suffix_is_refused_with_those_allowed(
-    considered: Transient, tmp_path: Path
+def test_an_unknown_suffix_is_refused_with_the_allowed_ones(
+    separating_run: Transient, tmp_path: Path
 ) -> None:
     path, message = tmp_path / "run.jpg", r"run\.jpg: .* \.png, \.svg, \.pdf$"
     with pytest.raises(InputError, match=message):
         check_figure_path(path)
     with pytest.raises(InputError, match=message):
-        save_figure(transient_figure([considered]), path)
+        save_figure(transient_figure([separating_run]), path)
     check_figure_path(tmp_path / "run.svg")
 
 
 @pytest.mark.parametrize("suffix", SUFFIXES)
-def test_a_full_disk_leaves_no_file(considered: Transient, tmp_path: Path, suffix: str) -> None:
-    figure = transient_figure([considered])
+def test_a_full_disk_leaves_no_file(separating_run: Transient, tmp_path: Path, suffix: str) -> None:
+    figure = transient_figure([separating_run])
     with file_size_limit(10_000), pytest.raises(InputError, match="cannot be written"):
         save_figure(figure, tmp_path / f"run{suffix}")
     assert list(tmp_path.iterdir()) == []

@@ -31,7 +31,7 @@ from fivtui.version import __version__
 from tests.io.test_files import file_size_limit
 
 SUFFIXES = (".csv", ".npz", ".parquet")
-NAMES = [column.name for column in COLUMNS]
+COLUMN_NAMES = [column.name for column in COLUMNS]
 
 
 @pytest.fixture(scope="module")
@@ -51,13 +51,13 @@ def test_a_saved_trajectory_loads_without_loss(
     path = tmp_path / f"run{suffix}"
     save_trajectory(transient, path)
     loaded, original = load_trajectory(path), checked_trajectory(transient)
-    for name in NAMES:
+    for name in COLUMN_NAMES:
         values, expected = getattr(loaded, name), getattr(original, name)
         assert values.dtype == expected.dtype
         assert values.tobytes() == expected.tobytes()
 
 
-def test_an_npz_bears_no_date(transient: Transient, tmp_path: Path) -> None:
+def test_an_npz_contains_no_date(transient: Transient, tmp_path: Path) -> None:
     path = tmp_path / "run.npz"
     save_trajectory(transient, path)
     with zipfile.ZipFile(path) as archive:
@@ -72,7 +72,7 @@ def provenance_of_csv(path: Path) -> dict[str, Any]:
 
 def provenance_of_npz(path: Path) -> dict[str, Any]:
     with np.load(path, allow_pickle=False) as archive:
-        arrays = {name: archive[name] for name in archive.files if name not in NAMES}
+        arrays = {name: archive[name] for name in archive.files if name not in COLUMN_NAMES}
     return {
         key: dict(zip(array.dtype.names, array.item(), strict=True))
         if array.dtype.names
@@ -96,7 +96,7 @@ def provenance_of_parquet(path: Path) -> dict[str, Any]:
         (".parquet", provenance_of_parquet),
     ],
 )
-def test_a_file_says_what_was_computed_and_in_which_units(
+def test_a_file_records_its_request_and_units(
     transient: Transient,
     tmp_path: Path,
     suffix: str,
@@ -124,7 +124,7 @@ def test_a_full_disk_leaves_no_file(transient: Transient, tmp_path: Path, suffix
     assert list(tmp_path.iterdir()) == []
 
 
-def test_an_unknown_format_is_refused_with_those_known(
+def test_an_unknown_format_is_refused_with_the_known_ones(
     transient: Transient, tmp_path: Path
 ) -> None:
     path = tmp_path / "run.xlsx"
@@ -137,7 +137,7 @@ def test_an_unknown_format_is_refused_with_those_known(
             action()
 
 
-def test_without_pyarrow_parquet_says_what_to_install(
+def test_without_pyarrow_a_parquet_file_is_refused_with_an_install_hint(
     transient: Transient, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(tables, "find_spec", lambda name: None)
@@ -165,7 +165,7 @@ def test_a_csv_of_another_program_may_have_its_columns_in_any_order(tmp_path: Pa
     text = '\ufeff"mode","t","x","vx","y","vy","P","note"\r\n1,0,1,2,-3,4,5e2,a\r\n\r\n'
     path.write_text(text, encoding="utf-8", newline="")
     loaded = load_trajectory(path)
-    assert [getattr(loaded, name).tolist() for name in NAMES] == [
+    assert [getattr(loaded, name).tolist() for name in COLUMN_NAMES] == [
         [0.0], [1.0], [2.0], [-3.0], [4.0], [500.0], [1]
     ]  # fmt: skip
 
@@ -189,7 +189,7 @@ HEADER = "# a comment\nt,x,vx,y,vy,P,mode\n"
         (HEADER + "1,0,0,0,0,0,1\n0,0,0,0,0,0,1\n", "t: must be ascending times"),
     ],
 )
-def test_a_wrong_csv_gives_one_line_with_file_and_place(
+def test_a_wrong_csv_gives_one_line_with_file_and_position(
     tmp_path: Path, text: str, message: str
 ) -> None:
     path = tmp_path / "run.csv"
@@ -199,19 +199,19 @@ def test_a_wrong_csv_gives_one_line_with_file_and_place(
     assert str(caught.value) == f"{path}: {message}"
 
 
-def npz(**arrays: Any) -> bytes:
+def npz_bytes(**arrays: Any) -> bytes:
     file = io.BytesIO()
     np.savez(file, **arrays)
     return file.getvalue()
 
 
-def npy(array: Any) -> bytes:
+def npy_bytes(array: Any) -> bytes:
     file = io.BytesIO()
     np.save(file, array)
     return file.getvalue()
 
 
-ZEROS = {name: np.zeros(3) for name in NAMES}
+ZEROS = {name: np.zeros(3) for name in COLUMN_NAMES}
 
 
 @pytest.mark.parametrize(
@@ -219,19 +219,22 @@ ZEROS = {name: np.zeros(3) for name in NAMES}
     [
         (b"", "not a trajectory: not an NPZ file"),
         (b"text", "not a trajectory: not an NPZ file"),
-        (npy(np.zeros(3)), "not a trajectory: not an NPZ file"),
-        (npz(**ZEROS)[:500], "not a trajectory: not an NPZ file, or damaged"),
+        (npy_bytes(np.zeros(3)), "not a trajectory: not an NPZ file"),
+        (npz_bytes(**ZEROS)[:500], "not a trajectory: not an NPZ file, or damaged"),
         (
-            npz(**ZEROS).replace(b"\0" * 24, b"\1" * 24),
+            npz_bytes(**ZEROS).replace(b"\0" * 24, b"\1" * 24),
             "not a trajectory: not an NPZ file, or damaged",
         ),
-        (npz(t=np.zeros(3)), "not a trajectory: no column x"),
+        (npz_bytes(t=np.zeros(3)), "not a trajectory: no column x"),
         (
-            npz(**(ZEROS | {"x": np.array([None] * 3)})),
+            npz_bytes(**(ZEROS | {"x": np.array([None] * 3)})),
             "not a trajectory: not an NPZ file, or damaged",
         ),
-        (npz(**(ZEROS | {"x": np.array(["a"] * 3)})), "x: must have one number for each time"),
-        (npz(**(ZEROS | {"x": np.zeros(2)})), "x: must have one number for each time"),
+        (
+            npz_bytes(**(ZEROS | {"x": np.array(["a"] * 3)})),
+            "x: must have one number for each time",
+        ),
+        (npz_bytes(**(ZEROS | {"x": np.zeros(2)})), "x: must have one number for each time"),
     ],
 )
 def test_a_wrong_npz_gives_one_line(tmp_path: Path, content: bytes, message: str) -> None:
@@ -258,13 +261,17 @@ def test_unreadable_files_give_one_line(tmp_path: Path, suffix: str) -> None:
         load_trajectory(path)
 
 
-def layout(data: object) -> object:
-    return {key: layout(value) for key, value in data.items()} if isinstance(data, dict) else ...
+def key_structure(data: object) -> object:
+    return (
+        {key: key_structure(value) for key, value in data.items()}
+        if isinstance(data, dict)
+        else ...
+    )
 
 
 def test_a_transient_as_data_has_the_documented_keys(transient: Transient) -> None:
     data = transient_to_dict(transient)
-    assert layout(data) == {
+    assert key_structure(data) == {
         "parameters": dict.fromkeys(PARAMETERS, ...),
         "separation": ...,
         "start": ...,
@@ -311,7 +318,7 @@ def test_a_number_that_is_not_finite_never_becomes_data(transient: Transient, va
 def test_a_stability_analysis_as_data_has_the_documented_keys() -> None:
     result = stability(Parameters())
     data = result.to_dict()
-    assert layout(data) == {
+    assert key_structure(data) == {
         "equilibrium": {"x": ..., "y": ..., "P": ...},
         "eigenvalues": ...,
         "growth_rate": ...,
@@ -336,4 +343,4 @@ def test_a_system_without_coupling_has_no_critical_friction_coefficient() -> Non
 
 
 def test_the_columns_of_a_file_are_those_of_a_trajectory() -> None:
-    assert [field.name for field in dataclasses.fields(Trajectory)] == NAMES
+    assert [field.name for field in dataclasses.fields(Trajectory)] == COLUMN_NAMES

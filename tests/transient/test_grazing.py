@@ -1,4 +1,4 @@
-"""Switches are never missed: grazing, two crossings in a step, starts on the switch."""
+"""Runs miss no switch: grazing contacts, two crossings within a step, and rest at y = 0."""
 
 import itertools
 import math
@@ -15,12 +15,13 @@ from fivtui.model.slider_belt import State
 from fivtui.taylor.stepper import TaylorStepper
 from fivtui.transient.request import KernelChoice
 
+# Heights beyond the switch at y = 0 that the motion reaches, m.
 DEPTHS = [10.0**-n for n in range(2, 13)]
 TOLERANCES = (1e-12, 1e-6)
 
 
-class Seen(NamedTuple):
-    """Result of a run, for either kernel."""
+class ContactRecord(NamedTuple):
+    """Separations, landings and final vertical state of a run, whichever method computed it."""
 
     separations: int
     reattachments: int
@@ -30,52 +31,57 @@ class Seen(NamedTuple):
     vy: float
 
 
-Way = Callable[[Sequence[Parameters], Sequence[State], float, float], list[Seen]]
+RunMethod = Callable[[Sequence[Parameters], Sequence[State], float, float], list[ContactRecord]]
 
 
-def single(kernel: KernelChoice) -> Way:
+def run_singly(kernel: KernelChoice) -> RunMethod:
     def run(
         sets: Sequence[Parameters], starts: Sequence[State], t_end: float, tol: float
-    ) -> list[Seen]:
-        runs_observed = []
+    ) -> list[ContactRecord]:
+        records = []
         for p, start in zip(sets, starts, strict=True):
             r = simulate(p, start=start, t_end=t_end, tol=tol, kernel=kernel)
             e = r.events
             first = math.nan if e.first is None else e.first
-            runs_observed.append(
-                Seen(e.separations, e.reattachments, e.separated_time, first, r.final.y, r.final.vy)
+            records.append(
+                ContactRecord(
+                    e.separations, e.reattachments, e.separated_time, first, r.final.y, r.final.vy
+                )
             )
-        return runs_observed
+        return records
 
     return run
 
 
-def batch(
+def run_as_batch(
     sets: Sequence[Parameters], starts: Sequence[State], t_end: float, tol: float
-) -> list[Seen]:
+) -> list[ContactRecord]:
     table = np.array([p.values() for p in sets])
     r = simulate_batch(table, start=np.array(starts), t_end=t_end, tol=tol)
     assert r.failed.size == 0
     e = r.events
     columns = (e.separations, e.reattachments, e.separated_time, e.first, *r.final.T[2:])
-    return [Seen(*row) for row in zip(*(column.tolist() for column in columns), strict=True)]
+    return [
+        ContactRecord(*row) for row in zip(*(column.tolist() for column in columns), strict=True)
+    ]
 
 
-WAYS: dict[str, Way] = {
-    "interpreted": single("interpreted"),
-    "compiled": single("compiled"),
-    "batch": batch,
+RUN_METHODS: dict[str, RunMethod] = {
+    "interpreted": run_singly("interpreted"),
+    "compiled": run_singly("compiled"),
+    "batch": run_as_batch,
 }
-run_methods = pytest.mark.parametrize("integrate", WAYS.values(), ids=WAYS)
-tolerances = pytest.mark.parametrize("tol", TOLERANCES)
+each_run_method = pytest.mark.parametrize("integrate", RUN_METHODS.values(), ids=RUN_METHODS)
+each_tolerance = pytest.mark.parametrize("tol", TOLERANCES)
 
 
 # An undamped slider without coupling: y is a sine in contact and a parabola off the belt.
-FREE = Parameters(m=1.0, k2=4.0, k3=0.0, c1=0.0, c2=0.0, F=8.0, k_nl=0.0, mu=0.7)
+UNCOUPLED = Parameters(m=1.0, k2=4.0, k3=0.0, c1=0.0, c2=0.0, F=8.0, k_nl=0.0, mu=0.7)
+# Angular frequency of y in contact, rad/s, and depth of the equilibrium below y = 0, m.
 OMEGA, SAG = 2.0, 2.0
 
 
-def from_below(depth: float, lead: float) -> State:
+def start_rising_to(depth: float, lead: float) -> State:
     """A start from which y rises to its only maximum, `depth`, in the time `lead`."""
     amplitude = SAG + depth
     return (
@@ -86,43 +92,44 @@ def from_below(depth: float, lead: float) -> State:
     )
 
 
+# Times from the start to the extremum, s.
 LEADS = np.linspace(0.02, 1.4, 9).tolist()
 
 
-@run_methods
-@tolerances
-def test_a_contact_that_nearly_opens_stays_closed(integrate: Way, tol: float) -> None:
+@each_run_method
+@each_tolerance
+def test_a_contact_that_nearly_opens_stays_closed(integrate: RunMethod, tol: float) -> None:
     # At the loose tolerance errors exceed the smallest depths.
     depths = [depth for depth in DEPTHS if depth > 100.0 * tol or tol < 1e-9]
-    starts = [from_below(-d, lead) for d, lead in itertools.product(depths[:-1], LEADS)]
-    for motion in integrate([FREE] * len(starts), starts, 1.6, tol):
+    starts = [start_rising_to(-d, lead) for d, lead in itertools.product(depths[:-1], LEADS)]
+    for motion in integrate([UNCOUPLED] * len(starts), starts, 1.6, tol):
         assert (motion.separations, motion.reattachments, motion.separated_time) == (0, 0, 0.0)
 
 
-@run_methods
-def test_a_contact_that_opens_by_a_hair_opens_and_closes(integrate: Way) -> None:
+@each_run_method
+def test_a_contact_that_opens_slightly_separates_and_reattaches_once(integrate: RunMethod) -> None:
     cases = list(itertools.product(DEPTHS, LEADS))
     # With a shorter lead the contact would have opened before the start.
     cases = [(depth, lead) for depth, lead in cases if lead > 2.0 * math.sqrt(depth)]
-    starts = [from_below(depth, lead) for depth, lead in cases]
+    starts = [start_rising_to(depth, lead) for depth, lead in cases]
     for (depth, lead), motion in zip(
-        cases, integrate([FREE] * len(cases), starts, 1.6, 1e-12), strict=True
+        cases, integrate([UNCOUPLED] * len(cases), starts, 1.6, 1e-12), strict=True
     ):
         speed = OMEGA * math.sqrt(depth * (2.0 * SAG + depth))
-        flight = 2.0 * speed * FREE.m / FREE.F
+        flight = 2.0 * speed * UNCOUPLED.m / UNCOUPLED.F
         opening = lead - math.asin(speed / (OMEGA * (SAG + depth))) / OMEGA
         # Depths are accurate only to rounding.
-        close = 1e-10 + 2e-15 / depth
+        tolerance = 1e-10 + 2e-15 / depth
         assert (motion.separations, motion.reattachments) == (1, 1)
-        assert motion.separated_time == pytest.approx(flight, rel=close)
-        assert motion.first == pytest.approx(opening, abs=close * flight + 1e-14)
+        assert motion.separated_time == pytest.approx(flight, rel=tolerance)
+        assert motion.first == pytest.approx(opening, abs=tolerance * flight + 1e-14)
 
 
-@run_methods
-def test_a_contact_that_is_touched_exactly_is_left_for_no_time(integrate: Way) -> None:
+@each_run_method
+def test_a_crest_exactly_at_the_switch_causes_no_lasting_separation(integrate: RunMethod) -> None:
     for lead, motion in zip(
         LEADS,
-        integrate([FREE] * len(LEADS), [from_below(0.0, at) for at in LEADS], 1.6, 1e-12),
+        integrate([UNCOUPLED] * len(LEADS), [start_rising_to(0.0, at) for at in LEADS], 1.6, 1e-12),
         strict=True,
     ):
         assert motion.separations == motion.reattachments <= 1
@@ -130,16 +137,16 @@ def test_a_contact_that_is_touched_exactly_is_left_for_no_time(integrate: Way) -
         assert motion.y == pytest.approx(SAG * (math.cos(OMEGA * (1.6 - lead)) - 1.0), abs=1e-11)
 
 
-# The preload pulls the slider off the belt; the slow mode swings y down to it.
-HELD = Parameters(m=1.0, k1=3.0, k2=4.0, k3=4.0, c1=0.0, c2=0.0, F=-1.2, k_nl=50.0, mu=0.7)
+# The preload pulls the slider off the belt; its slower mode of vibration swings y down to the belt.
+LIFTED = Parameters(m=1.0, k1=3.0, k2=4.0, k3=4.0, c1=0.0, c2=0.0, F=-1.2, k_nl=50.0, mu=0.7)
 
 
-def from_above(depth: float, lead: float) -> tuple[State, float]:
-    """A start from which y falls to its first minimum, -`depth`; and its frequency there."""
-    h, a = 0.5 * HELD.k3, HELD.k1 + 0.5 * HELD.k3
+def start_falling_to(depth: float, lead: float) -> tuple[State, float]:
+    """A start from which y falls to its first minimum, -`depth`, and the angular frequency of y."""
+    h, a = 0.5 * LIFTED.k3, LIFTED.k1 + 0.5 * LIFTED.k3
     squares, shapes = np.linalg.eigh([[a, -h], [-h, h]])
     omega, (x_part, y_part) = math.sqrt(squares[0]), shapes[:, 0]
-    y_rest = -HELD.F / (h * HELD.k1 / a)
+    y_rest = -LIFTED.F / (h * LIFTED.k1 / a)
     x_rest, amplitude = h * y_rest / a, y_rest + depth
     x_part /= y_part
     swing, speed = math.cos(omega * lead), -omega * math.sin(omega * lead)
@@ -148,35 +155,42 @@ def from_above(depth: float, lead: float) -> tuple[State, float]:
     return (*x_state, *y_state), omega
 
 
-@run_methods
-def test_a_fall_that_nearly_lands_does_not_land(integrate: Way) -> None:
-    starts = [from_above(-d, lead)[0] for d, lead in itertools.product(DEPTHS[:-1], LEADS)]
-    for motion in integrate([HELD] * len(starts), starts, 3.0, 1e-12):
+@each_run_method
+def test_a_fall_that_ends_above_the_switch_does_not_land(integrate: RunMethod) -> None:
+    starts = [start_falling_to(-d, lead)[0] for d, lead in itertools.product(DEPTHS[:-1], LEADS)]
+    for motion in integrate([LIFTED] * len(starts), starts, 3.0, 1e-12):
         assert (motion.separations, motion.reattachments) == (0, 0)
         assert motion.separated_time == pytest.approx(3.0, rel=1e-14)
 
 
-@run_methods
-def test_a_fall_that_lands_by_a_hair_lands_and_leaves(integrate: Way) -> None:
-    y_rest = -HELD.F / (0.5 * HELD.k3 * HELD.k1 / (HELD.k1 + 0.5 * HELD.k3))
+@each_run_method
+def test_a_fall_slightly_beyond_the_switch_lands_and_separates_once(integrate: RunMethod) -> None:
+    y_rest = -LIFTED.F / (0.5 * LIFTED.k3 * LIFTED.k1 / (LIFTED.k1 + 0.5 * LIFTED.k3))
     cases = list(itertools.product(DEPTHS, LEADS))
     cases = [(depth, lead) for depth, lead in cases if lead > 3.0 * math.sqrt(2.0 * depth)]
-    cases_started = [from_above(depth, lead) for depth, lead in cases]
-    motions = integrate([HELD] * len(cases), [start for start, _ in cases_started], 2.0, 1e-12)
-    for (depth, lead), (_, omega), motion in zip(cases, cases_started, motions, strict=True):
+    starts_and_frequencies = [start_falling_to(depth, lead) for depth, lead in cases]
+    motions = integrate(
+        [LIFTED] * len(cases), [start for start, _ in starts_and_frequencies], 2.0, 1e-12
+    )
+    for (depth, lead), (_, omega), motion in zip(
+        cases, starts_and_frequencies, motions, strict=True
+    ):
         amplitude = y_rest + depth
         speed = omega * math.sqrt(depth * (2.0 * y_rest + depth))
-        before = math.asin(speed / (omega * amplitude)) / omega
-        close = 1e-10 + 1e-14 / depth
+        # Half the time in contact, from the landing to the minimum of y.
+        half_contact = math.asin(speed / (omega * amplitude)) / omega
+        tolerance = 1e-10 + 1e-14 / depth
         assert (motion.separations, motion.reattachments) == (1, 1)
-        assert motion.first == pytest.approx(lead - before, abs=close * before + 1e-14)
+        assert motion.first == pytest.approx(
+            lead - half_contact, abs=tolerance * half_contact + 1e-14
+        )
         # Free fall, with a correction by the contact force of the order of the depth.
         contact = 2.0 - motion.separated_time
-        assert contact == pytest.approx(2.0 * before, rel=close + 10.0 * depth, abs=1e-14)
+        assert contact == pytest.approx(2.0 * half_contact, rel=tolerance + 10.0 * depth, abs=1e-14)
 
 
-def test_a_grazing_of_the_nonlinear_scene_is_seen_alike() -> None:
-    # The height to which the base scene would rise decides, whichever kernel looks.
+def test_all_run_methods_agree_whether_the_nonlinear_scene_separates() -> None:
+    # The slider separates exactly if it would rise above y = 0 with separation ignored.
     p = Parameters(mu=0.3)
     t_end = 0.45
 
@@ -192,33 +206,38 @@ def test_a_grazing_of_the_nonlinear_scene_is_seen_alike() -> None:
     speeds = [touching + sign * depth / gain for depth in DEPTHS for sign in (1.0, -1.0)]
     heights = [height(speed) for speed in speeds]
     starts = [start(speed) for speed in speeds]
-    everything = [integrate([p] * len(starts), starts, t_end, 1e-12) for integrate in WAYS.values()]
-    for reached, *motions in zip(heights, *everything, strict=True):
-        for switches in motions:
-            assert switches.separations == (reached > 0.0)
-            assert switches.reattachments == switches.separations
-            close = 1e-10 + 1e-14 / abs(reached)
-            assert switches.separated_time == pytest.approx(motions[0].separated_time, rel=close)
-            assert switches.first == pytest.approx(motions[0].first, rel=1e-6, nan_ok=True)
+    motions_by_method = [
+        integrate([p] * len(starts), starts, t_end, 1e-12) for integrate in RUN_METHODS.values()
+    ]
+    for peak_height, *motions in zip(heights, *motions_by_method, strict=True):
+        for contact_record in motions:
+            assert contact_record.separations == (peak_height > 0.0)
+            assert contact_record.reattachments == contact_record.separations
+            tolerance = 1e-10 + 1e-14 / abs(peak_height)
+            assert contact_record.separated_time == pytest.approx(
+                motions[0].separated_time, rel=tolerance
+            )
+            assert contact_record.first == pytest.approx(motions[0].first, rel=1e-6, nan_ok=True)
 
 
-@run_methods
-def test_leaving_and_landing_lie_in_one_step(integrate: Way) -> None:
-    # With separation ignored a step can span both crossings; both its ends are then in contact.
-    spanned = 0
+@each_run_method
+def test_separation_and_landing_within_one_step_are_found(integrate: RunMethod) -> None:
+    # With separation ignored a step can span both crossings; both ends of that step are in contact.
+    # Count the steps that contain the separation and the landing.
+    spanning_steps = 0
     for lead in LEADS:
-        start = from_below(1e-4, lead)
-        stepper = TaylorStepper(System(FREE, separation=False), start)
-        around = next(step for step in iter(stepper.advance, None) if step.end > lead)
-        spanned += around.y[0] < 0.0 and around.final[2] < 0.0
+        start = start_rising_to(1e-4, lead)
+        stepper = TaylorStepper(System(UNCOUPLED, separation=False), start)
+        step_over_crest = next(step for step in iter(stepper.advance, None) if step.end > lead)
+        spanning_steps += step_over_crest.y[0] < 0.0 and step_over_crest.final[2] < 0.0
         if lead > 0.02:
-            motion = integrate([FREE], [start], 1.6, 1e-12)[0]
+            motion = integrate([UNCOUPLED], [start], 1.6, 1e-12)[0]
             assert (motion.separations, motion.reattachments) == (1, 1)
-    assert spanned >= 6
+    assert spanning_steps >= 6
 
 
 # Starts at y = 0: state, F, and order and value of the first nonzero derivative of y.
-ON = Parameters(m=2.0, k1=10.0, k2=5.0, k3=8.0, c1=0.5, c2=0.3, k_nl=20.0, mu=0.6)
+AT_SWITCH = Parameters(m=2.0, k1=10.0, k2=5.0, k3=8.0, c1=0.5, c2=0.3, k_nl=20.0, mu=0.6)
 H, A = 4.0, 14.0
 STARTS: dict[str, tuple[State, float, int, float]] = {
     "moving out": ((0.1, 0.2, 0.0, 0.3), 1.0, 1, 0.3),
@@ -232,19 +251,19 @@ STARTS: dict[str, tuple[State, float, int, float]] = {
 }
 
 
-@run_methods
-def test_rest_at_the_switch_lasts(integrate: Way) -> None:
+@each_run_method
+def test_rest_at_the_switch_lasts(integrate: RunMethod) -> None:
     motion = integrate([Parameters(F=0.0)], [(0.0, 0.0, 0.0, 0.0)], 100.0, 1e-12)[0]
     assert motion[:3] == (0, 0, 0.0)
     assert (motion.y, motion.vy) == (0.0, 0.0)
 
 
-@run_methods
-def test_a_decay_towards_the_switch_ends(integrate: Way) -> None:
+@each_run_method
+def test_a_decay_towards_the_switch_finds_every_crossing(integrate: RunMethod) -> None:
     # F = 0: the equilibrium lies on the switch, and every half period crosses it.
     p = Parameters(F=0.0, c1=3.0, c2=3.0)
     motion = integrate([p], [(0.0, 0.0, 0.0, 1.0)], 60.0, 1e-12)[0]
-    exact = WAYS["interpreted"]([p], [(0.0, 0.0, 0.0, 1.0)], 60.0, 1e-13)[0]
+    exact = RUN_METHODS["interpreted"]([p], [(0.0, 0.0, 0.0, 1.0)], 60.0, 1e-13)[0]
     assert motion.separations == exact.separations > 20
     assert motion.reattachments == exact.reattachments
     assert motion.separated_time == pytest.approx(exact.separated_time, rel=1e-9)

@@ -35,11 +35,11 @@ SCENES: dict[str, tuple[dict[str, float], float]] = {
 START: State = (0.1, -1.0, 0.3, 2.0)
 
 
-def linear(**changes: float) -> Parameters:
+def linear_parameters(**changes: float) -> Parameters:
     return Parameters(**{"k_nl": 0.0} | changes)
 
 
-def truth(p: Parameters, t: float, start: State) -> list[float]:
+def exact_final(p: Parameters, t: float, start: State) -> list[float]:
     # The exponential of the 5 × 5 matrix of the motion under load, in 50 digits.
     with mp.workdps(50):
         m, k1, k2, k3, c1, c2, F, _, mu = (mpf(value) for value in p.values())
@@ -57,7 +57,7 @@ def truth(p: Parameters, t: float, start: State) -> list[float]:
         return [float(value) for value in final[:4]]
 
 
-def sizes(run: Any) -> tuple[float, float]:
+def motion_scales(run: Any) -> tuple[float, float]:
     p = run.parameters
     displacement = max(run.peak.x_abs, run.peak.y_abs)
     return displacement, displacement * ((p.k1 + p.k2 + p.k3) / p.m) ** 0.5
@@ -66,21 +66,21 @@ def sizes(run: Any) -> tuple[float, float]:
 @pytest.mark.parametrize("name", SCENES)
 def test_the_state_is_that_of_the_matrix_exponential_in_fifty_digits(name: str) -> None:
     changes, t_end = SCENES[name]
-    run = simulate(linear(**changes), t_end=t_end, start=START, separation=False)
+    run = simulate(linear_parameters(**changes), t_end=t_end, start=START, separation=False)
     assert run.stats.kernel == "exact"
-    x, vx, y, vy = truth(run.parameters, t_end, START)
-    displacement, speed = sizes(run)
+    x, vx, y, vy = exact_final(run.parameters, t_end, START)
+    displacement, speed = motion_scales(run)
     assert [run.final.x, run.final.y] == pytest.approx([x, y], abs=2e-13 * displacement)
     assert [run.final.vx, run.final.vy] == pytest.approx([vx, vy], abs=2e-13 * speed)
 
 
 @pytest.mark.parametrize("name", [name for name in SCENES if name != "light"])
-def test_everything_a_run_reports_agrees_with_the_taylor_steps(name: str) -> None:
+def test_all_results_of_a_run_agree_with_the_taylor_steps(name: str) -> None:
     changes, t_end = SCENES[name]
     times = np.linspace(0.0, t_end, 301)
-    both = [
+    runs = [
         simulate(
-            linear(**changes),
+            linear_parameters(**changes),
             t_end=t_end,
             start=START,
             separation=False,
@@ -89,8 +89,8 @@ def test_everything_a_run_reports_agrees_with_the_taylor_steps(name: str) -> Non
         )
         for kernel in ("exact", "interpreted")
     ]
-    exact, stepped = both
-    displacement, speed = sizes(exact)
+    exact, stepped = runs
+    displacement, speed = motion_scales(exact)
     for part, attribute, size in (
         ("peak", "y_max", displacement),
         ("peak", "y_min", displacement),
@@ -100,7 +100,7 @@ def test_everything_a_run_reports_agrees_with_the_taylor_steps(name: str) -> Non
         ("contact_force", "min", displacement * exact.parameters.k2),
         ("contact_force", "max", displacement * exact.parameters.k2),
     ):
-        exact_value, stepped_value = (getattr(getattr(run, part), attribute) for run in both)
+        exact_value, stepped_value = (getattr(getattr(run, part), attribute) for run in runs)
         assert exact_value == pytest.approx(stepped_value, abs=2e-12 * size), attribute
     assert exact.events == stepped.events
     assert exact.trajectory is not None
@@ -121,47 +121,55 @@ def test_extremes_bound_a_dense_sampling_and_are_attained(
     p = p.with_values({"k_nl": 0.0})
     times = np.linspace(0.0, t_end, 4001)
     run = simulate(p, t_end=t_end, start=start, separation=False, samples=times)
-    motion, size = run.trajectory, 1e-12 * sum(sizes(run)) + 1e-12
+    motion, size = run.trajectory, 1e-12 * sum(motion_scales(run)) + 1e-12
     assert motion is not None
-    gap = (t_end / 4000.0) ** 2
-    bend = np.abs(np.gradient(motion.vy, times)).max() * gap + size
-    assert motion.y.max() - size <= run.peak.y_max <= motion.y.max() + bend
-    assert motion.y.min() + size >= run.peak.y_min >= motion.y.min() - bend
-    bend = np.abs(np.gradient(motion.vx, times)).max() * gap + size
-    assert np.abs(motion.x).max() - size <= run.peak.x_abs <= np.abs(motion.x).max() + bend
-    twist = np.abs(np.gradient(np.gradient(motion.vx, times), times)).max() * gap
-    assert motion.vx.max() - size <= run.peak.vx_max <= motion.vx.max() + 2.0 * twist + size
-    half = motion.y[times >= 0.5 * t_end]
-    assert 0.5 * np.ptp(half) <= run.steady.y_half_range + size
+    spacing_squared = (t_end / 4000.0) ** 2
+    sampling_error = np.abs(np.gradient(motion.vy, times)).max() * spacing_squared + size
+    assert motion.y.max() - size <= run.peak.y_max <= motion.y.max() + sampling_error
+    assert motion.y.min() + size >= run.peak.y_min >= motion.y.min() - sampling_error
+    sampling_error = np.abs(np.gradient(motion.vx, times)).max() * spacing_squared + size
+    assert (
+        np.abs(motion.x).max() - size <= run.peak.x_abs <= np.abs(motion.x).max() + sampling_error
+    )
+    velocity_sampling_error = (
+        np.abs(np.gradient(np.gradient(motion.vx, times), times)).max() * spacing_squared
+    )
+    assert (
+        motion.vx.max() - size
+        <= run.peak.vx_max
+        <= motion.vx.max() + 2.0 * velocity_sampling_error + size
+    )
+    second_half_y = motion.y[times >= 0.5 * t_end]
+    assert 0.5 * np.ptp(second_half_y) <= run.steady.y_half_range + size
 
 
 @pytest.mark.parametrize("changes", [{}, {"mu": 100.0}, {"c1": 0.0, "c2": 0.0}, {"m": 1e-6}])
 def test_exponentials_agree_with_those_of_scipy(changes: dict[str, float]) -> None:
-    motion = LinearMotion(linear(**changes), 10.0)
+    motion = LinearMotion(linear_parameters(**changes), 10.0)
     for level in (0, motion.base - 1, motion.base, motion.base + 3):
         expected = scipy_expm(motion.matrix * motion.spans[level])
         size = np.abs(expected).max()
         assert motion.exponentials[level] == pytest.approx(expected, rel=1e-12, abs=1e-13 * size)
 
 
-def test_coalesced_modes_that_share_an_eigenvector_are_no_exception() -> None:
+def test_coalesced_modes_that_share_an_eigenvector_are_solved_exactly() -> None:
     # Undamped at the critical friction coefficient: two equal frequencies, one mode shape.
     h, a, k2 = 30.0, 130.0, 50.0
     mu = ((a - k2 - h) ** 2 / 4.0 + h * h) / (h * k2)
-    run = simulate(linear(c1=0.0, c2=0.0, mu=mu), t_end=200.0, separation=False)
+    run = simulate(linear_parameters(c1=0.0, c2=0.0, mu=mu), t_end=200.0, separation=False)
     values = np.linalg.eigvals(LinearMotion(run.parameters, 1.0).matrix)
     assert np.abs(values.real).max() < 1e-6
     assert np.ptp(np.abs(values.imag)) < 1e-6
-    expected = truth(run.parameters, 200.0, run.start)
+    expected = exact_final(run.parameters, 200.0, run.start)
     final = [run.final.x, run.final.vx, run.final.y, run.final.vy]
-    assert final == pytest.approx(expected, abs=1e-11 * max(sizes(run)))
+    assert final == pytest.approx(expected, abs=1e-11 * max(motion_scales(run)))
 
 
-def test_a_long_horizon_costs_no_more() -> None:
-    # The limit holds for the time spans that are evaluated.
-    run = simulate(linear(), t_end=1e7, separation=False, max_steps=5_000)
+def test_a_decayed_motion_over_a_long_horizon_needs_few_spans() -> None:
+    # `max_steps` limits the number of evaluated time spans.
+    run = simulate(linear_parameters(), t_end=1e7, separation=False, max_steps=5_000)
     assert run.stats.steps == 0
-    short = simulate(linear(), t_end=100.0, separation=False)
+    short = simulate(linear_parameters(), t_end=100.0, separation=False)
     assert run.peak == short.peak
     assert run.steady.y_half_range < 1e-13
 
@@ -173,14 +181,16 @@ def test_a_long_horizon_costs_no_more() -> None:
 def test_a_long_motion_is_that_of_the_matrix_exponential_in_fifty_digits(
     damping: float, t_end: float, error: float
 ) -> None:
-    run = simulate(linear(c1=damping, c2=damping), t_end=t_end, start=START, separation=False)
-    x, _, y, _ = truth(run.parameters, t_end, START)
-    displacement, _ = sizes(run)
+    run = simulate(
+        linear_parameters(c1=damping, c2=damping), t_end=t_end, start=START, separation=False
+    )
+    x, _, y, _ = exact_final(run.parameters, t_end, START)
+    displacement, _ = motion_scales(run)
     assert [run.final.x, run.final.y] == pytest.approx([x, y], abs=error * displacement)
 
 
 def test_overflow_is_diagnosed_with_its_time() -> None:
-    p = linear(k2=186.0, mu=2.0)
+    p = linear_parameters(k2=186.0, mu=2.0)
     growth = np.linalg.eigvals(LinearMotion(p, 1.0).matrix).real.max()
     with pytest.raises(
         ComputationError, match=r"grows beyond the floating-point range at t = "
@@ -188,21 +198,21 @@ def test_overflow_is_diagnosed_with_its_time() -> None:
         simulate(p, t_end=1e4, separation=False)
     t = float(e.value.why.partition("t = ")[2].split()[0])
     assert t == pytest.approx(np.log(1e300) / growth, rel=0.02)
-    before = simulate(p, t_end=0.99 * t, separation=False)
-    assert np.isfinite(before.peak.y_abs)
+    bounded_run = simulate(p, t_end=0.99 * t, separation=False)
+    assert np.isfinite(bounded_run.peak.y_abs)
     with pytest.raises(ComputationError):
         simulate(p, t_end=1.01 * t, separation=False)
 
 
 def test_rest_stays_rest() -> None:
-    run = simulate(linear(F=0.0), t_end=1e6, start=(0.0,) * 4, separation=False)
+    run = simulate(linear_parameters(F=0.0), t_end=1e6, start=(0.0,) * 4, separation=False)
     assert (run.final.x, run.final.y, run.peak.y_abs, run.peak.vx_max) == (0.0, 0.0, 0.0, 0.0)
 
 
 def test_the_dense_solution_is_the_sampled_one() -> None:
     times = np.linspace(0.0, 40.3, 777)
-    sampled = simulate(linear(), t_end=40.3, separation=False, samples=times).trajectory
-    solution = simulate(linear(), t_end=40.3, separation=False, samples="dense").solution
+    sampled = simulate(linear_parameters(), t_end=40.3, separation=False, samples=times).trajectory
+    solution = simulate(linear_parameters(), t_end=40.3, separation=False, samples="dense").solution
     assert sampled is not None
     assert solution is not None
     for column in ("x", "vx", "y", "vy", "P"):
@@ -212,7 +222,7 @@ def test_the_dense_solution_is_the_sampled_one() -> None:
 
 
 def test_the_exact_solution_is_for_linear_scenes() -> None:
-    p = linear()
+    p = linear_parameters()
     assert is_linear(Request(System(p, separation=False)))
     assert not is_linear(Request(System(p)))
     assert not is_linear(Request(System(Parameters(), separation=False)))
@@ -221,45 +231,53 @@ def test_the_exact_solution_is_for_linear_scenes() -> None:
 
 
 def test_runs_beyond_the_limits_of_the_exact_solution_are_refused() -> None:
-    undamped = linear(c1=0.0, c2=0.0)
+    undamped = linear_parameters(c1=0.0, c2=0.0)
     with pytest.raises(ComputationError, match="search for extremes needs more than 1000 spans"):
         simulate(undamped, t_end=1e4, separation=False, max_steps=1000)
     with pytest.raises(ComputationError, match="polynomials"):
-        simulate(linear(), t_end=1e6, separation=False, samples="dense", max_steps=10_000)
+        simulate(
+            linear_parameters(), t_end=1e6, separation=False, samples="dense", max_steps=10_000
+        )
 
 
 @pytest.mark.parametrize("name", [name for name in SCENES if name != "light"])
 @pytest.mark.parametrize("factor", [1.0, 10.0])
-def test_errors_are_within_those_of_rounding(name: str, factor: float) -> None:
+def test_errors_are_within_the_estimate_of_rounding(name: str, factor: float) -> None:
     changes, t_end = SCENES[name]
     growing = name in ("unstable", "strong-friction")
     t_end *= 1.0 if growing else factor
-    run = simulate(linear(**changes), t_end=t_end, start=START, separation=False)
+    run = simulate(linear_parameters(**changes), t_end=t_end, start=START, separation=False)
     _, *final = run.final
-    true = truth(run.parameters, t_end, START)
-    error = max(abs(a - b) for a, b in zip(final, true, strict=True)) / max(map(abs, true))
+    reference = exact_final(run.parameters, t_end, START)
+    error = max(abs(a - b) for a, b in zip(final, reference, strict=True)) / max(
+        map(abs, reference)
+    )
     assert error <= 4.0 * rounding_error(run).final
     digits = final_digits(run)
     assert digits is not None
-    for value, exact, count in zip(final, true, digits, strict=True):
+    for value, exact, count in zip(final, reference, digits, strict=True):
         assert count == 0 or abs(value - exact) <= 1.01 * 10.0**-count * abs(exact)
 
 
-def test_an_error_below_rounding_is_refused_and_estimates_are_never_below_it() -> None:
-    p = linear(c1=0.0, c2=0.0, mu=0.2)
+def test_a_requested_error_below_rounding_is_refused_and_estimates_exceed_the_error() -> None:
+    p = linear_parameters(c1=0.0, c2=0.0, mu=0.2)
     request = Request(System(p, separation=False), t_end=2e4)
     with pytest.raises(ComputationError, match=r"error of final is about "):
         simulate_to({"final": 1e-13}, request)
     verified = simulate_to({"final": 1e-9}, request)
-    x, vx, y, vy = truth(p, 2e4, request.initial)
+    x, vx, y, vy = exact_final(p, 2e4, request.initial)
     final = verified.transient.final
-    off = max(abs(final.x - x), abs(final.vx - vx), abs(final.y - y), abs(final.vy - vy))
-    assert 0.0 < off / max(abs(x), abs(vx), abs(y), abs(vy)) < verified.estimate.final < 1e-9
-    compared = accuracy(p, t_end=2e4, separation=False)
-    assert abs(compared.run.final.x - x) < compared.estimates["x"].difference < 1e-9
+    final_error = max(abs(final.x - x), abs(final.vx - vx), abs(final.y - y), abs(final.vy - vy))
+    assert (
+        0.0 < final_error / max(abs(x), abs(vx), abs(y), abs(vy)) < verified.estimate.final < 1e-9
+    )
+    comparison = accuracy(p, t_end=2e4, separation=False)
+    assert abs(comparison.run.final.x - x) < comparison.estimates["x"].difference < 1e-9
 
 
-def test_damping_leaves_no_more_error_than_the_vibration_has() -> None:
-    long = rounding_error(simulate(linear(c1=0.1, mu=0.2), t_end=1e6, separation=False))
-    assert long.final < 1e-14
-    assert long.peak < 1e-12
+def test_damping_keeps_rounding_errors_small_over_a_long_run() -> None:
+    rounding = rounding_error(
+        simulate(linear_parameters(c1=0.1, mu=0.2), t_end=1e6, separation=False)
+    )
+    assert rounding.final < 1e-14
+    assert rounding.peak < 1e-12

@@ -6,6 +6,7 @@ import pytest
 from fivtui.simulation import simulate
 from fivtui.transient.trajectory import COLUMNS, Trajectory
 
+# Sample times, s.
 TIMES = np.linspace(0.0, 60.0, 6001)
 
 
@@ -14,7 +15,9 @@ TIMES = np.linspace(0.0, 60.0, 6001)
     [{"kernel": "compiled"}, {"kernel": "interpreted"}, {"method": "fmu"}],
     ids=["compiled", "interpreted", "fmu"],
 )
-def test_parts_of_the_trajectory_are_handed_out_in_order(options: dict[str, Any]) -> None:
+def test_parts_of_the_trajectory_are_passed_to_the_callback_in_order(
+    options: dict[str, Any],
+) -> None:
     parts: list[Trajectory] = []
     run = simulate(t_end=60.0, samples=TIMES, on_samples=parts.append, **options)
     assert len(parts) > 1
@@ -26,7 +29,7 @@ def test_parts_of_the_trajectory_are_handed_out_in_order(options: dict[str, Any]
     assert joined.t.size > 4000
 
 
-def test_no_part_is_empty_where_samples_are_rare() -> None:
+def test_no_part_is_empty_when_samples_are_rare() -> None:
     parts: list[Trajectory] = []
     times = [0.0, 500.0, 1000.0]
     simulate(t_end=1000.0, kernel="interpreted", samples=times, on_samples=parts.append)

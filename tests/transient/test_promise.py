@@ -11,7 +11,7 @@ SCENES = random_scenes()
 TOLERANCES = (1e-2, 1e-3, 1e-4, 1e-6, 1e-8, 1e-10, 1e-11, 1e-12, 1e-13)
 
 
-def share(scene: RandomScene, tol: float, kernel: Kernel) -> float:
+def error_ratio(scene: RandomScene, tol: float, kernel: Kernel) -> float:
     """Ratio of the greatest error of a run to the promised error."""
     p, options = scene.parameters, {"start": scene.start, "separation": scene.separation}
     run = simulate(p, t_end=scene.t_end, tol=tol, kernel=kernel, **options)  # type: ignore[arg-type]
@@ -23,7 +23,7 @@ def share(scene: RandomScene, tol: float, kernel: Kernel) -> float:
     return float(np.max(errors / np.where(promised > 0.0, promised, np.finfo(float).tiny)))
 
 
-def test_the_scenes_are_hundreds_and_unlike() -> None:
+def test_the_hundreds_of_scenes_vary_in_scales_growth_and_duration() -> None:
     assert len(SCENES) >= 300
     ratios = np.array([scene.scales[0] / scene.scales[2] for scene in SCENES if scene.scales[2]])
     assert (ratios > 100.0).sum() > 10
@@ -33,16 +33,16 @@ def test_the_scenes_are_hundreds_and_unlike() -> None:
 
 
 @pytest.mark.parametrize("tol", TOLERANCES)
-def test_errors_are_below_what_is_promised(tol: float) -> None:
-    assert max(share(scene, tol, "compiled") for scene in SCENES) < 1.0
+def test_errors_are_below_the_promised_bound(tol: float) -> None:
+    assert max(error_ratio(scene, tol, "compiled") for scene in SCENES) < 1.0
 
 
 @pytest.mark.parametrize("tol", [1e-4, 1e-12])
-def test_errors_of_interpreted_runs_are_below_what_is_promised(tol: float) -> None:
-    assert max(share(scene, tol, "interpreted") for scene in SCENES[::20]) < 1.0
+def test_errors_of_interpreted_runs_are_below_the_promised_bound(tol: float) -> None:
+    assert max(error_ratio(scene, tol, "interpreted") for scene in SCENES[::20]) < 1.0
 
 
 @pytest.mark.whole
 @pytest.mark.parametrize("tol", TOLERANCES)
-def test_errors_of_all_interpreted_runs_are_below_what_is_promised(tol: float) -> None:
-    assert max(share(scene, tol, "interpreted") for scene in SCENES) < 1.0
+def test_errors_of_all_interpreted_runs_are_below_the_promised_bound(tol: float) -> None:
+    assert max(error_ratio(scene, tol, "interpreted") for scene in SCENES) < 1.0

@@ -13,7 +13,7 @@ from fivtui.transient.result import Transient
 from fivtui.transient.steppers.rk4 import RungeKutta4
 from tests.support.strategies import moderate_parameters, states
 
-T_END = 4.0
+T_END = 4.0  # s
 
 
 def end_state(step: float, *, separation: bool = True, bisect: bool = True) -> np.ndarray:
@@ -43,7 +43,7 @@ def errors(*, separation: bool, bisect: bool) -> list[float]:
     return [float(np.abs(end - expected).max()) for end in ends]
 
 
-def test_with_bisection_the_order_is_four() -> None:
+def test_with_bisection_of_switches_the_order_is_four() -> None:
     observed = orders(errors(separation=True, bisect=True))
     assert observed[-1] == pytest.approx(4.0, abs=0.25)
     assert observed[-2] == pytest.approx(4.0, abs=0.4)
@@ -53,12 +53,12 @@ def test_with_separation_ignored_the_order_is_four() -> None:
     assert orders(errors(separation=False, bisect=True))[-1] == pytest.approx(4.0, abs=0.25)
 
 
-def test_without_bisection_it_converges_at_a_lower_order() -> None:
-    located = errors(separation=True, bisect=True)
-    ignored = errors(separation=True, bisect=False)
-    assert ignored[-1] < 0.02 * ignored[0]
-    assert np.mean(orders(ignored)) < 3.2
-    assert ignored[-1] > 30.0 * located[-1]
+def test_without_bisection_of_switches_the_order_is_lower() -> None:
+    with_bisection = errors(separation=True, bisect=True)
+    without_bisection = errors(separation=True, bisect=False)
+    assert without_bisection[-1] < 0.02 * without_bisection[0]
+    assert np.mean(orders(without_bisection)) < 3.2
+    assert without_bisection[-1] > 30.0 * with_bisection[-1]
 
 
 def test_base_scene_agrees_with_taylor_within_its_own_error() -> None:
@@ -77,7 +77,7 @@ def test_base_scene_agrees_with_taylor_within_its_own_error() -> None:
     assert fine.switch_times == pytest.approx(exact.switch_times, abs=1e-8)
 
 
-def test_parameter_sets_advanced_together_are_those_advanced_alone() -> None:
+def test_parameter_sets_advanced_together_agree_with_sets_advanced_singly() -> None:
     sets = [Parameters(F=force, k_nl=k) for force, k in ((20, 50), (80, 100), (120, 0), (0, 10))]
     starts = [static_start(System(p)) for p in sets]
     together = RungeKutta4(sets, starts, step=0.01)
@@ -103,7 +103,7 @@ def test_random_scenes_agree_with_taylor(p: Parameters, start: State) -> None:
     assert integrator.state[:, 0] == pytest.approx(expected, abs=2e-4 * size)
 
 
-def test_a_step_too_large_for_the_stiffness_is_refused_with_a_smaller_one() -> None:
+def test_a_step_too_large_for_the_stiffness_is_refused_with_an_upper_bound_for_it() -> None:
     with pytest.raises(ComputationError, match=r"too large for RK4.*use a step below"):
         simulate(Parameters(k2=1e8), t_end=1.0, method="rk4", step=1e-3)
 

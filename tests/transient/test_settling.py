@@ -9,25 +9,25 @@ from fivtui.transient.native import later_amplitude
 from fivtui.tui.session.report import result_summary
 
 
-def test_the_amplitude_after_the_end_is_that_of_the_motion_that_goes_on(
+def test_the_amplitude_after_the_end_is_that_of_a_longer_run(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     run = simulate()
-    later = later_amplitude(run)
-    assert later is not None
-    # One run over both parts: the second half of its last part is that of the motion after the end.
-    longer = simulate(t_end=100.0 + later.after, samples="dense")
+    amplitude_after_end = later_amplitude(run)
+    assert amplitude_after_end is not None
+    # A longer run covers the time after the end; the amplitude is that of its second half.
+    longer = simulate(t_end=100.0 + amplitude_after_end.after, samples="dense")
     assert longer.solution is not None
-    times = [100.0 + later.after * (0.5 + part / 40_000) for part in range(20_001)]
+    times = [100.0 + amplitude_after_end.after * (0.5 + index / 40_000) for index in range(20_001)]
     y = longer.solution(times).y
-    assert later.y_half_range == pytest.approx(0.5 * (y.max() - y.min()), rel=1e-6)
-    assert run.steady.y_half_range > 1.1 * later.y_half_range
+    assert amplitude_after_end.y_half_range == pytest.approx(0.5 * (y.max() - y.min()), rel=1e-6)
+    assert run.steady.y_half_range > 1.1 * amplitude_after_end.y_half_range
     first, *_, last_line = result_summary(run)
     assert first == "peak |y| 10.50 m · 2nd half ±4.401 m unsettled"
     assert last_line == "not settled: ±3.861 m 24.6 s after the end"
     assert cli.run(["simulate"]) == 0
-    printed_text = " ".join(capsys.readouterr().out.split())
-    assert "over the second half of the run; not settled: 3.86103 m 24.6447 s later" in printed_text
+    printed = " ".join(capsys.readouterr().out.split())
+    assert "over the second half of the run; not settled: 3.86103 m 24.6447 s later" in printed
 
 
 @pytest.mark.parametrize(
@@ -51,7 +51,7 @@ def test_parameters_over_time_have_no_amplitude_to_settle_on() -> None:
     assert later_amplitude(run) is None
 
 
-def test_a_motion_that_cannot_be_followed_is_not_judged() -> None:
+def test_a_motion_that_overflows_after_its_end_is_not_called_unsettled() -> None:
     # The motion grows without bounds and overflows soon after the end of the run.
     p = Parameters(k_nl=0.0, mu=5.0)
     run = simulate(p, separation=False, t_end=440.0)

@@ -9,7 +9,7 @@ from fivtui.model.slider_belt import equilibrium
 from fivtui.transient.stiffness import find_stiffness
 from tests.cli.test_cli import run_fivtui
 
-LIGHT = Parameters(m=1e-6)
+LIGHT_SLIDER = Parameters(m=1e-6)
 
 
 @pytest.mark.parametrize(
@@ -29,23 +29,23 @@ def test_oscillations_are_not_stiff_however_fast(p: Parameters) -> None:
 
 
 def test_a_light_slider_is_stiff_unless_the_run_is_short() -> None:
-    stiffness = find_stiffness(System(LIGHT), t_end=100.0)
+    stiffness = find_stiffness(System(LIGHT_SLIDER), t_end=100.0)
     assert stiffness is not None
     assert stiffness.decay_rate == pytest.approx(0.32 / 1e-6, rel=1e-2)
     assert stiffness.motion_rate < 1e3
     assert stiffness.steps == pytest.approx(3.6e6, rel=0.05)
-    assert find_stiffness(System(LIGHT), t_end=0.1) is None
+    assert find_stiffness(System(LIGHT_SLIDER), t_end=0.1) is None
 
 
-def test_one_strong_damper_is_enough() -> None:
+def test_one_strong_damper_makes_a_scene_stiff() -> None:
     stiffness = find_stiffness(System(Parameters(c1=1e6)), t_end=100.0)
     assert stiffness is not None
     assert stiffness.decay_rate == pytest.approx(2e5, rel=1e-3)
 
 
-def test_running_out_of_steps_on_a_stiff_scene_says_so_and_what_helps() -> None:
+def test_the_step_limit_error_names_stiffness_and_suitable_methods() -> None:
     with pytest.raises(ComputationError, match="stiff") as caught:
-        simulate(LIGHT, max_steps=300)
+        simulate(LIGHT_SLIDER, max_steps=300)
     assert "scipy-lsoda" in caught.value.advice
     with pytest.raises(ComputationError) as caught:
         simulate(Parameters(), max_steps=300)
@@ -53,17 +53,17 @@ def test_running_out_of_steps_on_a_stiff_scene_says_so_and_what_helps() -> None:
 
 
 @pytest.mark.parametrize("method", ["scipy-radau", "scipy-lsoda"])
-def test_the_methods_it_advises_solve_it(method: str) -> None:
-    run = simulate(LIGHT, method=method, tol=1e-8)
-    rest = equilibrium(System(LIGHT))
+def test_advised_methods_solve_a_stiff_scene(method: str) -> None:
+    run = simulate(LIGHT_SLIDER, method=method, tol=1e-8)
+    rest = equilibrium(System(LIGHT_SLIDER))
     assert run.stats.steps < 2_000
     assert (run.final.x, run.final.y) == pytest.approx((rest.x, rest.y), rel=1e-10)
     assert run.peak.y_min == pytest.approx(run.start[2])
 
 
-def test_steps_of_fixed_length_are_counted_beforehand() -> None:
+def test_steps_of_fixed_length_are_limited_before_the_run() -> None:
     with pytest.raises(ComputationError, match=r"1\.45e\+08 steps .* are needed"):
-        simulate(LIGHT, method="rk4")
+        simulate(LIGHT_SLIDER, method="rk4")
 
 
 def test_rk4_refuses_a_step_that_the_damping_makes_unstable() -> None:
@@ -71,7 +71,7 @@ def test_rk4_refuses_a_step_that_the_damping_makes_unstable() -> None:
         simulate(Parameters(c1=1e6), method="rk4", step=1e-3, t_end=1.0)
 
 
-def test_the_command_line_says_that_a_scene_is_stiff_beside_its_result() -> None:
+def test_the_command_line_warns_of_stiffness_on_standard_error() -> None:
     # Load the compiled kernel first; the interpreter would take seconds.
     simulate(t_end=1.0, kernel="compiled")
     process = run_fivtui("simulate", "--set", "m=1e-6", "--t-end", "0.6")

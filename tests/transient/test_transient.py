@@ -62,20 +62,24 @@ def test_extremes_bound_a_dense_sampling_and_are_attained(
     size = 1e-9 + 1e-12 * (np.abs(motion.y).max() + np.abs(motion.vx).max())
     # Samples miss an extremum by at most the curvature times dt²/8.
     spacing = t_end / 4000.0
-    bend = np.abs(np.gradient(motion.vy, times)).max() * spacing**2 + size
-    assert motion.y.max() - size <= result.peak.y_max <= motion.y.max() + bend
-    assert motion.y.min() + size >= result.peak.y_min >= motion.y.min() - bend
-    bend = np.abs(np.gradient(motion.vx, times)).max() * spacing**2 + size
-    assert np.abs(motion.x).max() - size <= result.peak.x_abs <= np.abs(motion.x).max() + bend
+    sampling_error = np.abs(np.gradient(motion.vy, times)).max() * spacing**2 + size
+    assert motion.y.max() - size <= result.peak.y_max <= motion.y.max() + sampling_error
+    assert motion.y.min() + size >= result.peak.y_min >= motion.y.min() - sampling_error
+    sampling_error = np.abs(np.gradient(motion.vx, times)).max() * spacing**2 + size
+    assert (
+        np.abs(motion.x).max() - size
+        <= result.peak.x_abs
+        <= np.abs(motion.x).max() + sampling_error
+    )
     assert motion.vx.max() - size <= result.peak.vx_max
-    half = motion.y[times >= 0.5 * t_end]
-    assert 0.5 * np.ptp(half) <= result.steady.y_half_range + size
+    second_half_y = motion.y[times >= 0.5 * t_end]
+    assert 0.5 * np.ptp(second_half_y) <= result.steady.y_half_range + size
     assert motion.P.max() <= result.contact_force.max * (1.0 + 1e-12) + size
     assert result.contact_force.min >= 0.0
 
 
 @pytest.mark.parametrize("method", METHODS)
-def test_a_horizon_inside_a_step_cuts_it(method: str) -> None:
+def test_a_horizon_inside_a_step_ends_the_run_there(method: str) -> None:
     exact = simulate(Parameters(), t_end=3.01)
     run = simulate(Parameters(), t_end=3.01, tol=1e-8, method=method)
     assert run.final.t == 3.01
@@ -101,7 +105,7 @@ def test_trajectories_are_stored_only_on_request() -> None:
     assert result.solution is None
 
 
-def test_the_result_does_not_depend_on_what_is_stored() -> None:
+def test_the_result_does_not_depend_on_stored_samples() -> None:
     plain = simulate(Parameters(), t_end=30.0)
     sampled = simulate(Parameters(), t_end=30.0, samples=[0.0, 1.0, 30.0])
     assert plain.final == sampled.final
@@ -120,18 +124,18 @@ def test_separated_intervals_are_where_the_slider_is_off_the_belt() -> None:
     result = simulate(Parameters(), t_end=40.0, samples="dense")
     assert result.solution is not None
     lengths = []
-    for start, right in result.separated_intervals:
-        inside = result.solution(np.linspace(start, right, 52)[1:-1])
+    for start, end in result.separated_intervals:
+        inside = result.solution(np.linspace(start, end, 52)[1:-1])
         assert np.all(inside.y > 0.0)
         assert np.all(inside.mode == Mode.SEPARATED)
         assert np.all(inside.P == 0.0)
-        lengths.append(right - start)
+        lengths.append(end - start)
     assert math.fsum(lengths) == pytest.approx(result.events.separated_time, abs=1e-10)
     assert result.events.first == result.switch_times[0]
     assert result.events.last == result.switch_times[-1]
 
 
-def test_a_start_off_the_belt_counts_its_first_landing() -> None:
+def test_a_start_off_the_belt_has_one_more_landing_than_separations() -> None:
     result = simulate(Parameters(mu=0.0), t_end=2.0, start=(0.0, 0.0, 1.0, 0.0))
     assert result.first_mode is Mode.SEPARATED
     assert result.events.reattachments == result.events.separations + 1
@@ -161,14 +165,14 @@ def test_a_stable_scene_settles_without_separation() -> None:
 def test_progress_rises_to_one_and_can_cancel(method: str, kernel: KernelChoice) -> None:
     shares: list[float] = []
 
-    def note(fraction: float) -> bool:
+    def record_share(fraction: float) -> bool:
         shares.append(fraction)
         return True
 
     p, linear = Parameters(c1=0.0, c2=0.0, k_nl=0.0), kernel == "exact"
     t_end = 500.0 if linear else 2.0
     options: dict[str, Any] = {"method": method, "kernel": kernel, "separation": not linear}
-    simulate(p, t_end=t_end, tol=1e-6, progress=note, **options)
+    simulate(p, t_end=t_end, tol=1e-6, progress=record_share, **options)
     assert shares == sorted(shares)
     assert shares[0] == 0.0 or linear
     assert shares[-1] == 1.0

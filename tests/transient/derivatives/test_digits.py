@@ -16,12 +16,12 @@ from tests.references import RandomScene, random_scenes
 UNDAMPED = Parameters(c1=0.0, c2=0.0)
 
 
-def state_of(run: Transient) -> list[float]:
+def final_state(run: Transient) -> list[float]:
     return [run.final.x, run.final.vx, run.final.y, run.final.vy]
 
 
-def beyond(scene: RandomScene, tol: float) -> list[float]:
-    """Reported minus correct digits of each number of the state."""
+def excess_digits(scene: RandomScene, tol: float) -> list[float]:
+    """Reported minus correct digits of each component of the final state."""
     run = simulate(
         scene.parameters,
         t_end=scene.t_end,
@@ -34,42 +34,42 @@ def beyond(scene: RandomScene, tol: float) -> list[float]:
     assert digits is not None
     return [
         count - math.log10(abs(true / (value - true)))
-        for count, value, true in zip(digits, state_of(run), scene.final, strict=True)
+        for count, value, true in zip(digits, final_state(run), scene.final, strict=True)
         if count and true not in (0.0, value)
     ]
 
 
 @pytest.mark.parametrize("tol", [1e-4, 1e-8, 1e-12])
-def test_digits_of_random_scenes_hold(tol: float) -> None:
-    digits = np.concatenate([beyond(scene, tol) for scene in random_scenes()[::2]])
-    assert digits.max() < 1.0
-    assert (digits > 0.0).mean() < 0.005
+def test_digits_of_random_scenes_are_correct(tol: float) -> None:
+    excess = np.concatenate([excess_digits(scene, tol) for scene in random_scenes()[::2]])
+    assert excess.max() < 1.0
+    assert (excess > 0.0).mean() < 0.005
     # The reported digits are not too few.
-    assert np.median(digits) > -4.0
+    assert np.median(excess) > -4.0
 
 
 @pytest.mark.parametrize("t_end", [100.0, 5000.0])
-def test_digits_of_a_short_and_of_a_long_run_hold(t_end: float) -> None:
+def test_digits_of_short_and_long_runs_are_correct(t_end: float) -> None:
     run, finer = simulate(t_end=t_end), simulate(t_end=t_end, tol=1e-13)
     digits = final_digits(run)
     assert digits is not None
-    for count, value, finer_value in zip(digits, state_of(run), state_of(finer), strict=True):
+    for count, value, finer_value in zip(digits, final_state(run), final_state(finer), strict=True):
         assert 8 <= count <= 13
         assert abs(value - finer_value) < abs(value) * 10.0**-count
 
 
 @pytest.mark.parametrize("p", [Parameters(), Parameters(c1=200.0), Parameters(F=0.0)])
-def test_deviations_are_followed_over_a_part_of_a_long_run_alone(
+def test_deviations_are_computed_only_over_part_of_a_long_run(
     p: Parameters, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     run = simulate(p, t_end=20_000.0)
     spans: list[float] = []
 
-    def follow(request: Request, seeds: Any) -> Any:
+    def record_span(request: Request, seeds: Any) -> Any:
         spans.append(request.t_end)
         return SimpleNamespace(derivatives=np.eye(4), final=request.initial)
 
-    monkeypatch.setattr("fivtui.transient.derivatives.digits.vary", follow)
+    monkeypatch.setattr("fivtui.transient.derivatives.digits.vary", record_span)
     assert final_digits(run) is not None
     share = sum(spans) / run.t_end
     assert share < 1.0
@@ -78,7 +78,7 @@ def test_deviations_are_followed_over_a_part_of_a_long_run_alone(
 
 
 @pytest.mark.parametrize("t_end", [1000.0, 5000.0])
-def test_no_digit_holds_where_errors_grow_exponentially(t_end: float) -> None:
+def test_no_digit_is_reliable_where_errors_grow_exponentially(t_end: float) -> None:
     run = simulate(UNDAMPED, t_end=t_end)
     assert final_digits(run) == (0, 0, 0, 0)
     rows = {row.label: row for row in transient_rows(run)}
@@ -87,7 +87,7 @@ def test_no_digit_holds_where_errors_grow_exponentially(t_end: float) -> None:
         assert len(rows[f"final {name}"].value.split()[0].lstrip("-")) <= 5
 
 
-def test_reports_and_data_say_the_digits_that_hold() -> None:
+def test_reports_and_data_give_the_reliable_digits() -> None:
     run = simulate()
     digits = final_digits(run)
     assert digits is not None
@@ -111,6 +111,6 @@ def test_unknown_digits_are_not_printed(options: dict[str, Any]) -> None:
     assert rows["final x"].value == f"{run.final.x:.13g} m"
 
 
-def test_all_digits_of_rest_hold() -> None:
+def test_all_digits_of_rest_are_reliable() -> None:
     run = simulate(Parameters(F=0.0), t_end=5.0, start=(0.0,) * 4)
     assert final_digits(run) == (13, 13, 13, 13)

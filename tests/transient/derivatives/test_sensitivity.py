@@ -27,7 +27,7 @@ REFERENCES: Final[dict[str, Any]] = json.loads(
 )
 
 
-def flat(sensitivity: Sensitivity) -> np.ndarray:
+def flat_derivatives(sensitivity: Sensitivity) -> np.ndarray:
     """The derivatives in the order of the quantities of a reference."""
     return np.array(
         [*sensitivity.final, *sensitivity.peak, *sensitivity.steady, *sensitivity.contact_force]
@@ -51,39 +51,43 @@ def test_sensitivities_are_differences_of_25_digit_runs(name: str) -> None:
         expected = np.array(reference["by"][parameter])
         # One scale for state and heights together, and one for each contact force.
         scale = np.concatenate([np.full(10, np.abs(expected[:10]).max()), np.abs(expected[10:])])
-        assert (np.abs(flat(sensitivity) - expected) <= 1e-11 * scale + 1e-13).all(), parameter
+        assert (np.abs(flat_derivatives(sensitivity) - expected) <= 1e-11 * scale + 1e-13).all(), (
+            parameter
+        )
 
 
-def test_without_a_compiled_kernel_they_are_interpreted() -> None:
+def test_without_a_compiled_kernel_sensitivities_are_interpreted() -> None:
     compiled = simulate(t_end=1.0, sensitivities=["mu"])
     with INTERPRETED:
         run = simulate(t_end=1.0, sensitivities=["mu"])
     assert run.stats.kernel == "interpreted"
     assert run.sensitivities is not None
     assert compiled.sensitivities is not None
-    plain_values, compiled_values = (
-        flat(run.sensitivities["mu"]),
-        flat(compiled.sensitivities["mu"]),
+    interpreted_values, compiled_values = (
+        flat_derivatives(run.sensitivities["mu"]),
+        flat_derivatives(compiled.sensitivities["mu"]),
     )
-    assert plain_values == pytest.approx(compiled_values, rel=1e-9, abs=1e-12)
+    assert interpreted_values == pytest.approx(compiled_values, rel=1e-9, abs=1e-12)
 
 
 @settings(max_examples=20)
 @given(moderate_parameters())
-def test_the_static_start_changes_as_differences_say(p: Parameters) -> None:
+def test_changes_of_the_static_start_agree_with_differences(p: Parameters) -> None:
     for separation in (True, False):
         for name in PARAMETERS:
             nudge = 1e-6 * (1.0 + abs(getattr(p, name)))
-            ends = [
+            starts = [
                 static_start(
                     System(
-                        dataclasses.replace(p, **{name: getattr(p, name) + column * nudge}),
+                        dataclasses.replace(p, **{name: getattr(p, name) + offset * nudge}),
                         separation,
                     ),
                 )
-                for column in (0, 1, 2)
+                for offset in (0, 1, 2)
             ]
-            difference = (4.0 * np.array(ends[1]) - 3.0 * np.array(ends[0]) - ends[2]) / 2 / nudge
+            difference = (
+                (4.0 * np.array(starts[1]) - 3.0 * np.array(starts[0]) - starts[2]) / 2 / nudge
+            )
             change = static_start_change(System(p, separation), name)
             assert change == pytest.approx(difference, rel=1e-5, abs=1e-7), name
 
@@ -92,24 +96,28 @@ def test_a_start_in_numbers_does_not_depend_on_parameters() -> None:
     # In a time too short for motion, the derivatives are those of the start.
     p = Parameters()
     start = static_start(System(p))
-    of_numbers = simulate(p, t_end=1e-9, start=start, sensitivities=["F", "k1"]).sensitivities
-    static = simulate(p, t_end=1e-9, sensitivities=["F", "k1"]).sensitivities
-    assert of_numbers is not None
-    assert static is not None
+    sensitivities_of_fixed_start = simulate(
+        p, t_end=1e-9, start=start, sensitivities=["F", "k1"]
+    ).sensitivities
+    sensitivities_of_static_start = simulate(p, t_end=1e-9, sensitivities=["F", "k1"]).sensitivities
+    assert sensitivities_of_fixed_start is not None
+    assert sensitivities_of_static_start is not None
     for name in ("F", "k1"):
-        assert of_numbers[name].final == pytest.approx((0.0,) * 4, abs=1e-9)
-        assert static[name].final == pytest.approx(static_start_change(System(p), name), abs=1e-9)
+        assert sensitivities_of_fixed_start[name].final == pytest.approx((0.0,) * 4, abs=1e-9)
+        assert sensitivities_of_static_start[name].final == pytest.approx(
+            static_start_change(System(p), name), abs=1e-9
+        )
 
 
-def test_growth_is_what_costs_digits() -> None:
+def test_growth_of_deviations_determines_the_reliable_digits() -> None:
     fine = simulate(t_end=20.0, tol=1e-13, sensitivities=["F"]).sensitivities
     coarse = simulate(t_end=20.0, tol=1e-6, sensitivities=["F"]).sensitivities
     assert fine is not None
     assert coarse is not None
-    missed = np.abs(np.array(coarse["F"].final) / np.array(fine["F"].final) - 1.0).max()
+    relative_error = np.abs(np.array(coarse["F"].final) / np.array(fine["F"].final) - 1.0).max()
     assert fine.growth == pytest.approx(68.687397, rel=1e-6)
     assert (fine.digits(1e-13), coarse.digits(1e-6)) == (11, 4)
-    assert missed < 10.0 ** -coarse.digits(1e-6)
+    assert relative_error < 10.0 ** -coarse.digits(1e-6)
 
 
 def test_at_a_kink_the_derivatives_are_those_towards_greater_values() -> None:
@@ -131,15 +139,20 @@ def test_decayed_deviations_are_zero_and_cost_no_time() -> None:
     run = simulate(Parameters(m=1e-3, mu=0.2), t_end=10.0, sensitivities=["mu"])
     assert run.sensitivities is not None
     assert run.sensitivities.growth == 0.0
-    rest, longer = (
+    rest, rest_of_greater_mu = (
         equilibrium(System(run.parameters)),
         equilibrium(System(Parameters(m=1e-3, mu=0.2 + 1e-6))),
     )
-    expected = ((longer.x - rest.x) / 1e-6, 0.0, (longer.y - rest.y) / 1e-6, 0.0)
+    expected = (
+        (rest_of_greater_mu.x - rest.x) / 1e-6,
+        0.0,
+        (rest_of_greater_mu.y - rest.y) / 1e-6,
+        0.0,
+    )
     assert run.sensitivities["mu"].final == pytest.approx(expected, rel=1e-5, abs=1e-9)
 
 
-def test_progress_goes_on_through_both_runs() -> None:
+def test_progress_rises_through_the_run_and_its_derivatives() -> None:
     shares: list[float] = []
 
     def progress(share: float) -> bool:
@@ -155,12 +168,12 @@ def test_progress_goes_on_through_both_runs() -> None:
 
 
 @pytest.mark.parametrize("method", ["rk4", "scipy-dop853", "fmu"])
-def test_a_method_without_sensitivities_says_so(method: str) -> None:
+def test_methods_without_sensitivities_refuse_them(method: str) -> None:
     with pytest.raises(InputError, match=f"the method must be taylor, not {method}"):
         simulate(t_end=1.0, method=method, sensitivities=["mu"])
 
 
-def test_names_that_are_none_are_refused() -> None:
+def test_unknown_and_repeated_names_are_refused() -> None:
     with pytest.raises(InputError, match="did you mean k_nl"):
         simulate(sensitivities=["knl"])
     with pytest.raises(InputError, match="every name must be given once"):
@@ -181,7 +194,7 @@ def test_a_stored_transient_keeps_its_sensitivities(tmp_path: Path) -> None:
     assert restore_transient(tmp_path / "run.npz").sensitivities == run.sensitivities
 
 
-def test_the_command_prints_them_in_a_table_and_as_data() -> None:
+def test_the_command_prints_sensitivities_in_a_table_and_as_data() -> None:
     arguments = ["simulate", "--t-end", "20", "--sensitivity", "mu", "--sensitivity", "F"]
     table = CliRunner().invoke(commands, arguments).stdout
     assert "small deviations grow 68.7 times until the end; about 10 digits are reliable" in table

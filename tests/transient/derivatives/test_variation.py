@@ -37,7 +37,9 @@ AT_REST: Final[State] = (0.0, 0.0, 0.0, 0.0)
 PARAMETER_SEEDS: Final = tuple(Seed(AT_REST, {name: 1.0}) for name in PARAMETERS)
 
 
-def flow(p: Parameters, start: State, duration: float, *, separation: bool = True) -> Variation:
+def flow_derivatives(
+    p: Parameters, start: State, duration: float, *, separation: bool = True
+) -> Variation:
     request = Request(System(p, separation), t_end=duration, tol=1e-13, start=start)
     return vary(request, START_SEEDS)
 
@@ -66,7 +68,7 @@ def test_derivatives_are_differences_of_25_digit_runs(name: str, kernel: Kernel)
 
 @settings(max_examples=8)
 @given(moderate_parameters(), states(), st.floats(0.1, 3.0), st.booleans())
-def test_both_kernels_give_the_same_derivatives(
+def test_compiled_and_interpreted_kernels_give_the_same_derivatives(
     p: Parameters, start: State, duration: float, separation: bool
 ) -> None:
     interpreted, compiled = (
@@ -80,9 +82,9 @@ def test_both_kernels_give_the_same_derivatives(
     scale = np.abs(compiled.derivatives).max()
     assert np.abs(interpreted.derivatives - compiled.derivatives).max() < 1e-10 * scale
     assert interpreted.final_rate == pytest.approx(compiled.final_rate, rel=1e-9, abs=1e-9)
-    close_moments = np.abs(interpreted.extreme_times - compiled.extreme_times) < 1e-6
+    same_extrema = np.abs(interpreted.extreme_times - compiled.extreme_times) < 1e-6
     assert (
-        np.abs(interpreted.extreme_derivatives - compiled.extreme_derivatives)[close_moments].max(
+        np.abs(interpreted.extreme_derivatives - compiled.extreme_derivatives)[same_extrema].max(
             initial=0.0
         )
         < 1e-7 * scale
@@ -97,8 +99,8 @@ def test_both_kernels_give_the_same_derivatives(
 def test_volume_shrinks_by_the_divergence_along_every_flow(
     p: Parameters, start: State, duration: float, separation: bool
 ) -> None:
-    derivatives = flow(p, start, duration, separation=separation).derivatives
-    # Elimination loses as many digits as the entries exceed the determinant by.
+    derivatives = flow_derivatives(p, start, duration, separation=separation).derivatives
+    # Elimination loses digits where the entries greatly exceed the determinant.
     contraction = np.exp(-(p.c1 + p.c2) / p.m * duration)
     assume(np.linalg.cond(derivatives) < 1e5)
     assert np.linalg.det(derivatives) == pytest.approx(contraction, rel=1e-10)
@@ -113,22 +115,22 @@ def test_volume_shrinks_by_the_divergence_along_every_flow(
     1.0,
     0.5,
 )
-def test_the_flow_over_two_times_is_that_over_one_after_the_other(
-    p: Parameters, start: State, duration: float, part: float
+def test_derivatives_over_two_consecutive_spans_multiply(
+    p: Parameters, start: State, duration: float, fraction: float
 ) -> None:
-    complete = flow(p, start, duration)
-    first = flow(p, start, part * duration)
+    complete = flow_derivatives(p, start, duration)
+    first = flow_derivatives(p, start, fraction * duration)
     # The kernel treats a tiny start as rest.
     assume(all(abs(z) > 1e3 * START_THRESHOLD or z == 0.0 for z in first.final))
-    second = flow(p, first.final, duration - part * duration)
+    second = flow_derivatives(p, first.final, duration - fraction * duration)
     # Where motion only touches y = 0, as without damping, rounding decides whether it crosses.
-    switches = [*first.switch_times, *(part * duration + second.switch_times)]
+    switches = [*first.switch_times, *(fraction * duration + second.switch_times)]
     assume(len(switches) == complete.switch_times.size)
     assume(np.all(np.diff(switches) > 1e-3))
     scale = np.abs(second.derivatives) @ np.abs(first.derivatives)
     product = second.derivatives @ first.derivatives
     assert (np.abs(product - complete.derivatives) <= 1e-9 * (scale.max() + 1.0)).all()
-    # The field is carried along by its own flow.
+    # The derivatives map the rate of change at the start to that at the end.
     ax, ay = accelerations(p, start, mode_of(p, start, separation=True))
     rate = [start[1], ax, start[3], ay]
     assert complete.derivatives @ rate == pytest.approx(
@@ -150,7 +152,7 @@ def test_at_rest_the_flow_is_the_exponential_of_the_jacobian(kernel: Kernel, t_e
     assert np.abs(derivatives - expected).max() < 1e-11 * np.abs(expected).max()
 
 
-def test_the_flow_ends_where_a_transient_does_and_switches_when_it_does() -> None:
+def test_final_state_and_switch_times_are_those_of_a_transient() -> None:
     run = simulate(t_end=7.3, tol=1e-13)
     variation = vary(Request(System(Parameters()), t_end=7.3, tol=1e-13), START_SEEDS)
     assert variation.final == (run.final.x, run.final.vx, run.final.y, run.final.vy)
@@ -160,26 +162,28 @@ def test_the_flow_ends_where_a_transient_does_and_switches_when_it_does() -> Non
 @pytest.mark.parametrize("kernel", KERNELS)
 def test_derivatives_that_cannot_be_computed_give_the_reason(kernel: Kernel) -> None:
     growing = Parameters(k_nl=0.0, mu=100.0)
-    endless = Request(System(growing, separation=False), t_end=5000.0, kernel=kernel)
+    overflowing = Request(System(growing, separation=False), t_end=5000.0, kernel=kernel)
     with pytest.raises(
         ComputationError, match=r"beyond the floating-point range|cannot be computed"
     ):
-        vary(endless, START_SEEDS)
+        vary(overflowing, START_SEEDS)
     # Deviations overflow before the motion does.
-    huge = [Seed((1e300, 0.0, 0.0, 0.0))]
+    huge_deviations = [Seed((1e300, 0.0, 0.0, 0.0))]
     with pytest.raises(ComputationError, match="derivatives of the motion cannot be computed"):
-        vary(Request(System(growing, separation=False), t_end=100.0, kernel=kernel), huge)
+        vary(
+            Request(System(growing, separation=False), t_end=100.0, kernel=kernel), huge_deviations
+        )
     with pytest.raises(ComputationError, match="steps"):
         vary(Request(System(Parameters()), max_steps=10, kernel=kernel), START_SEEDS)
     with pytest.raises(Cancelled):
         vary(
             Request(System(Parameters()), kernel=kernel),
             START_SEEDS,
-            Progress(lambda fraction: fraction < 0.1),
+            Progress(lambda share: share < 0.1),
         )
 
 
-def test_numbers_of_every_size_end_in_an_answer_or_a_reason() -> None:
+def test_parameters_of_every_size_give_finite_derivatives_or_an_error() -> None:
     rng = np.random.default_rng(5)
     for _ in range(30):
         m, k1, k2, k3 = 10.0 ** rng.uniform(-6.0, 6.0, 4)
@@ -193,7 +197,7 @@ def test_numbers_of_every_size_end_in_an_answer_or_a_reason() -> None:
 
 
 @pytest.mark.parametrize("kernel", KERNELS)
-def test_a_linear_motion_is_derived_however_large_it_is(kernel: Kernel) -> None:
+def test_a_linear_motion_has_derivatives_however_large_it_is(kernel: Kernel) -> None:
     # The cube of y overflows, but k_nl = 0 makes it irrelevant.
     p = Parameters(k_nl=0.0)
     small, large = (
