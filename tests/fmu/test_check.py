@@ -1,4 +1,4 @@
-"""Checks of FMUs: valid ones have no problem; faults of broken ones are described, without harm."""
+"""Checks of FMUs: a valid FMU has no problem; faults of a broken FMU are reported."""
 
 import re
 import tempfile
@@ -23,7 +23,7 @@ def read_member(fmu: Path, pattern: str) -> tuple[str, bytes]:
         return name, archive.read(name)
 
 
-def test_the_fmu_of_this_project_is_sound(fmu: Path) -> None:
+def test_the_fmu_of_this_project_has_no_problem(fmu: Path) -> None:
     assert check_fmu(fmu) == []
 
 
@@ -57,9 +57,9 @@ def test_a_folder_and_an_archive_without_description_are_wrong_input(
 ) -> None:
     with pytest.raises(InputError, match="is a folder"):
         check_fmu(tmp_path)
-    bare = modified_copy(fmu, tmp_path / "bare.fmu", {"modelDescription.xml": None})
+    incomplete_fmu = modified_copy(fmu, tmp_path / "incomplete.fmu", {"modelDescription.xml": None})
     with pytest.raises(InputError, match=r"holds no modelDescription\.xml"):
-        check_fmu(bare)
+        check_fmu(incomplete_fmu)
 
 
 def test_an_invalid_description_is_reported(fmu: Path, tmp_path: Path) -> None:
@@ -73,20 +73,20 @@ def test_an_invalid_description_is_reported(fmu: Path, tmp_path: Path) -> None:
 
 
 def test_a_missing_binary_is_reported(fmu: Path, tmp_path: Path) -> None:
-    bare = modified_copy(fmu, tmp_path / "m.fmu", dict.fromkeys(LIBRARIES))
-    (problem,) = check_fmu(bare)
+    incomplete_fmu = modified_copy(fmu, tmp_path / "m.fmu", dict.fromkeys(LIBRARIES))
+    (problem,) = check_fmu(incomplete_fmu)
     assert "no binary for this platform" in problem
 
 
-@pytest.mark.skipif(fmpy.architecture == "aarch64", reason="it is for this processor")
-def test_a_binary_for_another_processor_is_none(tmp_path: Path) -> None:
+@pytest.mark.skipif(fmpy.architecture == "aarch64", reason="the binary would be for this processor")
+def test_a_binary_for_another_processor_does_not_count(tmp_path: Path) -> None:
     fmu = build_fmu(tmp_path / "native.fmu", flavour="native")
-    (name,) = (n for n in zipfile.ZipFile(fmu).namelist() if n.startswith("binaries/"))
-    folder, file = name.rsplit("/", 1)
+    (member,) = (n for n in zipfile.ZipFile(fmu).namelist() if n.startswith("binaries/"))
+    folder, file = member.rsplit("/", 1)
     system = {"linux64": "linux", "darwin64": "darwin", "win64": "windows"}[folder[9:]]
-    foreign = f"binaries/aarch64-{system}/{file}"
+    foreign_member = f"binaries/aarch64-{system}/{file}"
     with zipfile.ZipFile(fmu, "a") as archive:
-        archive.writestr(foreign, archive.read(name))
+        archive.writestr(foreign_member, archive.read(member))
     (problem,) = check_fmu(fmu)
     assert "no binary for this platform" in problem
     with pytest.raises(InputError, match="has no binary for this platform"):
@@ -97,6 +97,7 @@ def test_a_damaged_file_is_reported(fmu: Path, tmp_path: Path) -> None:
     data = bytearray(fmu.read_bytes())
     with zipfile.ZipFile(fmu) as archive:
         offset = archive.getinfo(LIBRARIES[0]).header_offset
+    # A byte of the compressed library, past its header in the archive.
     data[offset + 2000] ^= 255
     path = tmp_path / "m.fmu"
     path.write_bytes(data)
@@ -128,7 +129,7 @@ def test_a_slave_that_cannot_be_instantiated_is_reported(fmu: Path, tmp_path: Pa
         ("raise ValueError('broken')", "fails"),
     ],
 )
-def test_the_behaviour_of_any_fmu_is_tried(
+def test_a_fault_in_the_run_of_another_fmu_is_reported(
     behaviour: str, message: str | None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     # The description that pythonfmu writes is not valid; only the run matters in this test.

@@ -1,4 +1,4 @@
-"""Runs of FMUs on a belt of finite speed are the native ones, from Python and the command line."""
+"""Runs of the FMU on a belt of finite speed agree with native runs."""
 
 import json
 from pathlib import Path
@@ -15,9 +15,11 @@ from fivtui.model import InputError, Mode, System, time_tables
 from fivtui.transient import Request, Transient
 
 METHODS = ["fmu", "fmu-native"]
+# v_belt and v_s in m/s: the slider sticks, slides and separates.
 P = Parameters(v_belt=2.0, mu_s=0.8, v_s=0.4)
+# x (m), vx (m/s), y (m), vy (m/s).
 START = (2.0, 8.0, 1.0, 0.0)
-SETTINGS = ["--set", "v_belt=2", "--set", "mu_s=0.8", "--set", "v_s=0.4"]
+SETTING_ARGUMENTS = ["--set", "v_belt=2", "--set", "mu_s=0.8", "--set", "v_s=0.4"]
 
 
 def assert_same(fmu_run: Transient, native: Transient) -> None:
@@ -35,7 +37,7 @@ def assert_same(fmu_run: Transient, native: Transient) -> None:
 
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("step", [None, 0.01, 5.0])
-def test_the_result_is_native_at_every_communication_step(method: str, step: float | None) -> None:
+def test_any_communication_step_gives_the_native_result(method: str, step: float | None) -> None:
     fmu_run = simulate(P, t_end=5.0, start=START, method=method, step=step)
     native = simulate(P, t_end=5.0, start=START)
     assert_same(fmu_run, native)
@@ -44,16 +46,16 @@ def test_the_result_is_native_at_every_communication_step(method: str, step: flo
 
 
 @pytest.mark.parametrize("method", METHODS)
-def test_commands_run_the_fmu(
+def test_the_commands_simulate_and_sweep_run_the_fmu(
     method: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     native = simulate(P, t_end=3.0)
-    assert run(["simulate", *SETTINGS, "--t-end", "3", "--method", method, "--json"]) == 0
-    data = json.loads(capsys.readouterr().out)
-    assert data["events"]["sticks"] == native.events.sticks > 0
-    assert data["events"]["transitions"] == dict(native.events.transitions)
+    assert run(["simulate", *SETTING_ARGUMENTS, "--t-end", "3", "--method", method, "--json"]) == 0
+    summary = json.loads(capsys.readouterr().out)
+    assert summary["events"]["sticks"] == native.events.sticks > 0
+    assert summary["events"]["transitions"] == dict(native.events.transitions)
     out = f"{tmp_path}/rows.csv"
-    arguments = ["sweep", "--vary", "v_belt=1:2:2", *SETTINGS[2:], "--t-end", "3"]
+    arguments = ["sweep", "--vary", "v_belt=1:2:2", *SETTING_ARGUMENTS[2:], "--t-end", "3"]
     assert run([*arguments, "--method", method, "--json", "--out", out]) == 0
     table = json.loads(capsys.readouterr().out)
     column = table["columns"].index("y_abs")
@@ -61,6 +63,7 @@ def test_commands_run_the_fmu(
     assert [row[column] for row in table["rows"]] == pytest.approx(peaks, rel=1e-8)
 
 
+# Points (time in s, value) of each input; a repeated time is a jump.
 TABLES: Final[dict[str, list[tuple[float, float]]]] = {
     "F": [(0, 40), (4, 100), (8, 60)],
     "mu": [(0, 0.7), (2, 0.7), (6, 0.5), (6, 0.8)],
@@ -109,7 +112,7 @@ def test_a_start_value_of_v_belt_selects_a_finite_belt(
     fmu: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     native = simulate(P, t_end=3.0)
-    assert run(["fmu", "run", str(fmu), *SETTINGS, "--t-end", "3", "--json"]) == 0
+    assert run(["fmu", "run", str(fmu), *SETTING_ARGUMENTS, "--t-end", "3", "--json"]) == 0
     final = json.loads(capsys.readouterr().out)["final"]
     assert final["y"] == pytest.approx(native.final.y, rel=1e-12)
     assert final["sticks"] == native.events.sticks
@@ -118,7 +121,8 @@ def test_a_start_value_of_v_belt_selects_a_finite_belt(
     friction = {"mu_s": 0.8, "v_s": 0.4}
     result = run_fmu(fmu, t_end=3.0, start_values=friction, input_csv=table)
     assert result.columns["y"][-1] == pytest.approx(native.final.y, rel=1e-12)
-    sliding = simulate(t_end=3.0).final.y
+    # Without a finite belt, the slider never sticks.
+    y_without_belt = simulate(t_end=3.0).final.y
     for values in ({}, {"v_belt": 2.0, "finite_belt": False}):
-        run_of_it = run_fmu(fmu, t_end=3.0, start_values=values)
-        assert run_of_it.columns["y"][-1] == pytest.approx(sliding, rel=1e-12)
+        result_without_belt = run_fmu(fmu, t_end=3.0, start_values=values)
+        assert result_without_belt.columns["y"][-1] == pytest.approx(y_without_belt, rel=1e-12)

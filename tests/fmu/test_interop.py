@@ -22,12 +22,14 @@ from fmu_src.build.ssp import build_ssp
 from tests.support.fmu_coupling import Row, run_coupled
 from tests.support.fmu_hosts import HOSTS
 
+# Number and length (s) of the communication steps.
 STEPS, H = 500, 0.01
 PACKAGES = {
     "libcosim": "libcosimpy",
     "ecos": "ecospy",
     "container": "fmu_manipulation_toolbox",
 }
+# Folder of the shared libraries in the Python environment.
 LIBRARIES = f"{sys.prefix}/lib"
 
 
@@ -51,7 +53,9 @@ def rows(folder: Path) -> list[Row]:
     return run_coupled(folder / "slider_belt.fmu", folder / "brake_actuator.fmu", steps=STEPS, h=H)
 
 
-def test_the_pair_vibrates_under_a_preload_that_answers_the_contact(rows: list[Row]) -> None:
+def test_the_coupled_fmus_vibrate_and_the_preload_reacts_to_the_contact_force(
+    rows: list[Row],
+) -> None:
     preloads = [preload for _, _, preload in rows]
     assert preloads[0] == pytest.approx(80.0, abs=1.0)
     assert max(preloads) > 82.0
@@ -83,15 +87,15 @@ def test_a_host_agrees_with_the_scripted_master(
     assert_same(json.loads(process.stdout.splitlines()[-1]), rows)
 
 
-def assert_same(results: list[Row], rows: list[Row], absolute: float = 1e-9) -> None:
-    # Hosts accumulate the time differently, in the last digit.
+def assert_same(results: list[Row], rows: list[Row], abs_error: float = 1e-9) -> None:
+    # Hosts sum up the time with different rounding.
     assert len(results) == len(rows)
     for actual_row, expected_row in zip(results, rows, strict=True):
-        assert actual_row == pytest.approx(expected_row, rel=1e-9, abs=absolute)
+        assert actual_row == pytest.approx(expected_row, rel=1e-9, abs=abs_error)
 
 
 @pytest.mark.host
-def test_a_host_in_c_plus_plus_agrees_with_python_loaded_first_where_that_is_needed(
+def test_a_host_in_c_plus_plus_agrees_if_python_is_preloaded_for_the_python_flavour(
     flavour: str, folder: Path, rows: list[Row], tmp_path: Path
 ) -> None:
     if find_spec("ecospy") is None or sys.platform != "linux":
@@ -116,10 +120,10 @@ def test_a_host_in_c_plus_plus_agrees_with_python_loaded_first_where_that_is_nee
     names = ("slider_belt::y[REAL]", "slider_belt::P[REAL]", "brake_actuator::F[REAL]")
     outputs = [tuple(float(row[name]) for name in names) for row in table]
     # The program writes six decimals.
-    assert_same([(y, P, F) for y, P, F in outputs[-STEPS:]], rows, absolute=1e-6)
+    assert_same([(y, P, F) for y, P, F in outputs[-STEPS:]], rows, abs_error=1e-6)
 
 
-def test_fmpy_runs_the_archive_with_zeros_for_inputs_in_the_first_step(folder: Path) -> None:
+def test_fmpy_runs_the_archive_with_inputs_of_zero_in_the_first_step(folder: Path) -> None:
     run = simulate_ssp(str(folder / "brake.ssp"), stop_time=1.0 - 0.5 * H, step_size=H)
     fmus = (folder / "slider_belt.fmu", folder / "brake_actuator.fmu")
     expected = run_coupled(*fmus, steps=run.size, h=H, first=(0.0, 0.0, 0.0))
@@ -128,19 +132,19 @@ def test_fmpy_runs_the_archive_with_zeros_for_inputs_in_the_first_step(folder: P
     assert_same(list(zip(*columns, strict=True)), expected)
 
 
-def test_the_archive_follows_the_standard_and_is_always_the_same(
+def test_the_archive_follows_the_standard_and_its_bytes_are_reproducible(
     flavour: str, folder: Path, tmp_path: Path
 ) -> None:
     system = read_ssd(str(folder / "brake.ssp"), validate=True).system
     assert [element.name for element in system.elements] == ["brake_actuator", "slider_belt"]
     for element in system.elements:
-        described = fmpy.read_model_description(folder / f"{element.name}.fmu")
-        kinds = {v.name: v.causality for v in described.modelVariables}
-        assert all(kinds[c.name] == c.kind for c in element.connectors)
-    again = build_ssp(tmp_path / "again.ssp", flavour=flavour)
-    assert again.read_bytes() == (folder / "brake.ssp").read_bytes()
+        description = fmpy.read_model_description(folder / f"{element.name}.fmu")
+        causalities = {v.name: v.causality for v in description.modelVariables}
+        assert all(causalities[c.name] == c.kind for c in element.connectors)
+    rebuilt_archive = build_ssp(tmp_path / "rebuilt.ssp", flavour=flavour)
+    assert rebuilt_archive.read_bytes() == (folder / "brake.ssp").read_bytes()
 
 
-def test_a_wrong_target_is_refused(tmp_path: Path) -> None:
+def test_a_target_without_the_suffix_of_an_archive_is_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"\.ssp"):
         build_ssp(tmp_path / "brake.fmu")

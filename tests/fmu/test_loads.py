@@ -1,4 +1,4 @@
-"""Loading an FMU again takes no more memory in the process and disturbs no other run."""
+"""Repeated loads of an FMU reuse the library and the folder, without files left open."""
 
 import json
 import sys
@@ -33,35 +33,36 @@ print(json.dumps(counts))
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="reads /proc")
-def test_tens_of_runs_map_one_library_and_open_no_file(fmu: Path) -> None:
-    first, *later = json.loads(run_python("-c", LOAD_SCRIPT, fmu))
-    assert first[0] > 0
-    assert later == [first] * 11
+def test_repeated_runs_map_no_more_libraries_and_leave_no_open_files(fmu: Path) -> None:
+    # Each count holds the mapped parts of libraries and the open files.
+    first_counts, *later_counts = json.loads(run_python("-c", LOAD_SCRIPT, fmu))
+    assert first_counts[0] > 0
+    assert later_counts == [first_counts] * 11
 
 
 def test_a_folder_is_reused_only_for_the_same_content(
     fmu: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    copy, changed = tmp_path / "copy.fmu", tmp_path / "other.fmu"
+    copy, changed_fmu = tmp_path / "copy.fmu", tmp_path / "other.fmu"
     copy.write_bytes(fmu.read_bytes())
-    changed.write_bytes(fmu.read_bytes() + b"\0")
+    changed_fmu.write_bytes(fmu.read_bytes() + b"\0")
     folder = tmp_path / "temporary"
     folder.mkdir()
     monkeypatch.setattr(tempfile, "tempdir", str(folder))
-    with reserve_folder(fmu) as first:
-        assert Path(first.path).parent == folder
-        assert list(Path(first.path).iterdir()) == []
-        with reserve_folder(copy) as second, reserve_folder(changed) as foreign:
-            assert len({first.path, second.path, foreign.path}) == 3
+    with reserve_folder(fmu) as first_folder:
+        assert Path(first_folder.path).parent == folder
+        assert list(Path(first_folder.path).iterdir()) == []
+        with reserve_folder(copy) as second_folder, reserve_folder(changed_fmu) as changed_folder:
+            assert len({first_folder.path, second_folder.path, changed_folder.path}) == 3
     assert list(folder.iterdir()) == []
-    with reserve_folder(copy) as again:
-        assert again.path in (first.path, second.path)
+    with reserve_folder(copy) as reused_folder:
+        assert reused_folder.path in (first_folder.path, second_folder.path)
         # A folder of the expected name that another program made stays unchanged.
-        occupied = Path(({first.path, second.path} - {again.path}).pop())
-        occupied.mkdir()
-        with reserve_folder(fmu) as fresh:
-            assert fresh.path not in (str(occupied), foreign.path)
-        again.failed_fatally = True
-    assert list(folder.iterdir()) == [occupied]
+        occupied_path = Path(({first_folder.path, second_folder.path} - {reused_folder.path}).pop())
+        occupied_path.mkdir()
+        with reserve_folder(fmu) as new_folder:
+            assert new_folder.path not in (str(occupied_path), changed_folder.path)
+        reused_folder.failed_fatally = True
+    assert list(folder.iterdir()) == [occupied_path]
     with reserve_folder(fmu) as next_folder:
-        assert next_folder.path == fresh.path
+        assert next_folder.path == new_folder.path

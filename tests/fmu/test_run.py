@@ -1,4 +1,4 @@
-"""Runs of any FMU: inputs are checked first; results are complete, or an error is raised."""
+"""Runs of any FMU: requests are checked first; a run gives complete results or an error."""
 
 import re
 import zipfile
@@ -19,7 +19,7 @@ def table(tmp_path: Path) -> Path:
     return tmp_path / "inputs.csv"
 
 
-def test_start_values_may_be_text_and_units_come_along(fmu: Path) -> None:
+def test_start_values_may_be_text_and_a_run_has_the_units_of_its_columns(fmu: Path) -> None:
     run = run_fmu(fmu, t_end=5.0, start_values={"F": "60", "separation": "false", "k1": 90})
     final = interpreted(Parameters(F=60.0, k1=90.0), t_end=5.0, separation=False).final
     assert run.columns["y"][-1] == final.y
@@ -28,7 +28,7 @@ def test_start_values_may_be_text_and_units_come_along(fmu: Path) -> None:
     assert (run.model, run.fmi_version) == ("SliderBelt", "2.0")
 
 
-def test_outputs_and_interval_can_be_chosen(fmu: Path) -> None:
+def test_outputs_and_output_interval_can_be_chosen(fmu: Path) -> None:
     run = run_fmu(fmu, t_end=1.0, output_interval=0.25, outputs=["P", "mode_integer"])
     assert list(run.columns) == ["time", "P", "mode_integer"]
     assert run.columns["time"].tolist() == [0.0, 0.25, 0.5, 0.75, 1.0]
@@ -37,11 +37,13 @@ def test_outputs_and_interval_can_be_chosen(fmu: Path) -> None:
 def test_inputs_from_a_table_jump_at_repeated_times(fmu: Path, table: Path) -> None:
     table.write_text("# preload\ntime, F\n0, 80\n2, 80\n2, 120\n5, 120\n")
     run = run_fmu(fmu, t_end=5.0, input_csv=table, output_interval=0.5)
-    first = interpreted(t_end=2.0).final
-    second = interpreted(
-        Parameters(F=120.0), t_end=3.0, start=(first.x, first.vx, first.y, first.vy)
+    before_jump = interpreted(t_end=2.0).final
+    after_jump = interpreted(
+        Parameters(F=120.0),
+        t_end=3.0,
+        start=(before_jump.x, before_jump.vx, before_jump.y, before_jump.vy),
     ).final
-    assert run.columns["y"][-1] == pytest.approx(second.y, rel=1e-10)
+    assert run.columns["y"][-1] == pytest.approx(after_jump.y, rel=1e-10)
 
 
 def test_inputs_that_the_table_leaves_out_keep_their_start_value(
@@ -69,7 +71,9 @@ def test_inputs_that_the_table_leaves_out_keep_their_start_value(
         ("time,F\n0,1e12\n", "F = 1e+12: must be from"),
     ],
 )
-def test_a_wrong_table_is_refused(fmu: Path, table: Path, text: str, message: str) -> None:
+def test_an_invalid_table_of_inputs_is_refused(
+    fmu: Path, table: Path, text: str, message: str
+) -> None:
     table.write_text(text)
     with pytest.raises(InputError, match=re.escape(message)):
         run_fmu(fmu, t_end=1.0, input_csv=table)
@@ -95,7 +99,7 @@ def test_a_wrong_table_is_refused(fmu: Path, table: Path, text: str, message: st
         ({"input_csv": Path("absent.csv")}, "absent.csv: there is no such file"),
     ],
 )
-def test_a_wrong_request_is_refused(fmu: Path, options: dict[str, Any], message: str) -> None:
+def test_an_invalid_request_is_refused(fmu: Path, options: dict[str, Any], message: str) -> None:
     with pytest.raises(InputError, match=re.escape(message)):
         run_fmu(fmu, **options)
 
@@ -121,7 +125,7 @@ def test_an_error_contains_the_message_of_the_fmu(
         run_fmu(fmu, **options)
 
 
-def test_another_fmu_runs_with_inputs_of_all_types(tmp_path: Path, table: Path) -> None:
+def test_an_fmu_of_another_model_runs_with_inputs_of_all_types(tmp_path: Path, table: Path) -> None:
     table.write_text("time,rate,on\n0,1,1\n1,1,0\n2,1,1\n3,1,1\n")
     run = run_fmu(
         build_accumulator(tmp_path),
@@ -130,6 +134,7 @@ def test_another_fmu_runs_with_inputs_of_all_types(tmp_path: Path, table: Path) 
         start_values={"gain": "3"},
         input_csv=table,
     )
+    # The gain 3 times a rate of 1/s, for the 2 s in which the input is on.
     assert run.columns["total"][-1] == pytest.approx(6.0)
     assert run.columns["count"][-1] == 6
 
@@ -147,7 +152,7 @@ def test_an_fmu_that_fails_raises_an_error(tmp_path: Path, behaviour: str, messa
         run_fmu(build_accumulator(tmp_path, behaviour), t_end=3.0)
 
 
-def test_fmus_of_other_kinds_are_refused(fmu: Path, tmp_path: Path) -> None:
+def test_fmus_of_fmi_1_or_for_model_exchange_only_are_refused(fmu: Path, tmp_path: Path) -> None:
     with zipfile.ZipFile(fmu) as archive:
         xml = archive.read("modelDescription.xml")
     for old, new, message in (
@@ -155,19 +160,19 @@ def test_fmus_of_other_kinds_are_refused(fmu: Path, tmp_path: Path) -> None:
         (b"CoSimulation", b"ModelExchange", "is not for co-simulation"),
         (b"<fmiModelDescription", b"<nonsense", "is not an FMU"),
     ):
-        changed = {"modelDescription.xml": xml.replace(old, new)}
+        changed_members = {"modelDescription.xml": xml.replace(old, new)}
         with pytest.raises(InputError, match=message):
-            run_fmu(modified_copy(fmu, tmp_path / "m.fmu", changed))
+            run_fmu(modified_copy(fmu, tmp_path / "m.fmu", changed_members))
 
 
 def test_a_run_reports_progress_and_can_be_cancelled(fmu: Path) -> None:
     fractions: list[float] = []
 
-    def note(fraction: float) -> bool:
+    def store_fraction(fraction: float) -> bool:
         fractions.append(fraction)
         return True
 
-    run_fmu(fmu, t_end=10.0, progress=note)
+    run_fmu(fmu, t_end=10.0, progress=store_fraction)
     assert fractions == sorted(fractions)
     assert fractions[-1] == 1.0
     assert len(fractions) > 3
@@ -182,6 +187,7 @@ def test_events_are_changes_of_discrete_outputs(fmu: Path, tmp_path: Path) -> No
     assert [t for t, _, _ in events] == sorted(t for t, _, _ in events)
     switches = [(t, value) for t, name, value in events if name == "last_event"]
     assert [value for _, value in switches] == native.switch_times.tolist()
+    # An event appears at the next output, at most one interval of 0.01 s later.
     assert all(0.0 <= t - value < 0.01 + 1e-9 for t, value in switches)
     assert [value for _, name, value in events if name == "mode"][:2] == [0.0, 1.0]
     save_fmu_events(run, tmp_path / "events.csv")
@@ -197,10 +203,10 @@ def test_a_saved_run_reads_back_exactly(fmu: Path, tmp_path: Path) -> None:
     path = tmp_path / "run.csv"
     save_fmu_run(run, path)
     lines = path.read_text().splitlines()
-    body = [line for line in lines if not line.startswith("#")]
-    assert body[0].split(",") == list(run.columns)
-    read = np.array([[float(part) for part in line.split(",")] for line in body[1:]])
-    assert np.array_equal(read, np.array(list(run.columns.values())).T)
+    table_lines = [line for line in lines if not line.startswith("#")]
+    assert table_lines[0].split(",") == list(run.columns)
+    saved_values = np.array([[float(text) for text in line.split(",")] for line in table_lines[1:]])
+    assert np.array_equal(saved_values, np.array(list(run.columns.values())).T)
     assert '"P": "N"' in path.read_text()
     with pytest.raises(InputError, match="exists"):
         save_fmu_run(run, path)

@@ -1,4 +1,4 @@
-"""Transients through the FMU equal the native ones and leave no files or processes."""
+"""Transients by the FMU equal native transients and leave no files behind."""
 
 import os
 import signal
@@ -49,7 +49,7 @@ def assert_same(fmu_run: Transient, native: Transient, rel: float = 1e-9) -> Non
     ],
 )
 @pytest.mark.parametrize(("method", "kernel"), [("fmu", "interpreted"), ("fmu-native", "compiled")])
-def test_the_result_is_native_at_every_communication_step(
+def test_any_communication_step_gives_the_native_result(
     method: str, kernel: KernelChoice, step: float | None, t_end: float, separation: bool
 ) -> None:
     fmu_run = simulate(separation=separation, t_end=t_end, method=method, step=step)
@@ -60,11 +60,12 @@ def test_the_result_is_native_at_every_communication_step(
 
 @settings(max_examples=6, deadline=None)
 @given(moderate_parameters())
-def test_the_result_is_native_for_other_parameters(p: Parameters) -> None:
+def test_other_parameters_give_the_native_result(p: Parameters) -> None:
     assert_same(simulate(p, t_end=10.0, method="fmu"), interpreted(p, t_end=10.0), rel=1e-8)
 
 
 def test_several_switches_within_a_communication_step_are_counted() -> None:
+    # A stiff contact: the shortest time between two switches is below 7 ms.
     p = Parameters(F=60.0, k_nl=1e8, mu=0.5)
     options: dict[str, Any] = {"t_end": 10.0, "start": (0.0, 0.0, 2.0, 0.0)}
     native = interpreted(p, **options)
@@ -75,7 +76,7 @@ def test_several_switches_within_a_communication_step_are_counted() -> None:
         assert_same(fmu_run, native, rel=1e-8)
 
 
-def test_samples_are_the_outputs_at_their_times(fmu: Path) -> None:
+def test_samples_are_the_outputs_at_the_requested_times(fmu: Path) -> None:
     times = [0.0, 0.1, 0.1, 1.0 / 3.0, 2.860607592369662, 4.0, 10.0]
     fmu_run = integrate_fmu(
         Request(System(Parameters()), t_end=10.0, method="fmu", samples=times), fmu=fmu
@@ -93,7 +94,7 @@ def test_samples_are_the_outputs_at_their_times(fmu: Path) -> None:
     assert_same(fmu_run, native)
 
 
-def test_a_dense_solution_can_be_had() -> None:
+def test_a_dense_solution_agrees_with_the_native_solution() -> None:
     fmu_run = simulate(t_end=10.0, method="fmu", samples="dense")
     native = interpreted(t_end=10.0, samples="dense")
     assert fmu_run.solution is not None
@@ -103,7 +104,7 @@ def test_a_dense_solution_can_be_had() -> None:
 
 
 @pytest.mark.parametrize("samples", [[1.0, 0.5], [-1.0], [11.0], []])
-def test_wrong_samples_are_refused(samples: list[float]) -> None:
+def test_invalid_times_of_samples_are_refused(samples: list[float]) -> None:
     with pytest.raises(InputError, match="samples"):
         simulate(t_end=10.0, method="fmu", samples=samples)
 
@@ -111,12 +112,12 @@ def test_wrong_samples_are_refused(samples: list[float]) -> None:
 def test_progress_rises_to_one_and_can_cancel(fmu: Path) -> None:
     fractions: list[float] = []
 
-    def note(fraction: float) -> bool:
+    def store_fraction(fraction: float) -> bool:
         fractions.append(fraction)
         return True
 
     request = Request(System(Parameters()), t_end=30.0, method="fmu")
-    integrate_fmu(request, fmu=fmu, progress=note)
+    integrate_fmu(request, fmu=fmu, progress=store_fraction)
     assert fractions == sorted(fractions)
     assert fractions[-1] == 1.0
     assert len(fractions) > 5
@@ -126,22 +127,22 @@ def test_progress_rises_to_one_and_can_cancel(fmu: Path) -> None:
         integrate_fmu(request, progress=lambda _fraction: False)
 
 
-@pytest.mark.parametrize("how", ["done", "cancelled", "failed"])
-def test_no_files_or_processes_remain(
-    how: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+@pytest.mark.parametrize("outcome", ["finished", "cancelled", "failed"])
+def test_no_files_or_output_remain_and_the_process_is_unchanged(
+    outcome: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
     options: dict[str, Any] = {"t_end": 5.0, "method": "fmu"}
-    if how == "failed":
+    if outcome == "failed":
         p = Parameters(k2=186.0, k_nl=0.0, mu=100.0)
         options |= {"parameters": p, "separation": False, "t_end": 1e4, "step": 100.0}
-    before = sys.path[:], Path.cwd()
+    process_state = sys.path[:], Path.cwd()
     try:
-        simulate(progress=lambda _fraction: how != "cancelled", **options)
+        simulate(progress=lambda _fraction: outcome != "cancelled", **options)
     except (Cancelled, ComputationError) as error:
-        assert how == ("cancelled" if isinstance(error, Cancelled) else "failed")  # noqa: PT017
+        assert outcome == ("cancelled" if isinstance(error, Cancelled) else "failed")  # noqa: PT017
     assert list(tmp_path.iterdir()) == []
-    assert (sys.path, Path.cwd()) == before
+    assert (sys.path, Path.cwd()) == process_state
     assert capfd.readouterr() == ("", "")
 
 
@@ -161,7 +162,7 @@ def test_too_many_communication_steps_are_refused_at_once() -> None:
         simulate(t_end=1e7, method="fmu", step=1e-3)
 
 
-def test_too_many_parts_of_a_communication_step_are_refused(
+def test_a_communication_step_split_too_often_is_refused(
     fmu: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(master, "MAX_STEPS", 20)
@@ -187,18 +188,18 @@ def test_a_file_that_is_not_this_fmu_is_wrong_input(fmu: Path, tmp_path: Path) -
 def test_a_temporary_folder_that_fmus_cannot_handle_is_not_used(
     name: str, fmu: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    folder, plain = tmp_path / name, tmp_path / "plain"
+    folder, fallback = tmp_path / name, tmp_path / "plain"
     folder.mkdir()
-    plain.mkdir()
+    fallback.mkdir()
     monkeypatch.setattr(tempfile, "tempdir", str(folder))
-    monkeypatch.setattr("fivtui.fmu.folders._FALLBACKS", (str(plain),))
+    monkeypatch.setattr("fivtui.fmu.folders._FALLBACKS", (str(fallback),))
     request = Request(System(Parameters()), t_end=1.0, method="fmu")
     assert integrate_fmu(request, fmu=fmu).final == interpreted(t_end=1.0).final
     monkeypatch.setattr("fivtui.fmu.folders._FALLBACKS", ())
     for run in (lambda: integrate_fmu(request, fmu=fmu), lambda: run_fmu(fmu, t_end=1.0)):
         with pytest.raises(ComputationError, match="set TMPDIR"):
             run()
-    assert [*folder.iterdir(), *plain.iterdir()] == []
+    assert [*folder.iterdir(), *fallback.iterdir()] == []
 
 
 def test_a_temporary_folder_with_spaces_works(
@@ -229,16 +230,16 @@ def test_runs_in_threads_do_not_disturb_each_other() -> None:
 def test_an_interrupt_waits_until_the_fmu_has_returned(fmu: Path) -> None:
     previous = signal.signal(signal.SIGINT, signal.default_int_handler)
     try:
-        reached = []
+        fractions_at_interrupts = []
 
         def interrupt(fraction: float) -> bool:
             os.kill(os.getpid(), signal.SIGINT)
-            reached.append(fraction)
+            fractions_at_interrupts.append(fraction)
             return True
 
         with pytest.raises(KeyboardInterrupt):
             integrate_fmu(Request(System(Parameters()), method="fmu"), fmu=fmu, progress=interrupt)
-        assert len(reached) == 1
+        assert len(fractions_at_interrupts) == 1
         with pytest.raises(KeyboardInterrupt), defer_interrupts():
             os.kill(os.getpid(), signal.SIGINT)
         assert signal.getsignal(signal.SIGINT) is signal.default_int_handler

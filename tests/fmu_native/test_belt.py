@@ -21,11 +21,14 @@ from tests.support.fmu_exchange import (
 )
 from tests.support.fmu_instance import FmuInstance
 
+# Order of the continuous states in the FMU.
 ORDER: Final = ("x", "y", "vx", "vy")
 STATES: Final = ("x", "vx", "y", "vy")
 COUNTS: Final = ("separations", "reattachments", "switches", "sticks", "mode")
+# Parameters with which a run from START visits all modes.
 ALL_MODES: Final = Parameters(v_belt=2.0, mu_s=0.8, v_s=0.4)
 START: Final[State] = (2.0, 8.0, 1.0, 0.0)
+# Parameters and start of each scene; without a start, the equilibrium.
 SCENES: Final = {
     "follows": (Parameters(v_belt=1.0), None),
     "all": (ALL_MODES, START),
@@ -42,25 +45,25 @@ def start_values(p: Parameters, start: State | None) -> dict[str, float | bool]:
 
 
 @pytest.mark.parametrize("scene", SCENES)
-@pytest.mark.parametrize(("late", "error"), [(0.0, 1e-8), (1e-9, 1e-6)])
-def test_an_importer_finds_the_native_switches(
-    folder: Path, scene: str, late: float, error: float
+@pytest.mark.parametrize(("delay", "error"), [(0.0, 1e-8), (1e-9, 1e-6)])
+def test_an_importer_finds_the_native_mode_changes(
+    folder: Path, scene: str, delay: float, error: float
 ) -> None:
     p, start = SCENES[scene]
     native = simulate(p, t_end=4.0, start=start or "static")
     with model_exchange_instance(folder, **start_values(p, start)) as instance:
-        state = integrate_instance(instance, 4.0, late=late)
-        *counts, mode = instance.get(*COUNTS)
+        state = integrate_instance(instance, 4.0, late=delay)
+        *counts, final_mode = instance.get(*COUNTS)
         event_time = instance.get("last_event")
     events, final = native.events, native.final
     assert state == pytest.approx([final.x, final.y, final.vx, final.vy], abs=error)
     switches = sum(events.transitions.values())
     assert counts == [events.separations, events.reattachments, switches, events.sticks]
-    assert mode == native.mode_changes[-1].then
+    assert final_mode == native.mode_changes[-1].then
     assert event_time == pytest.approx([native.changes[-1, 0]], abs=1e-8)
 
 
-def test_cvode_finds_the_native_switches_on_a_finite_belt(fmu: Path) -> None:
+def test_cvode_finds_the_native_mode_changes_on_a_finite_belt(fmu: Path) -> None:
     native = simulate(ALL_MODES, t_end=5.0, start=START)
     run = fmpy.simulate_fmu(
         str(fmu),
@@ -109,7 +112,7 @@ def test_every_guard_has_an_event_indicator_with_the_sign_of_the_mode(
         # Past v_r = 0 within the error of a low tolerance: v is set to the belt's speed.
         (Mode.FORWARD, 1.5, 2.01, (Mode.STICK, 2.0)),
         (Mode.BACKWARD, 2.5, 1.99, (Mode.STICK, 2.0)),
-        # As near, but v_r has the sign of the mode: the slider keeps sliding.
+        # Equally close to v_r = 0, but v_r has the sign of the mode: the slider keeps sliding.
         (Mode.FORWARD, 1.5, 1.99, (Mode.FORWARD, 1.99)),
         (Mode.BACKWARD, 2.5, 2.01, (Mode.BACKWARD, 2.01)),
         # Far past v_r = 0: the importer set the state, so it is kept.
@@ -120,7 +123,7 @@ def test_every_guard_has_an_event_indicator_with_the_sign_of_the_mode(
         (Mode.STICK, 2.0, 1.99, (Mode.FORWARD, 1.99)),
     ],
 )
-def test_a_slider_slightly_past_the_belt_speed_is_set_to_it_by_its_mode(
+def test_a_sliding_slider_slightly_past_the_belt_speed_sticks_at_that_speed(
     folder: Path, mode: Mode, first_vx: float, vx: float, expected: tuple[Mode, float]
 ) -> None:
     # Static friction would hold the slider in this state.
@@ -145,7 +148,7 @@ def test_a_belt_speed_that_passes_the_slider_leaves_the_velocity_unchanged(
         assert instance.get("mode", "vx") == [opposite, vx]
 
 
-def test_without_a_finite_belt_its_indicators_stay_one(folder: Path) -> None:
+def test_without_a_finite_belt_its_event_indicators_stay_at_one(folder: Path) -> None:
     with model_exchange_instance(folder) as instance:
         assert read(instance.fmi.getEventIndicators, INDICATORS)[1:] == [1.0, 1.0, 1.0]
 
@@ -185,7 +188,7 @@ def test_directional_derivatives_agree_with_differences_in_every_mode(
     x, vx, y, vy = STATES_BY_MODE[mode]
     base_values = np.array([x, y, vx, vy, 80.0, 0.7, 2.0])
 
-    def values(change: Any) -> Any:
+    def outputs_at(change: Any) -> Any:
         states = base_values[:4] + change[:4]
         instance.fmi.setContinuousStates(states.ctypes.data_as(FLOATS), 4)
         F, mu, speed = base_values[4:] + change[4:]
@@ -199,9 +202,10 @@ def test_directional_derivatives_agree_with_differences_in_every_mode(
         assert set_states(instance, x, vx, y, vy)[0] == mode
         references = [[instance.references[n] for n in names] for names in (UNKNOWNS, KNOWNS)]
         rng = np.random.default_rng(1)
+        # Each known variable alone, then all of them together.
         for direction in (*np.eye(7), rng.normal(size=7)):
-            difference = (values(1e-5 * direction) - values(-1e-5 * direction)) / 2e-5
-            values(np.zeros(7))
+            difference = (outputs_at(1e-5 * direction) - outputs_at(-1e-5 * direction)) / 2e-5
+            outputs_at(np.zeros(7))
             exact = instance.fmi.getDirectionalDerivative(*references, direction.tolist())
             assert exact == pytest.approx(difference, rel=1e-6, abs=1e-6)
 
@@ -215,20 +219,24 @@ def friction_and_acceleration(p: Parameters, state: State, mode: Mode) -> list[f
 
 
 @pytest.mark.parametrize("mode", STATES_BY_MODE)
-def test_derivatives_by_parameters_agree_with_the_equations(folder: Path, mode: Mode) -> None:
+def test_derivatives_with_respect_to_parameters_agree_with_the_equations(
+    folder: Path, mode: Mode
+) -> None:
     state = STATES_BY_MODE[mode]
     starts = start_values(ALL_MODES, state)
     with FmuInstance(folder).begin(**starts) as instance:
         unknowns = [instance.references[name] for name in ("friction_slider", "ax")]
         for name in ("m", "k1", "k2", "k3", "c1", "k_nl", "mu_s", "v_s"):
             h = 1e-5 * getattr(ALL_MODES, name)
-            ends = [
+            shifted_values = [
                 friction_and_acceleration(
                     ALL_MODES.with_values({name: getattr(ALL_MODES, name) + sign * h}), state, mode
                 )
                 for sign in (1.0, -1.0)
             ]
-            difference = [(high - low) / (2.0 * h) for high, low in zip(*ends, strict=True)]
+            difference = [
+                (high - low) / (2.0 * h) for high, low in zip(*shifted_values, strict=True)
+            ]
             exact = instance.fmi.getDirectionalDerivative(
                 unknowns, [instance.references[name]], [1.0]
             )
@@ -244,6 +252,7 @@ def test_derived_static_friction_has_no_derivative(folder: Path) -> None:
         assert "the derivative of friction_slider is not a finite number" in instance.log[-1]
 
 
+# Points (time in s, value) of each input; a repeated time is a jump.
 TABLES: Final[dict[str, list[tuple[float, float]]]] = {
     "F": [(0, 40), (4, 100), (8, 60)],
     "mu": [(0, 0.7), (2, 0.7), (6, 0.5), (6, 0.8)],
@@ -340,12 +349,12 @@ def test_a_state_saved_on_a_ramp_in_stick_continues_with_the_same_bits(folder: P
         assert source.get("sticks")[0] > 1.0
 
 
-def test_the_step_size_does_not_change_the_bits(folder: Path) -> None:
-    runs = []
+def test_the_step_size_does_not_change_the_bits_of_the_results(folder: Path) -> None:
+    final_outputs = []
     for h in (2.0**-10, 2.0**-5, 1.0):
         with FmuInstance(folder).begin(**start_values(ALL_MODES, START)) as instance:
             for _ in range(round(4.0 / h)):
                 instance.step(h)
-            runs.append(instance.get(*STATES, *COUNTS, "last_event", "friction_slider"))
-    for first, second in itertools.pairwise(runs):
+            final_outputs.append(instance.get(*STATES, *COUNTS, "last_event", "friction_slider"))
+    for first, second in itertools.pairwise(final_outputs):
         assert first == second

@@ -1,4 +1,4 @@
-"""The native FMU in processes without Python, and its C sources under attack."""
+"""The native FMU in processes without Python, and its C sources under invalid and random calls."""
 
 import os
 import re
@@ -21,7 +21,7 @@ from tests.support.fmu_instance import FmuInstance
 
 pytestmark = [
     pytest.mark.host,
-    pytest.mark.skipif(fmpy.platform != "linux64", reason="the hosts in C are for Linux"),
+    pytest.mark.skipif(fmpy.platform != "linux64", reason="the hosts in C run on Linux only"),
 ]
 ROOT = Path(__file__).parents[2]
 HEADERS = Path(fmpy.__file__).parent / "c-code"
@@ -47,23 +47,23 @@ def compile_program(program: Path, compiler: list[str], *arguments: str) -> Path
         check=False,
     )
     if process.returncode != 0 and "libasan" in process.stderr:
-        pytest.skip("there are no sanitizers here")
+        pytest.skip("the compiler has no sanitizers")
     assert (process.returncode, process.stderr) == (0, "")
     return program
 
 
 def compile_attack(folder: Path, compiler: list[str], *arguments: str) -> Path:
-    """Compile the FMU's sources together with the attack on them."""
+    """Compile the FMU's sources with attack.c, which makes invalid and random calls."""
     for name, text in sources("SliderBelt").items():
         folder.joinpath(name).write_text(text, encoding="utf-8")
-    units = [str(path) for path in folder.glob("*.c")]
+    source_files = [str(path) for path in folder.glob("*.c")]
     attack = str(Path(__file__).with_name("attack.c"))
     flags = [
         f"-I{folder}",
         "-DMAX_STEPS=3000",
         "-DMAX_PARTS=3000",
         *arguments,
-        *units,
+        *source_files,
         attack,
         "-lm",
     ]
@@ -89,19 +89,20 @@ def test_a_host_in_c_gets_the_native_bits_without_python(
     folder: Path, compiler: list[str], tmp_path: Path
 ) -> None:
     source = ROOT / "examples" / "host.c"
+    # The example must stay short enough to read.
     assert len(source.read_text(encoding="utf-8").splitlines()) <= 75
     program = compile_program(tmp_path / "host", compiler, str(source), "-ldl")
     libraries = subprocess.run(["ldd", str(program)], capture_output=True, text=True, check=False)
     assert "python" not in libraries.stdout
     output = re.match(r"y = (\S+) m, separations: (\d+)", run_without_python(program, folder))
     assert output is not None
-    # The end of the last step, with the rounding of the host.
+    # The end time as the host computes it: the start of the last step plus its length.
     native = simulate(t_end=9999 * 0.01 + 0.01, kernel="compiled")
     assert float.fromhex(output[1]) == native.final.y
     assert int(output[2]) == native.events.separations
 
 
-def test_the_library_calls_no_function_of_its_host(
+def test_the_library_calls_no_function_of_the_same_name_in_its_host(
     folder: Path, compiler: list[str], tmp_path: Path
 ) -> None:
     source = Path(__file__).with_name("namesake.c")
@@ -131,9 +132,11 @@ def test_the_sources_compile_to_the_same_bits(component: str, fmi: str, tmp_path
     assert validate_fmu(str(fmu)) == []
     runs = [fmpy.simulate_fmu(str(fmu), stop_time=10.0, fmi_type="CoSimulation")]
     with zipfile.ZipFile(fmu) as archive:
-        sources = {n: archive.read(n) for n in archive.namelist() if not n.startswith("binaries")}
+        source_members = {
+            n: archive.read(n) for n in archive.namelist() if not n.startswith("binaries")
+        }
     with zipfile.ZipFile(fmu, "w") as archive:
-        for name, content in sources.items():
+        for name, content in source_members.items():
             archive.writestr(name, content)
     command = [sys.executable, "-m", "fmpy", "compile", str(fmu)]
     process = subprocess.run(command, capture_output=True, text=True, check=False)
@@ -169,7 +172,7 @@ def test_the_library_is_unloaded_with_its_instance(fmu: Path, tmp_path: Path) ->
     ("steps", "instances", "rounds"),
     [(30_000, 300, 100), pytest.param(1_000_000, 10_000, 3000, marks=pytest.mark.whole)],
 )
-def test_attacks_cause_no_fault_and_no_memory_growth(
+def test_invalid_and_random_calls_cause_no_fault_and_no_memory_growth(
     compiler: list[str], tmp_path: Path, steps: int, instances: int, rounds: int
 ) -> None:
     program = compile_attack(tmp_path, compiler, "-Og")
@@ -181,7 +184,7 @@ def test_attacks_cause_no_fault_and_no_memory_growth(
 
 
 @pytest.mark.whole
-def test_the_sanitizers_find_nothing(compiler: list[str], tmp_path: Path) -> None:
+def test_the_sanitizers_report_no_error(compiler: list[str], tmp_path: Path) -> None:
     checks = ["-fsanitize=address,undefined", "-fno-sanitize-recover=all", "-O1", "-g"]
     program = compile_attack(tmp_path, compiler, *checks, "-fno-strict-aliasing")
     run_without_python(program, 1000, 100, 300)

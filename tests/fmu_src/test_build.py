@@ -31,10 +31,10 @@ from tests.support.processes import run_python
 ROOT = Path(__file__).parents[2]
 
 
-def test_the_mode_is_mirrored_as_integer_and_enumeration(fmu: Path) -> None:
-    mirrors = ("mode", "mode_integer", "mode_enumeration")
+def test_the_mode_is_also_an_integer_and_an_enumeration(fmu: Path) -> None:
+    mode_outputs = ("mode", "mode_integer", "mode_enumeration")
     run = fmpy.simulate_fmu(
-        str(fmu), stop_time=6.0, output_interval=0.1, output=["y", "time", *mirrors]
+        str(fmu), stop_time=6.0, output_interval=0.1, output=["y", "time", *mode_outputs]
     )
     assert set(run["mode"]) == {0.0, 1.0}
     assert np.array_equal(run["mode"], run["mode_integer"])
@@ -79,10 +79,11 @@ def test_the_reference_run_in_the_fmu_can_be_repeated(component: str, tmp_path: 
 
 
 def test_the_reference_run_agrees_with_the_independent_integrator() -> None:
+    # The preload jumps from 80 N to 120 N at 10 s.
     reference = COMPONENTS["slider-belt"].reference()
     times = np.asarray(reference.outputs["time"])
-    before = times <= 10.0
-    first = simulate(t_end=10.0, method="rk4", step=1e-3, samples=times[before])
+    before_jump = times <= 10.0
+    first = simulate(t_end=10.0, method="rk4", step=1e-3, samples=times[before_jump])
     start = (first.final.x, first.final.vx, first.final.y, first.final.vy)
     second = simulate(
         Parameters(F=120.0),
@@ -90,13 +91,13 @@ def test_the_reference_run_agrees_with_the_independent_integrator() -> None:
         start=start,
         method="rk4",
         step=1e-3,
-        samples=times[~before] - 10.0,
+        samples=times[~before_jump] - 10.0,
     )
     assert first.trajectory is not None
     assert second.trajectory is not None
     for name, error in (("x", 1e-7), ("y", 1e-7), ("P", 5e-5)):
-        both = [getattr(run.trajectory, name) for run in (first, second)]
-        assert reference.outputs[name] == pytest.approx(np.concatenate(both), abs=error)
+        pieces = [getattr(run.trajectory, name) for run in (first, second)]
+        assert reference.outputs[name] == pytest.approx(np.concatenate(pieces), abs=error)
 
 
 def test_an_unknown_unit_is_refused() -> None:
@@ -124,12 +125,12 @@ def test_modules_in_the_fmu_import_only_the_standard_library_and_each_other(fmu:
 
 def test_the_core_in_the_fmu_is_the_core_of_the_project(fmu: Path) -> None:
     with zipfile.ZipFile(fmu) as archive:
-        carried = {
+        core_members = {
             n: archive.read(n)
             for n in archive.namelist()
             if re.search("/fivtui/(model|taylor)/", n)
         }
-    files = {name: content for name, content in carried.items() if content}
+    files = {name: content for name, content in core_members.items() if content}
     assert len(files) >= 8
     for name, content in files.items():
         # The files differ only in the package name, which is specific to the FMU.
@@ -155,36 +156,36 @@ def test_the_same_project_builds_the_same_bytes_anywhere(fmu: Path, tmp_path: Pa
     run_python(
         "-c",
         code,
-        "again.fmu",
+        "rebuilt.fmu",
         cwd=tmp_path,
         environment={"PYTHONHASHSEED": "7", "TZ": "Asia/Tokyo"},
     )
-    assert (tmp_path / "again.fmu").read_bytes() == fmu.read_bytes()
+    assert (tmp_path / "rebuilt.fmu").read_bytes() == fmu.read_bytes()
 
 
-def test_building_leaves_no_trace_in_the_process(tmp_path: Path) -> None:
+def test_building_does_not_change_the_process(tmp_path: Path) -> None:
     build_fmu(tmp_path / "first.fmu")
-    before = sys.path[:], set(sys.modules), Path.cwd(), set(sys.path_importer_cache)
+    state_before = sys.path[:], set(sys.modules), Path.cwd(), set(sys.path_importer_cache)
     build_fmu(tmp_path / "second.fmu")
-    after = sys.path[:], set(sys.modules), Path.cwd(), set(sys.path_importer_cache)
-    assert before == after
+    state_after = sys.path[:], set(sys.modules), Path.cwd(), set(sys.path_importer_cache)
+    assert state_before == state_after
     assert sorted(path.name for path in tmp_path.iterdir()) == ["first.fmu", "second.fmu"]
 
 
-def test_two_builds_live_side_by_side(
+def test_two_different_builds_run_in_one_process(
     fmu: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     original = bundle._read_source
 
-    def altered(package: str, name: str) -> str:
+    def read_altered_source(package: str, name: str) -> str:
         return original(package, name).replace('"mass of the slider"', '"another meaning"')
 
-    monkeypatch.setattr(bundle, "_read_source", altered)
-    copy = build_fmu(tmp_path / "other.fmu")
+    monkeypatch.setattr(bundle, "_read_source", read_altered_source)
+    altered_fmu = build_fmu(tmp_path / "other.fmu")
     monkeypatch.undo()
-    first, second = read_model_description(fmu), read_model_description(copy)
+    first, second = read_model_description(fmu), read_model_description(altered_fmu)
     assert first.guid != second.guid
-    with Driver(fmu, copy) as driver:
+    with Driver(fmu, altered_fmu) as driver:
         answers = driver.drive(
             ("a", "new", 0),
             ("b", "new", 1),
@@ -203,9 +204,9 @@ def test_two_builds_live_side_by_side(
     assert len(modules) == 4
 
 
-def test_hundreds_of_instances_live_in_one_process(fmu: Path) -> None:
+def test_hundreds_of_instances_run_in_one_process(fmu: Path) -> None:
     with Driver(fmu) as driver:
-        outputs, _, before, _, after = driver.drive(
+        outputs, _, length_before, _, length_after = driver.drive(
             ("a", "many", 60),
             ("a", "many", 1),
             ("", "path_length"),
@@ -214,7 +215,9 @@ def test_hundreds_of_instances_live_in_one_process(fmu: Path) -> None:
         )
         for _ in range(200):
             assert driver.drive(("a", "many", 1))[0].value == outputs.value[:1]
-        assert driver.drive(("", "path_length"))[0].value == before.value == after.value
+        assert (
+            driver.drive(("", "path_length"))[0].value == length_before.value == length_after.value
+        )
     assert len(set(outputs.value)) == 1
 
 
@@ -228,7 +231,7 @@ def test_hundreds_of_instances_live_in_one_process(fmu: Path) -> None:
         ("folder.fmu", "is a folder"),
     ],
 )
-def test_a_wrong_target_is_refused_and_nothing_is_written(
+def test_an_invalid_target_is_refused_and_nothing_is_written(
     name: str, message: str, tmp_path: Path
 ) -> None:
     (tmp_path / "taken.fmu").write_text("mine")
@@ -253,7 +256,7 @@ def test_force_replaces_a_file(tmp_path: Path) -> None:
     assert validate_fmu(str(target)) == []
 
 
-def test_a_build_that_fails_leaves_the_old_file_and_no_trace(
+def test_a_failed_build_keeps_the_old_file_and_does_not_change_the_process(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     target = tmp_path / "taken.fmu"
@@ -269,19 +272,19 @@ def test_a_build_that_fails_leaves_the_old_file_and_no_trace(
     assert (sys.path, set(sys.modules)) == (path, modules)
 
 
-def test_the_fmu_lacks_the_builder_and_has_the_original_wrapper(tmp_path: Path) -> None:
+def test_the_fmu_has_the_original_wrapper_without_its_builder(tmp_path: Path) -> None:
     with zipfile.ZipFile(build_fmu(tmp_path / "slider_belt.fmu")) as archive:
-        wrapper = {
+        wrapper_sources = {
             Path(name).stem: archive.read(name).decode()
             for name in archive.namelist()
             if name.startswith("resources/pythonfmu/")
         }
-    assert "builder" not in wrapper
-    assert "builder" not in wrapper["__init__"]
+    assert "builder" not in wrapper_sources
+    assert "builder" not in wrapper_sources["__init__"]
     for name in ("fmi2slave", "variables", "enums", "default_experiment"):
-        assert wrapper[name] == inspect.getsource(import_module(f"pythonfmu.{name}"))
+        assert wrapper_sources[name] == inspect.getsource(import_module(f"pythonfmu.{name}"))
     source_lines = inspect.getsource(import_module("pythonfmu")).splitlines()
-    assert set(source_lines) - set(wrapper["__init__"].splitlines()) == {
+    assert set(source_lines) - set(wrapper_sources["__init__"].splitlines()) == {
         "from .builder import FmuBuilder"
     }
 
@@ -293,7 +296,7 @@ def test_the_fmu_lacks_the_builder_and_has_the_original_wrapper(tmp_path: Path) 
         ({"fmi": "3"}, "FMI 3: needs the native flavour, not the python flavour"),
     ],
 )
-def test_an_unknown_version_is_refused(
+def test_an_unsupported_version_of_fmi_is_refused(
     options: dict[str, str], message: str, tmp_path: Path
 ) -> None:
     with pytest.raises(InputError, match=message):

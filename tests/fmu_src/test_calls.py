@@ -1,4 +1,4 @@
-"""Random calls, legal and not, against a model of the calling sequence of FMI 2.0."""
+"""Random legal and illegal calls, against a model of the calling sequence of FMI 2.0."""
 
 import itertools
 import math
@@ -23,9 +23,10 @@ from tests.support.fmu_driver import Answer, Driver
 
 OUTPUTS = [v.name for v in VARIABLES if v.role is Role.OUTPUT]
 STARTS = {"F": 80.0, "mu": 0.7, "m": 5.0}
+# Values that the FMU accepts.
 RANGES = {"F": (-1e9, 1e9), "mu": (0.0, 100.0), "m": (5e-324, 1e9)}
-REASONABLE = {"F": st.floats(1.0, 200.0), "mu": st.floats(0.0, 2.0), "m": st.floats(1.0, 10.0)}
-WRONG = st.sampled_from([math.nan, math.inf, -math.inf, -1e10, 1e12])
+TYPICAL_VALUES = {"F": st.floats(1.0, 200.0), "mu": st.floats(0.0, 2.0), "m": st.floats(1.0, 10.0)}
+INVALID_VALUES = st.sampled_from([math.nan, math.inf, -math.inf, -1e10, 1e12])
 
 
 @dataclass(frozen=True)
@@ -41,12 +42,13 @@ class Expected:
     # Values set before the end of the initialization, to repeat the run on a fresh instance.
     initial_values: dict[str, float] | None = None
     history: tuple[tuple[dict[str, float], float, float], ...] = ()
+    # Refused calls that the next step will report.
     refused: frozenset[str] = frozenset()
 
-    def refusing(self, *calls: str) -> "Expected":
+    def with_refused(self, *calls: str) -> "Expected":
         return replace(self, refused=self.refused | set(calls))
 
-    def without(self, *calls: str) -> "Expected":
+    def without_refused(self, *calls: str) -> "Expected":
         return replace(self, refused=self.refused - set(calls))
 
 
@@ -61,14 +63,14 @@ class Calls(RuleBasedStateMachine):
     def call(self, *call: Any) -> Answer:
         return self.driver.go_on(("a", *call))[0]
 
-    def refused(self, answer: Answer, *calls: str) -> None:
+    def check_refused(self, answer: Answer, *calls: str) -> None:
         """Check that a call is refused, by its own status or by that of the next step."""
         if self.reported_at_once:
             assert answer.status in ("discard", "error")
             assert answer.log
         else:
             assert answer.status == "ok"
-            self.expected = self.expected.refusing(*calls)
+            self.expected = self.expected.with_refused(*calls)
 
     @initialize(initialized=st.booleans(), tol=st.sampled_from([None, 1e-6]))
     def instantiate(self, initialized: bool, tol: float | None) -> None:
@@ -88,11 +90,11 @@ class Calls(RuleBasedStateMachine):
         answer = self.call("setup", start, stop, tol)
         legal = start == start and (stop is None or stop >= start) and tol == tol
         if self.expected.phase != "instantiated" or not legal:
-            self.refused(answer, "setup")
+            self.check_refused(answer, "setup")
         else:
             assert answer.status == "ok"
             self.expected = replace(
-                self.expected.without("setup"),
+                self.expected.without_refused("setup"),
                 start=start,
                 stop=math.inf if stop is None else stop,
                 tol=tol,
@@ -102,9 +104,9 @@ class Calls(RuleBasedStateMachine):
         answer = self.call("enter")
         if self.expected.phase == "instantiated" and self.expected.start is not None:
             assert answer.status == "ok"
-            self.expected = replace(self.expected.without("enter"), phase="initialization")
+            self.expected = replace(self.expected.without_refused("enter"), phase="initialization")
         else:
-            self.refused(answer, "enter")
+            self.check_refused(answer, "enter")
 
     def exit(self) -> None:
         answer = self.call("exit")
@@ -114,10 +116,13 @@ class Calls(RuleBasedStateMachine):
             assert e.start is not None
             initial_values = dict(e.values)
             self.expected = replace(
-                e.without("exit"), phase="stepping", t=e.start, initial_values=initial_values
+                e.without_refused("exit"),
+                phase="stepping",
+                t=e.start,
+                initial_values=initial_values,
             )
         else:
-            self.refused(answer, "exit")
+            self.check_refused(answer, "exit")
 
     def terminate(self) -> None:
         answer = self.call("terminate")
@@ -127,7 +132,7 @@ class Calls(RuleBasedStateMachine):
             assert answer.status == "ok"
             self.expected = replace(self.expected, phase="terminated")
         else:
-            self.refused(answer, "terminate")
+            self.check_refused(answer, "terminate")
 
     def reset(self) -> None:
         assert self.call("reset").status == "ok"
@@ -157,22 +162,22 @@ class Calls(RuleBasedStateMachine):
         settable = e.phase != "terminated" and not (e.phase == "stepping" and name == "m")
         if settable and lower <= value <= upper:
             assert answer.status == "ok"
-            self.expected = replace(e.without(name), values=e.values | {name: value})
+            self.expected = replace(e.without_refused(name), values=e.values | {name: value})
         else:
-            self.refused(answer, name)
+            self.check_refused(answer, name)
 
     @rule(name=st.sampled_from(["F", "F", "mu", "mu", "m"]), data=st.data())
-    def set_a_reasonable_value(self, name: str, data: st.DataObject) -> None:
-        self.set(name, data.draw(REASONABLE[name]))
+    def set_a_typical_value(self, name: str, data: st.DataObject) -> None:
+        self.set(name, data.draw(TYPICAL_VALUES[name]))
 
-    @rule(name=st.sampled_from(["F", "mu", "y", "mode", "unknown"]), value=WRONG)
-    def set_a_wrong_value(self, name: str, value: float) -> None:
+    @rule(name=st.sampled_from(["F", "mu", "y", "mode", "unknown"]), value=INVALID_VALUES)
+    def set_an_invalid_value(self, name: str, value: float) -> None:
         if name in STARTS:
             self.set(name, value)
         else:
             reference = REFERENCES.get(name, 10_000)
             answer = self.call("set_raw", "Real", [reference], [0.0])
-            self.refused(answer, f"reference {reference}")
+            self.check_refused(answer, f"reference {reference}")
 
     @rule(kind=st.sampled_from(["Real", "Integer", "Boolean", "String"]))
     def read_an_unknown_reference(self, kind: str) -> None:
@@ -180,11 +185,11 @@ class Calls(RuleBasedStateMachine):
         assert (answer.status, len(answer.log)) == ("error" if self.reported_at_once else "ok", 1)
 
     @rule(h=st.one_of(st.floats(1e-6, 1.5), st.sampled_from([1e-3, 1e-2])))
-    def step(self, h: float, late: float = 0.0) -> None:
+    def step(self, h: float, time_offset: float = 0.0) -> None:
         e = self.expected
-        status = self.call("step", e.t + late, h).status
-        end = e.t + late + h
-        legal = abs(late) < 1e-9 and 0.0 < h < math.inf and e.t < end <= e.stop
+        status = self.call("step", e.t + time_offset, h).status
+        end = e.t + time_offset + h
+        legal = abs(time_offset) < 1e-9 and 0.0 < h < math.inf and e.t < end <= e.stop
         if e.refused or e.phase != "stepping" or not legal:
             assert status == (
                 "error" if self.reported_at_once and e.phase != "stepping" else "discard"
@@ -193,19 +198,21 @@ class Calls(RuleBasedStateMachine):
                 self.expected = replace(e, refused=frozenset())
         else:
             assert status == "ok"
-            self.expected = replace(e, t=end, history=(*e.history, (dict(e.values), e.t + late, h)))
+            self.expected = replace(
+                e, t=end, history=(*e.history, (dict(e.values), e.t + time_offset, h))
+            )
 
     @rule(h=st.sampled_from([1e-3, 3e-3, 1e-2]), count=st.integers(2, 5))
-    def step_again_and_again(self, h: float, count: int) -> None:
+    def repeat_steps(self, h: float, count: int) -> None:
         for _ in range(count):
             self.step(h)
 
     @rule(
         h=st.sampled_from([0.0, -0.1, math.nan, math.inf, 1e-300, 1e-3]),
-        late=st.sampled_from([0.0, 1e-10, 0.25, -0.25, math.nan]),
+        time_offset=st.sampled_from([0.0, 1e-10, 0.25, -0.25, math.nan]),
     )
-    def step_wrongly(self, h: float, late: float) -> None:
-        self.step(h, late)
+    def take_an_invalid_step(self, h: float, time_offset: float) -> None:
+        self.step(h, time_offset)
 
     @precondition(lambda self: len(self.saved) < 3)
     @rule()
@@ -228,7 +235,7 @@ class Calls(RuleBasedStateMachine):
 
     @rule()
     def check_values(self) -> None:
-        # Not after every rule: outputs that nobody reads take another path in the code.
+        # Not after every rule: outputs that are not read take another code path.
         answer = self.call("get", [*STARTS, *OUTPUTS])
         assert answer.value[: len(STARTS)] == list(self.expected.values.values())
 
@@ -241,9 +248,9 @@ class Calls(RuleBasedStateMachine):
         expected = self.call("get", OUTPUTS).value
         calls: list[Any] = [("b", "new"), ("b", "setup", e.start, None, e.tol)]
         calls += [("b", "set", e.initial_values), ("b", "enter"), ("b", "exit")]
-        for inputs, points in itertools.groupby(e.history, lambda step: step[0]):
+        for inputs, steps in itertools.groupby(e.history, lambda step: step[0]):
             calls.append(("b", "set", {n: inputs[n] for n in ("F", "mu")}))
-            calls += [("b", "step", t, h) for t, h in _merge_steps([p[1:] for p in points])]
+            calls += [("b", "step", t, h) for t, h in _merge_steps([step[1:] for step in steps])]
         calls += [("b", "set", {n: e.values[n] for n in ("F", "mu")}), ("b", "get", OUTPUTS)]
         assert self.driver.go_on(*calls)[-1].value == expected
 
@@ -257,7 +264,7 @@ def _merge_steps(steps: list[tuple[float, float]]) -> list[tuple[float, float]]:
 
 @pytest.mark.parametrize("examples", [40, pytest.param(400, marks=pytest.mark.whole)])
 @pytest.mark.parametrize("flavour", [PYTHON, NATIVE])
-def test_any_sequence_of_calls_does_what_the_standard_says(
+def test_any_sequence_of_calls_follows_the_standard(
     flavour: str, examples: int, tmp_path: Path
 ) -> None:
     Calls.reported_at_once = flavour == NATIVE

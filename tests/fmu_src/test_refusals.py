@@ -15,6 +15,7 @@ from tests.support.fmu_driver import Answer, Call, Driver
 
 STATES = ["x", "vx", "y", "vy"]
 KERNELS: dict[str, KernelChoice] = {PYTHON: "interpreted", NATIVE: "compiled"}
+# Value references of the variables.
 X, F, SEPARATION = (REFERENCES[name] for name in ("x", "F", "separation"))
 
 
@@ -38,7 +39,7 @@ def final_state(flavour: str, t_end: float) -> list[float]:
         ((float("nan"), 0.5), "current time = nan"),
     ],
 )
-def test_a_wrong_step_is_refused_and_the_run_can_go_on(
+def test_an_invalid_step_is_refused_and_the_run_can_continue(
     driver: Driver, flavour: str, step: tuple[float, float], message: str
 ) -> None:
     calls: list[Call] = [
@@ -50,13 +51,13 @@ def test_a_wrong_step_is_refused_and_the_run_can_go_on(
         ("a", "step", 1.0, 1.0),
         ("a", "get", STATES),
     ]
-    _, _, before, refused, after, _, end = driver.drive(*calls)
-    assert refused.status == "discard"
-    assert len(refused.log) == 1
-    assert message in refused.log[0]
-    assert "\n" not in refused.log[0]
-    assert before.value == after.value
-    assert end.value == final_state(flavour, 2.0)
+    _, _, state_before, refused_step, state_after, _, final_answer = driver.drive(*calls)
+    assert refused_step.status == "discard"
+    assert len(refused_step.log) == 1
+    assert message in refused_step.log[0]
+    assert "\n" not in refused_step.log[0]
+    assert state_before.value == state_after.value
+    assert final_answer.value == final_state(flavour, 2.0)
 
 
 @pytest.mark.parametrize(
@@ -77,10 +78,10 @@ def test_a_wrong_step_is_refused_and_the_run_can_go_on(
         ("String", F, "90", "no variable is of type String"),
     ],
 )
-def test_a_wrong_value_is_refused_and_changes_nothing(
+def test_an_invalid_value_is_refused_and_changes_nothing(
     driver: Driver, flavour: str, kind: str, reference: int, value: Any, message: str
 ) -> None:
-    # The Python wrapper cannot refuse a call: the next step reports it, once.
+    # The Python wrapper cannot refuse a call: only the next step reports the error.
     steps = [("a", "step", 1.0, 1.0)] * (2 if flavour == PYTHON else 1)
     calls: list[Call] = [
         ("a", "begin"),
@@ -89,17 +90,17 @@ def test_a_wrong_value_is_refused_and_changes_nothing(
         *steps,
         ("a", "get", STATES),
     ]
-    _, _, refused, after, *_, end = driver.drive(*calls)
-    assert message in refused.log[0]
+    _, _, set_answer, step_answer, *_, final_answer = driver.drive(*calls)
+    assert message in set_answer.log[0]
     if flavour == PYTHON:
-        assert after.status == "discard"
-        assert message in after.log[0]
+        assert step_answer.status == "discard"
+        assert message in step_answer.log[0]
     else:
         out_of_range = message.startswith(("F =", "mu ="))
-        assert refused.status == ("discard" if out_of_range else "error")
-        assert len(refused.log) == 1
-        assert after.status == "ok"
-    assert end.value == final_state(flavour, 2.0)
+        assert set_answer.status == ("discard" if out_of_range else "error")
+        assert len(set_answer.log) == 1
+        assert step_answer.status == "ok"
+    assert final_answer.value == final_state(flavour, 2.0)
 
 
 def test_a_refused_call_sets_nothing_and_a_valid_value_clears_the_refusal(
@@ -145,13 +146,13 @@ def test_a_refused_call_sets_nothing_and_a_valid_value_clears_the_refusal(
         ([("a", "new"), ("a", "setup", 2.0, 1.0)], "stop time = 1"),
     ],
 )
-def test_a_wrong_order_or_a_wrong_setting_is_refused(
+def test_a_call_out_of_order_or_an_invalid_setting_is_refused(
     driver: Driver, flavour: str, calls: list[Call], message: str
 ) -> None:
     steps = [("a", "step", 0.0, 0.1)] * 8
     answers = driver.drive(*[*calls, *steps])
-    logged = [line for answer in answers for line in answer.log]
-    assert any(message in line for line in logged)
+    log_lines = [line for answer in answers for line in answer.log]
+    assert any(message in line for line in log_lines)
     if flavour == PYTHON:
         assert answers[len(calls)].status == "discard"
     else:
@@ -159,7 +160,7 @@ def test_a_wrong_order_or_a_wrong_setting_is_refused(
 
 
 @pytest.mark.parametrize("flavour", [PYTHON], indirect=True)
-def test_a_failed_initialization_can_be_mended_or_reset(driver: Driver) -> None:
+def test_a_failed_initialization_can_be_corrected_or_reset(driver: Driver) -> None:
     calls: list[Call] = [
         ("a", "new"),
         ("a", "init", {"m": -1.0}),
@@ -222,7 +223,7 @@ def test_a_short_step_past_the_stop_time_is_refused_too(driver: Driver) -> None:
 
 
 @pytest.mark.parametrize("separation", [False, True])
-def test_a_motion_out_of_the_range_of_numbers_ends_with_cause_and_advice(
+def test_a_motion_beyond_the_floating_point_range_is_refused_with_cause_and_advice(
     driver: Driver, separation: bool
 ) -> None:
     values = {"k2": 186.0, "k_nl": 0.0, "mu": 90.0, "separation": separation}
@@ -234,18 +235,18 @@ def test_a_motion_out_of_the_range_of_numbers_ends_with_cause_and_advice(
         ("a", "get", STATES),
         ("a", "step", 10.0, 1.0),
     ]
-    _, _, before, failed, after, on = driver.drive(*calls)
-    assert failed.status == "discard"
-    assert "grows beyond the floating-point range" in failed.log[0]
+    _, _, state_before, failed_step, state_after, next_step = driver.drive(*calls)
+    assert failed_step.status == "discard"
+    assert "grows beyond the floating-point range" in failed_step.log[0]
     p = Parameters(k_nl=0.0)
     advice = overflow_error(0.0, (1e200, 0.0, 1e200, 0.0), System(p, separation=separation)).advice
-    assert failed.log[0].endswith(f"; {advice}")
-    assert before.value == after.value
-    assert on.status == "ok"
+    assert failed_step.log[0].endswith(f"; {advice}")
+    assert state_before.value == state_after.value
+    assert next_step.status == "ok"
 
 
-def test_hundreds_of_refusals_leave_an_instance_sound(driver: Driver, flavour: str) -> None:
-    wrong = [
+def test_hundreds_of_refused_calls_do_not_change_an_instance(driver: Driver, flavour: str) -> None:
+    refused_calls = [
         ("a", "step", 5.0, -1.0),
         ("a", "set_raw", "Real", [999], [1.0]),
         ("a", "get_raw", "Real", [999]),
@@ -253,7 +254,7 @@ def test_hundreds_of_refusals_leave_an_instance_sound(driver: Driver, flavour: s
         ("a", "setup"),
         ("a", "step", 0.0, 1.0 if flavour == PYTHON else math.nan),
     ]
-    calls = [("a", "begin"), *wrong * 60, ("a", "step", 0.0, 1.0), ("a", "get", STATES)]
+    calls = [("a", "begin"), *refused_calls * 60, ("a", "step", 0.0, 1.0), ("a", "get", STATES)]
     answers = driver.drive(*calls)
     assert answers[-2].status == "ok"
     assert answers[-1].value == final_state(flavour, 1.0)
@@ -272,9 +273,9 @@ def test_without_logging_a_refused_call_fails_and_the_native_flavour_gives_the_r
     if flavour == PYTHON:
         assert answers[-1] == Answer("discard", None, [])
     else:
-        refused = answers[-2]
-        assert (refused.status, len(refused.log)) == ("discard", 1)
-        assert "mu = -1: must be" in refused.log[0]
+        set_answer = answers[-2]
+        assert (set_answer.status, len(set_answer.log)) == ("discard", 1)
+        assert "mu = -1: must be" in set_answer.log[0]
 
 
 def test_variables_of_any_type_can_be_read_as_real_and_as_integer(driver: Driver) -> None:
@@ -301,12 +302,13 @@ def test_outputs_can_be_read_in_initialization_mode(driver: Driver) -> None:
     ]
     answers = driver.drive(*calls)
     assert answers[4].value == answers[6].value
+    # The static deflection (m) under a preload of 40 N.
     assert -0.5 < answers[4].value[0] < -0.2
 
 
-def test_a_friction_law_that_no_number_resolves_is_advised_a_larger_v_s(driver: Driver) -> None:
+def test_a_friction_law_too_steep_for_floating_point_is_refused_with_advice(driver: Driver) -> None:
     values = {"finite_belt": True, "v_belt": 1.0, "mu_s": 0.9, "v_s": 1e-12}
     values |= {"m": 1e-12, "k2": 1e12}
-    _, failed = driver.drive(("a", "begin", values), ("a", "step", 0.0, 20.0))
-    assert "changes faster than floating-point" in failed.log[0]
-    assert "a larger v_s" in failed.log[0]
+    _, failed_step = driver.drive(("a", "begin", values), ("a", "step", 0.0, 20.0))
+    assert "changes faster than floating-point" in failed_step.log[0]
+    assert "a larger v_s" in failed_step.log[0]

@@ -1,4 +1,4 @@
-"""Every view of every tab as SVG: texts and limits agree with the screen."""
+"""Every view of every tab exported as SVG: texts and axis limits agree with the screen."""
 
 import dataclasses
 import re
@@ -31,7 +31,7 @@ from fivtui.tui.tabs.views_pane import ViewsPane
 from tests.support.laboratory import app_of, lab_of, show_tab, until
 
 BASE = PRESETS["base"]
-# Views that are tables; their figure is the one of the whole study.
+# Views that are tables: their figure is the figure of the study.
 TABLES = {"facts", "settings", "indices", "figures", "claims"}
 
 
@@ -86,6 +86,7 @@ async def add_runs(pilot: Pilot[None]) -> None:
         session.runs.add_loaded(scene, result, "")
     first, second = session.runs
     session.runs.displayed, session.runs.baseline = first, second
+    # Measured data that differ from the first run by 2%.
     t = np.linspace(5.0, 15.0, 400)
     trajectory = first.result.trajectory  # type: ignore[union-attr]
     signal = np.interp(t, trajectory.t, trajectory.y)  # type: ignore[union-attr]
@@ -130,17 +131,17 @@ async def check_export(pilot: Pilot[None], name: str) -> set[str]:
         patch.setattr("fivtui.charts.charts_figure", draw_and_store)
         pane.export(FIGURE).write(path)
     file_texts = svg_texts(path)
-    lines = [
-        " ".join(part)
+    joined_texts = [
+        " ".join(consecutive)
         for count in (2, 3)
-        for part in zip(*(file_texts[n:] for n in range(count)), strict=False)
+        for consecutive in zip(*(file_texts[n:] for n in range(count)), strict=False)
     ]
     for chart, view in charts:
         # Each line of a multi-line label is a text of its own.
-        missing = {
-            text for text in screen_texts(chart, view) - set(file_texts) if text not in lines
+        missing_texts = {
+            text for text in screen_texts(chart, view) - set(file_texts) if text not in joined_texts
         }
-        assert not missing, (name, missing, file_texts)
+        assert not missing_texts, (name, missing_texts, file_texts)
     panels = [axes for axes in figures[0].axes if axes.get_label() != "<colorbar>"]
     for axes, (chart, view) in zip(panels, charts, strict=True):
         for limits, scale, axis in zip(

@@ -1,4 +1,4 @@
-"""The tabs of sweeps and maps: their results, and one start of the app for each."""
+"""The tabs of sweeps and maps: their results, and one run of the app for each tab."""
 
 from dataclasses import replace
 
@@ -22,7 +22,7 @@ from fivtui.tui.tabs.requests.map import (
     map_request,
     mapped_values,
     point_text,
-    point_texts as map_point,
+    point_texts as map_point_texts,
 )
 from fivtui.tui.tabs.requests.sweep import (
     count_text,
@@ -56,6 +56,7 @@ def test_a_sweep_agrees_with_single_runs() -> None:
         return True
 
     parts = list(sweep_parts(study, store_fraction))
+    # The rows arrive in parts, so that the chart fills while the sweep runs.
     assert len(parts) == 3
     assert fractions == sorted(fractions)
     result = partial_sweep(study, parts)
@@ -83,7 +84,7 @@ def test_a_sweep_agrees_with_single_runs() -> None:
     assert (texts["F"], texts["separation"], texts["t_end"]) == ("60", "ignored", "100")
 
 
-def test_a_sweep_over_two_parameters_is_drawn_as_shades_of_the_computed_points() -> None:
+def test_a_sweep_over_two_parameters_shades_the_computed_points() -> None:
     study = sweep_request(replace(BASE, t_end=10.0), "F=20:80:4 mu=0.2,0.5,0.8")
     parts = list(sweep_parts(study, lambda _: True))
     result = partial_sweep(study, parts)
@@ -108,7 +109,7 @@ def test_a_sweep_over_two_parameters_is_drawn_as_shades_of_the_computed_points()
         sweep_request(BASE, "F=1,2 mu=1,2 k1=1,2")
 
 
-def test_members_that_fail_leave_a_gap_and_a_reason() -> None:
+def test_failed_members_of_a_sweep_leave_a_gap_and_a_reason() -> None:
     study = sweep_request(replace(BASE.with_values({"k_nl": 0.0}), t_end=1000.0), "mu=0.5,60,100")
     result = partial_sweep(study, list(sweep_parts(study, lambda _: True)))
     assert result.table.failed > 0
@@ -116,7 +117,7 @@ def test_members_that_fail_leave_a_gap_and_a_reason() -> None:
     assert np.isnan(sweep_chart(result).traces[2].y[-1])
 
 
-def test_a_sweep_is_cancelled() -> None:
+def test_a_sweep_can_be_cancelled() -> None:
     study = sweep_request(BASE, "F=20:100:200")
     with pytest.raises(Cancelled):
         list(sweep_parts(study, lambda fraction: fraction < 0.1))
@@ -139,6 +140,7 @@ def test_a_map_is_drawn_with_its_boundary_and_point() -> None:
         chart = map_chart(result, Parameters())
         boundary = chart.traces[0]
         nearest = np.abs(boundary.y - 80.0).argmin()
+        # The critical friction coefficient at a preload of 80 N.
         assert boundary.x[nearest] == pytest.approx(0.4394, abs=0.02)
         assert "◆" in draw(chart, View(), 80, 24).text()
         heading = draw(chart, View(cursors=Cursors((0.7, 80.0))), 80, 24).text()
@@ -150,7 +152,7 @@ def test_a_map_is_drawn_with_its_boundary_and_point() -> None:
     view = View(cursors=Cursors((80.0, 0.7)))
     (point,) = points_at(swapped_chart, view, view.cursors.first)
     result = stability_map(Parameters(), swapped_axes)
-    texts = map_point(result, point)
+    texts = map_point_texts(result, point)
     assert (texts["F"], texts["mu"], texts["k1"]) == ("80", "0.7", "100")
     assert point_text(result, point) == "F = 80, μ = 0.7"
 
@@ -183,7 +185,7 @@ def test_the_error_of_a_sweep_that_is_too_large_names_the_command() -> None:
         sweep_request(BASE, "F=1:2:100000 mu=0:1:100000")
 
 
-async def test_a_sweep_runs_stops_and_opens_its_points(
+async def test_a_sweep_can_be_started_and_stopped_and_its_points_opened(
     pilot: Pilot[None], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     await pilot.press("alt+3")
@@ -222,7 +224,7 @@ async def test_a_sweep_runs_stops_and_opens_its_points(
     await until_shown(pilot, "stopped at")
 
 
-async def test_a_map_follows_the_form_and_opens_its_points(pilot: Pilot[None]) -> None:
+async def test_a_map_follows_the_form_and_its_points_can_be_opened(pilot: Pilot[None]) -> None:
     await pilot.press("alt+4")
     await until_shown(pilot, "11253 points")
     assert "░" in text_of(pilot)

@@ -42,29 +42,30 @@ def test_a_histogram_has_a_step_line_for_each_region(result: Uncertainty) -> Non
     chart = histogram_chart(result, "growth_rate")
     assert chart is not None
     assert [trace.name for trace in chart.traces] == list(result.regions())
-    # Each bin occurs once among every second value.
+    # The step line has two points per bin: every second point counts each bin once.
     assert sum(trace.y[::2].sum() for trace in chart.traces) == pytest.approx(1.0)
     unstable = chart.traces[-1]
     assert unstable.y[::2].sum() == pytest.approx(result.probabilities["unstable"].value)
     assert [guide.label for guide in chart.guides] == ["5%", "50%", "95%"]
     text = draw(chart, View(), 90, 20).text()
     assert "P(squeal possible) = 0.8" in text
-    constant = histogram_chart(result, "safe_mu")
-    assert constant is not None
-    assert constant.x_label == "safe μ"
+    safe_mu_chart = histogram_chart(result, "safe_mu")
+    assert safe_mu_chart is not None
+    assert safe_mu_chart.x_label == "safe μ"
 
 
-def test_samples_are_drawn_by_region(result: Uncertainty) -> None:
+def test_the_chart_of_samples_has_a_trace_for_each_region(result: Uncertainty) -> None:
     chart = samples_chart(result, "growth_rate")
     assert chart is not None
     assert chart.x_label == "μ"
     assert sum(trace.x.size for trace in chart.traces) == 256
+    # Friction coefficients at which the regions meet; 0.4394 is the critical one.
     assert chart.traces[0].x.max() < 0.278 < chart.traces[1].x.min()
     assert chart.traces[1].x.max() < 0.4394 < chart.traces[2].x.min()
     assert np.all(chart.traces[2].y > 0.0)
 
 
-def test_the_table_has_the_indices_as_numbers_and_bars(result: Uncertainty) -> None:
+def test_the_table_shows_the_indices_as_numbers_and_bars(result: Uncertainty) -> None:
     rows = requests.index_rows(result)
     assert [row[0] for row in rows] == [quantity_name(name) for name in result.indices]
     assert rows[0][1] == "μ"
@@ -79,7 +80,7 @@ def pane_of(pilot: Pilot[None]) -> UncertaintyPane:
     return pane
 
 
-async def test_a_key_starts_the_study_and_the_views_show_its_results(
+async def test_f10_starts_the_study_and_the_views_show_its_results(
     pilot: Pilot[None], tmp_path: Path
 ) -> None:
     await show_tab(pilot, "alt+7")
@@ -104,8 +105,8 @@ async def test_a_key_starts_the_study_and_the_views_show_its_results(
     export = pane.export("data")
     export.write(tmp_path / "rows.csv")
     assert pane.command_line() == ("fivtui uncertainty --vary 'mu~uniform:0.2:0.8' --samples 256")
-    loaded = DisplayedStudy(load_result(tmp_path / "rows.csv"), "a", "rows.csv")
-    app_of(pilot).session.studies["uncertainty"] = loaded
+    loaded_study = DisplayedStudy(load_result(tmp_path / "rows.csv"), "a", "rows.csv")
+    app_of(pilot).session.studies["uncertainty"] = loaded_study
     pane.scene_changed()
     await until_shown(pilot, "256 samples, read from rows.csv")
 
