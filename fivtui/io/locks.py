@@ -24,7 +24,7 @@ def hold_lock(path: Path, holder: str) -> Iterator[None]:
         try:
             lock_file(handle)
         except (BlockingIOError, PermissionError):
-            raise LockedError(f"{path.parent}: {holder} is at work here") from None
+            raise LockedError(f"{path.parent}: is in use by {holder}") from None
         except OSError as error:
             raise InputError(f"{path}: cannot be locked: {error.strerror or error}") from None
         yield

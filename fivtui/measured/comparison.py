@@ -229,7 +229,7 @@ def validate(
     if t.size < _MIN_SAMPLES:
         raise InputError(
             f"{measurement.source}: {t.size} samples are within the run, 0 to {run.t_end:g} s; "
-            f"must be at least {_MIN_SAMPLES}: shift the times, or let the run last longer"
+            f"must be at least {_MIN_SAMPLES}: shift the times, or take a longer run"
         )
     computed: FloatArray = getattr(motion_at(run, t), quantity)
     deviation = measured - computed
@@ -301,8 +301,8 @@ def best_shift(run: Transient, measurement: Measurement, quantity: str) -> float
     start, end = float(measurement.t[0]), float(measurement.t[-1])
     if end - start > run.t_end:
         raise InputError(
-            f"{measurement.source}: lasts {end - start:g} s; to be shifted it must fit into the "
-            f"run of {run.t_end:g} s"
+            f"{measurement.source}: lasts {end - start:g} s; for an automatic shift it must fit "
+            f"into the run of {run.t_end:g} s"
         )
     step = max((end - start) / (measurement.t.size - 1), run.t_end / _MAX_GRID_POINTS)
     grid = np.arange(math.floor(run.t_end / step) + 1) * step

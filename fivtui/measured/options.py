@@ -15,7 +15,7 @@ class ValidateOptions(RunOptions):
     )
     time: str = option(
         "--time",
-        "Column of the times, by name or number; t, time or the first if not given.",
+        "Time column, by name or number; by default t, time or the first.",
         "",
         metavar="NAME|N",
     )
@@ -32,29 +32,30 @@ class ValidateOptions(RunOptions):
         metavar="NAME",
         show_default=True,
     )
-    scale: str | None = option("--scale", "SI units in a unit of the signal.", metavar="N")
+    scale: str | None = option("--scale", "Factor from the signal to SI units.", metavar="N")
     offset: str | None = option("--offset", "Added to the scaled signal, in SI units.", metavar="N")
     time_scale: str | None = option(
-        "--time-scale", "Seconds in a unit of the time column.", metavar="N"
+        "--time-scale", "Factor from the time column to seconds.", metavar="N"
     )
     shift: str = option(
         "--shift",
-        "Added to the measured times, s; auto: where both correlate best.",
+        "Added to the measured times, s; auto: the shift of highest correlation.",
         "0",
         metavar="S|auto",
         show_default=True,
     )
     band: str | None = option(
         "--band",
-        "Half width of the tolerance band, in SI units or in percent of half peak-to-peak.",
+        "Half width of the tolerance band, in SI units or in percent of the run's half "
+        "peak-to-peak.",
         metavar="N|N%",
     )
     share: str | None = option(
-        "--share", "Least share of samples within the band, 100 % if not given.", metavar="N%"
+        "--share", "Required share of samples in the band; by default 100 %.", metavar="N%"
     )
     frequency: str | None = option(
-        "--frequency", "Greatest relative deviation of the frequency.", metavar="N%"
+        "--frequency", "Allowed relative deviation of the frequency.", metavar="N%"
     )
     amplitude: str | None = option(
-        "--amplitude", "Greatest relative deviation of half peak-to-peak.", metavar="N%"
+        "--amplitude", "Allowed relative deviation of half peak-to-peak.", metavar="N%"
     )

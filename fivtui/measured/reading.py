@@ -176,7 +176,7 @@ def _parse_table(text: str) -> tuple[list[str], list[_Row]]:
                 raise InputError(f"line {number}: {len(row)} values under {width} columns")
         return (titles if has_titles else numbered_titles), rows[first_row:]
     raise InputError(
-        "must have at least two columns of numbers, parted by commas, semicolons or tabs"
+        "must have at least two columns of numbers, separated by commas, semicolons or tabs"
     )
 
 

@@ -73,13 +73,13 @@ def arithmetic_digests(study: Study) -> dict[str, Any]:
 def arithmetic_difference(stored: object, local: Mapping[str, Any]) -> str:
     """Why rows of `stored` and `local` arithmetic differ in their last bits; empty if equal."""
     if not isinstance(stored, Mapping):
-        return "an older fivtui began it, which did not record the arithmetic"
+        return "an older fivtui began the sweep and did not record the arithmetic"
     if all(stored.get(key) == value for key, value in local.items()):
         return ""
     if stored.get("kernel") != local.get("kernel"):
-        kernel = stored.get("kernel", "of a kernel compiled by numba")
-        return f"transients are {kernel} there, {local.get('kernel')} here"
-    return "the same members have other last bits there than here"
+        kernel = stored.get("kernel", "compiled by numba")
+        return f"the kernel is {kernel} there, {local.get('kernel')} here"
+    return "rows of the same trial members differ in their last bits"
 
 
 @lru_cache

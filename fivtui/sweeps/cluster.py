@@ -178,7 +178,7 @@ def _check_arithmetic(worker_arithmetic: object, digests: Mapping[str, Any]) -> 
     difference = arithmetic_difference(worker_arithmetic, digests)
     if difference:
         raise ComputationError(
-            f"rows of a worker would differ in the last bits from those of this machine "
+            f"rows of a worker would differ in their last bits from those of this machine "
             f"({difference})",
             f"install fivtui on the workers as here; {_CONTINUE}",
         )

@@ -14,8 +14,8 @@ from fivtui.transient import START_SPECS
 
 Kind = Literal["product", "list", "random", "sobol"]
 KINDS: Final[Mapping[str, str]] = {
-    "product": "every value with every other, the last name varying fastest",
-    "list": "first values together, then second values, and so on",
+    "product": "all combinations of values, the last name varying fastest",
+    "list": "the first value of each name, then the second value of each, and so on",
     "random": "points drawn uniformly between the ends",
     "sobol": "points of a scrambled Sobol sequence between the ends",
 }
@@ -158,7 +158,7 @@ class Design:
         if self.kind == "list":
             if len(set(counts.values())) > 1:
                 text = ", ".join(f"{name} has {count}" for name, count in counts.items())
-                raise InputError(f"list: must have as many values of each name; {text}")
+                raise InputError(f"list: must have equally many values of each name; {text}")
             return next(iter(counts.values()))
         size = 1
         for count in counts.values():

@@ -96,11 +96,9 @@ def _read_folder(folder: Path) -> tuple[Sweep, int]:
         count = piece_count(study.members, manifest.size)
         files, old_files = (valid_pieces(folder, manifest.digest, count), old_piece_files(folder))
     except (OSError, ValueError, KeyError):
-        raise InputError("not the folder of a sweep under way (FILE.parts)") from None
+        raise InputError("not the folder of an incomplete sweep (FILE.parts)") from None
     if old_files:
-        raise InputError(
-            "an older fivtui began this sweep: its pieces do not say which sweep they are of"
-        )
+        raise InputError("an older fivtui began this sweep: its pieces do not identify their sweep")
     if not files:
         raise InputError("no member of this sweep is stored yet")
     pieces = [sweep_piece(number, study.members, manifest.size) for number in files]

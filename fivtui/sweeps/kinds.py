@@ -68,7 +68,7 @@ SWEEP: Final = StudyKind(
     folders=(".parts",),
     header=frozenset({"sweep"}),
     json_keys=frozenset({"columns", "rows"}),
-    json_refusal="does not say which sweep it is from; read the file of sweep --out",
+    json_refusal="has no description of its sweep; read the file that sweep --out wrote",
     command=_command,
     stored=Storage(
         ".csv",

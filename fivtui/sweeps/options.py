@@ -25,7 +25,7 @@ class SweepPreset:
 SWEEP_PRESETS: Final[Mapping[str, SweepPreset]] = MappingProxyType(
     {
         "peak-over-belt-speed": SweepPreset(
-            "beyond the paper: stick on slow belts; fast ones end in the paper's result",
+            "beyond the paper: stick on slow belts, the result of the paper on fast belts",
             ("v_belt=0.1,0.2,0.5,1,2,3,5,7,10,12,14,16,18,20,22,24,26,30",),
         )
     }
@@ -45,7 +45,7 @@ SCHEDULER: Final = Option(
 PIECE: Final = Option(
     flag="--piece",
     metavar="N",
-    help="Members in a stored piece.  [default: about a second of work]",
+    help="Number of members per stored piece.  [default: about a second of work]",
     integers=Interval(1),
 )
 
@@ -64,14 +64,14 @@ class SweepOptions:
     )
     preset: str | None = option(
         "--preset",
-        "Vary as a sweep that comes with the program: peak-over-belt-speed.",
+        "Use the variations of a built-in sweep: peak-over-belt-speed.",
         metavar="NAME",
         completions=lambda: SWEEP_PRESETS,
     )
     design: "Kind" = option(
         "--design",
-        "product: all combinations; list: values side by side; random, sobol: --count points "
-        "between START and STOP.",
+        "product: all combinations; list: first values, then second values, …; random, sobol: "
+        "--count points between START and STOP.",
         "product",
         choices=("product", "list", "random", "sobol"),
         show_default=True,
@@ -100,7 +100,7 @@ class SweepOptions:
     over_time: Path | None = option_field(OVER_TIME)
     outputs: tuple[str, ...] = option(
         "--output",
-        "Compute this output only (y_abs, y_half_range, separations, sticks, growth_rate, stable, "
+        "Compute only this output (y_abs, y_half_range, separations, sticks, growth_rate, stable, "
         "…); may be repeated.",
         metavar="NAME",
         multiple=True,

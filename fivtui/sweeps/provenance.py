@@ -107,7 +107,7 @@ def study_from_dict(data: Any) -> Study:
             over_time=parse_over_time("over_time", data.get("over_time", {})),
         )
     except (KeyError, TypeError, ValueError, AttributeError):
-        raise InputError("does not say which sweep it is of") from None
+        raise InputError("has no complete description of its sweep") from None
 
 
 def _axis_from_data(data: Any) -> Any:

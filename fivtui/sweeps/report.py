@@ -98,8 +98,8 @@ def _fast_belt_text(result: Sweep, case: bool) -> str:
         return ""
     numbers = result.table.numbers
     return (
-        f"from v_belt = {number(numbers['v_belt'][row], 6)} m/s on the slider is never as fast: "
-        f"{output} {number(numbers[output][row], 6)} is that of a belt that is always faster"
+        f"from v_belt = {number(numbers['v_belt'][row], 6)} m/s on the belt is always faster than "
+        f"the slider: {output} = {number(numbers[output][row], 6)}, as without v_belt"
         + ("" if case else ", separation ignored")
     )
 

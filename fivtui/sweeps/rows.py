@@ -265,8 +265,8 @@ class _Block:
                 is_diverged = _is_diverged(coarse, fine, self._time_scales(indices))
             for index in indices[is_diverged].tolist():
                 self.reasons[index] = (
-                    f"two runs at different accuracy diverge between t = {begin:.6g} and {end:.6g} "
-                    "s; later results cannot be verified: use a shorter horizon"
+                    f"two runs at different tolerances diverge between t = {begin:.6g} and "
+                    f"{end:.6g} s; later results cannot be verified: use a shorter horizon"
                 )
             indices = indices[~is_diverged]
 

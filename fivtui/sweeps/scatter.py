@@ -84,7 +84,7 @@ class Scatter:
     def __post_init__(self) -> None:
         check_known("design", self.kind, SCATTER_KINDS)
         if not self.axes:
-            raise InputError("nothing is scattered; at least one name must be")
+            raise InputError("scatter: must have at least one name with a distribution")
         object.__setattr__(
             self,
             "axes",
@@ -102,7 +102,7 @@ class Scatter:
             raise InputError(
                 "Sobol indices: the inputs must be independent, but "
                 + ", ".join(f"{first} and {second}" for first, second, _ in self.correlations)
-                + " are correlated; ask for none (--no-indices)"
+                + " are correlated; leave the indices out (--no-indices)"
             )
         _cholesky_factor(tuple(self.axes), self.correlations)
         object.__setattr__(self, "size", self.count * self.repeats * self.blocks)
@@ -202,8 +202,8 @@ def _cholesky_factor(names: tuple[str, ...], correlations: Correlations) -> Floa
             check_known("correlated name", name, names)
         if first == second or not -1.0 < value < 1.0:
             raise InputError(
-                f"correlation of {first} and {second} = {value:g}: must be of two names, between "
-                "-1 and 1"
+                f"correlation of {first} and {second} = {value:g}: must be between -1 and 1, of "
+                "two different names"
             )
         i, j = names.index(first), names.index(second)
         if matrix[i, j] != 0.0:
@@ -215,7 +215,6 @@ def _cholesky_factor(names: tuple[str, ...], correlations: Correlations) -> Floa
         factor = np.linalg.cholesky(matrix).astype(np.float64)
     except np.linalg.LinAlgError:
         raise InputError(
-            "correlations: no quantities can be correlated so; their matrix must be positive "
-            "definite"
+            "correlations: the matrix must be positive definite; these cannot occur together"
         ) from None
     return factor

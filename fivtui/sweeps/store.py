@@ -104,7 +104,7 @@ class SweepStore:
         if rows != self._study.members:
             raise InputError(
                 f"{self._out}: exists already, and is damaged: {rows} of {self._study.members} "
-                "rows are whole; force overwriting to compute it again, or choose another name"
+                "rows are complete; force overwriting to compute it again, or choose another name"
             )
         return True
 
@@ -121,7 +121,7 @@ class SweepStore:
         reason = self._conflict()
         if reason:
             if not is_replaceable(self._out):
-                raise InputError(f"{self._label}: {reason}, or force to discard what is there")
+                raise InputError(f"{self._label}: {reason}, or force overwriting of the pieces")
             self._remove_pieces()
         content = self._manifest()
         self._digest = manifest_digest(content)
@@ -142,8 +142,8 @@ class SweepStore:
         if not manifest.exists():
             if files or old_piece_files(self.folder):
                 return (
-                    f"has pieces but no {MANIFEST} that says of which sweep they are; delete that "
-                    "folder, choose another --out"
+                    f"has pieces but no {MANIFEST} that describes their sweep; delete the folder, "
+                    "choose another --out"
                 )
             return ""
         try:
@@ -158,14 +158,14 @@ class SweepStore:
         difference = arithmetic_difference(provenance.get(ARITHMETIC), self._provenance[ARITHMETIC])
         if difference:
             return (
-                f"rows computed here would differ in the last bits from those there ({difference});"
-                " finish it where it was begun, choose another --out"
+                f"rows computed here would differ in their last bits from the stored rows "
+                f"({difference}); continue where the sweep was begun, choose another --out"
             )
         self.size = size
         digest = manifest_digest(self._manifest())
         if old_piece_files(self.folder) or any(file.digest != digest for file in files):
             return (
-                f"has pieces of another sweep than its {MANIFEST} says; delete that folder, choose "
+                f"has pieces that do not belong to its {MANIFEST}; delete the folder, choose "
                 "another --out"
             )
         return ""
@@ -325,10 +325,10 @@ def _difference(stored: Any, expected: Any, name: str = "") -> str:
 def _other_sweep_text(difference: str) -> str:
     if difference.startswith(VERSIONS):
         return (
-            f"was begun by other versions, whose last bits may differ ({difference}); finish it "
-            "with those, choose another --out"
+            f"was begun with other versions, which may give other last bits ({difference}); "
+            "continue with those versions, choose another --out"
         )
-    return f"holds another sweep ({difference}); finish that one, choose another --out"
+    return f"holds another sweep ({difference}); finish that sweep, choose another --out"
 
 
 def _shorten(value: Any) -> str:

@@ -181,8 +181,8 @@ class Study:
         for name in targets:
             if name not in ERRORS:
                 raise InputError(
-                    f"accuracy of {name}: a sweep keeps no times of switches; "
-                    f"must be of {', '.join(ERRORS)}"
+                    f"accuracy of {name}: must be of {', '.join(ERRORS)}; "
+                    "a sweep does not store switch times"
                 )
         return targets
 

@@ -88,6 +88,6 @@ def _cheapest_setting(result: Tradeoff, quantity: str, error: float) -> tuple[st
     row = cheapest(result.rows, quantity, error)
     target = f"{quantity} to {error:g}"
     if row is None or row.error is None:
-        return target, "none of these settings; try --thorough"
+        return target, "not reached by these settings; try --thorough"
     text = f"error {row.error.of(quantity):.1e}, {number(1e3 * row.cpu_s, 3)} ms"
     return target, f"{row.setting.label}, {row.setting.text}: {text}"

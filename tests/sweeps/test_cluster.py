@@ -115,7 +115,7 @@ def test_workers_whose_rows_have_other_bits_are_refused(
     with (
         cluster_engine(cluster.address) as engine,
         pytest.raises(
-            ComputationError, match=r"a worker would differ in the last bits.*compiled there"
+            ComputationError, match=r"a worker would differ in their last bits.*compiled there"
         ),
     ):
         sweep_to_file(STUDY, out, engine, size=SIZE)

@@ -121,7 +121,7 @@ def test_pieces_under_the_manifest_of_another_sweep_are_refused(
     (tmp_path / "other").mkdir()
     manifest = begun(tmp_path / "other" / out.name, HEAVIER) / "manifest.json"
     shutil.copy(manifest, parts)
-    refused(out, "has pieces of another sweep than its manifest.json says", HEAVIER)
+    refused(out, "has pieces that do not belong to its manifest.json", HEAVIER)
     assert run(output_path(out, force=True), HEAVIER).stored_before == 0
     assert out.read_bytes() == right[suffix, "heavier"]
 
@@ -207,7 +207,7 @@ def test_rows_of_two_machines_are_not_mixed(
     out = tmp_path / f"out{suffix}"
     begun(out)
     elsewhere(monkeypatch, OTHER[reason])
-    refused(out, rf"would differ in the last bits from those there \(.*{reason}.*finish it where")
+    refused(out, rf"would differ in their last bits .* \(.*{reason}.*continue where")
     monkeypatch.undo()
     assert run(out).stored_before >= 9
     assert out.read_bytes() == right[suffix, "lighter"]
@@ -247,7 +247,7 @@ def test_a_file_of_an_older_version_is_complete_and_its_pieces_are_refused(
     for path in parts.glob("0*.csv"):
         number, failed, _, checksum, suffix = path.name.split(".")
         path.rename(parts / f"{number}.{failed}.{checksum}.{suffix}")
-    refused(out, "an older fivtui began it, which did not record the arithmetic")
+    refused(out, "an older fivtui began the sweep and did not record the arithmetic")
     with pytest.raises(InputError, match="an older fivtui began this sweep"):
         read_sweep(parts)
     (parts / "manifest.json").unlink()

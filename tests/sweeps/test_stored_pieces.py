@@ -69,7 +69,7 @@ def test_pieces_of_a_kernel_compiled_by_numba_are_refused_and_can_be_read(
     assert [repr(row[3]) for row in rows] != exact[:KEPT]
     assert [row[3] for row in rows] == pytest.approx(list(map(float, exact[:KEPT])), rel=1e-11)
     monkeypatch.setattr(provenance_module, "versions", lambda _: manifest["versions"])
-    refused(out, r"last bits from those there \(transients are of a kernel compiled by numba there")
+    refused(out, r"last bits from the stored rows \(the kernel is compiled by numba there")
     monkeypatch.undo()
     assert go_on(output_path(out, force=True)).stored_before == 0
     assert out.read_bytes() == right
@@ -84,4 +84,4 @@ def test_pieces_of_the_kernel_in_c_are_continued_where_bits_are_the_same(
         assert go_on(out) == WriteSummary(MEMBERS, 0, KEPT)
         assert out.read_bytes().splitlines()[-MEMBERS:] == right.splitlines()[-MEMBERS:]
     else:
-        refused(out, r"rows computed here would differ in the last bits from those there \(")
+        refused(out, r"rows computed here would differ in their last bits from the stored rows \(")

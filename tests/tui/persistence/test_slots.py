@@ -319,7 +319,7 @@ async def test_the_palette_opens_another_session_and_keeps_this_one(tmp_path: Pa
             await until_notice(pilot, "session 2; other saved sessions: 1 (Ctrl+P, Open)")
             app.session.set_text("F", "22")
             await open_from_palette(pilot, "Open session 1: scene base, map")
-            await until_notice(pilot, "another fivtui is at work here")
+            await until_notice(pilot, "is in use by another fivtui")
             assert app.session.texts["F"] == "22"
             process.kill()
             process.wait()
