@@ -38,11 +38,12 @@ def interpret_members(
     max_steps: int,
     *,
     belt_columns: Mapping[str, Floats],
-    should_continue: Callable[[], bool],
+    proceed: Callable[[], bool],
 ) -> Floats:
     """Integrate members; the rows of the result have the columns of `RunColumns`.
 
-    `belt_columns` has the belt parameters by name. `should_continue` is called after every member.
+    `belt_columns` has the belt parameters by name. `proceed` is called after every member; the
+    batch stops if it returns False.
     """
     results = np.full((len(members[0]), len(RunColumns._fields)), np.nan)
     for index, (row, separation, start) in enumerate(zip(*members, strict=True)):
@@ -56,7 +57,7 @@ def interpret_members(
         else:
             # Status OVERFLOW and no steps mark a member without a static start.
             results[index, :9] = *start, 0.0, Status.OVERFLOW, 0.0, 0.0, 0.0
-        if not should_continue():
+        if not proceed():
             break
     return results
 

@@ -264,20 +264,15 @@ class _BatchRun:
     def _interpret(
         self, members: Members, columns: dict[str, Floats], report: Callable[[], None]
     ) -> Floats:
-        def should_continue() -> bool:
+        def proceed() -> bool:
             with self._lock:
                 self._progress_units += 1.0
             report()
             return not self._stop
 
-        belt_columns = {name: column for name, column in columns.items() if name in BELT_PARAMETERS}
+        belt = {name: column for name, column in columns.items() if name in BELT_PARAMETERS}
         return interpret_members(
-            members,
-            self._t_end,
-            self._tol,
-            self._max_steps,
-            belt_columns=belt_columns,
-            should_continue=should_continue,
+            members, self._t_end, self._tol, self._max_steps, belt_columns=belt, proceed=proceed
         )
 
     def _column(self, name: str) -> Floats:

@@ -18,8 +18,7 @@ from .files import check_suffix
 from .reading import open_regular
 from .writing import write_atomically
 
-# Rows written or converted at a time.
-_BLOCK: Final = 8192
+_BLOCK_ROWS: Final = 8192
 # Values of cells without a number.
 _SPECIAL_VALUES: Final[Mapping[str, float]] = {"": math.nan, "true": 1.0, "false": 0.0}
 UNITS: Final = "units"
@@ -54,8 +53,8 @@ def _write(
 ) -> None:
     write_csv_header(file, values, header)
     size = max(map(len, values.values()), default=0)
-    for start in range(0, size, _BLOCK):
-        write_csv_rows(file, (_cell_texts(c[start : start + _BLOCK]) for c in values.values()))
+    for start in range(0, size, _BLOCK_ROWS):
+        write_csv_rows(file, (_cell_texts(c[start : start + _BLOCK_ROWS]) for c in values.values()))
 
 
 def _cell_texts(values: NDArray[Any] | Sequence[object]) -> Iterable[str]:
@@ -131,7 +130,7 @@ def _read_columns(
         if name in names
     }
     blocks: dict[str, list[NDArray[Any]]] = {name: [] for name in indices}
-    while block := list(islice(rows, _BLOCK)):
+    while block := list(islice(rows, _BLOCK_ROWS)):
         for number, row in block:
             if len(row) != len(names):
                 raise InputError(f"line {number}: {len(row)} values under {len(names)} columns")

@@ -145,7 +145,7 @@ def _temporary_prefix(target: Path) -> str:
 
 
 def _remove_abandoned_files(target: Path) -> None:
-    # A temporary file of the target without a lock: the process that wrote it has ended.
+    # If a temporary file of the target has no lock, the process that wrote it has ended.
     prefix, names = _temporary_prefix(target), []
     # A writable folder may be unreadable.
     with suppress(OSError), os.scandir(target.parent) as entries:

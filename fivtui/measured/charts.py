@@ -60,10 +60,7 @@ def overlay_spectra(result: Validation) -> Chart:
 
 def validation_sheet(result: Validation) -> Sheet:
     """Both signals over time with the tolerance band, their deviation, and their spectra."""
-    colour, t_range = (
-        CASE_COLOURS[result.separation][0],
-        (float(result.t[0]), float(result.t[-1])),
-    )
+    colour, span = CASE_COLOURS[result.separation][0], (float(result.t[0]), float(result.t[-1]))
 
     def recolour(chart: Chart) -> Chart:
         computed, measured = chart.traces[-2:]
@@ -84,7 +81,7 @@ def validation_sheet(result: Validation) -> Sheet:
         traces=(*band_around(result.computed), *signals.traces),
         title=_verdict_text(result, result.measurement.signal) if result.criteria else "",
         x_axis=False,
-        figure_x=t_range,
+        figure_x=span,
     )
     deviation = Chart(
         TIME_LABEL,
@@ -94,7 +91,7 @@ def validation_sheet(result: Validation) -> Sheet:
             Trace("", result.t, result.measured - result.computed, role="deviation"),
         ),
         strips=signals.strips,
-        figure_x=t_range,
+        figure_x=span,
     )
     spectra = recolour(overlay_spectra(result))
     greatest = max(float(entry.amplitude.max()) for entry in result.spectra)

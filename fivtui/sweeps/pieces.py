@@ -86,7 +86,7 @@ def piece_name(number: int, failed: int, digest: str, content: bytes, suffix: st
 
 
 def _checksum(number: int, failed: int, digest: str, content: bytes) -> str:
-    # The checksum includes the name, so that a renamed piece is not valid.
+    # The checksum covers the name, so that a renamed piece is not valid.
     checksum = hashlib.sha256(f"{number}.{failed}.{digest}\n".encode())
     checksum.update(content)
     return checksum.hexdigest()[:_DIGEST_DIGITS]

@@ -124,7 +124,7 @@ _CONVERSIONS: Final[Mapping[str, Callable[[float], object]]] = {
 
 
 def concatenate(parts: list[Rows]) -> Rows:
-    """Join blocks of rows in order."""
+    """Join parts of the rows of a sweep, in order."""
     return Rows(
         {name: np.concatenate([part.numbers[name] for part in parts]) for name in parts[0].numbers},
         np.concatenate([part.separation for part in parts]),
