@@ -89,5 +89,5 @@ def test_pieces_of_a_running_sweep_are_read_and_not_changed(
     assert {file.name: file.read_bytes() for file in folder.iterdir()} == before
     with pytest.raises(InputError, match="are computed, not all"):
         save_sweep(read, tmp_path / f"part{suffix}")
-    with pytest.raises(InputError, match="not the folder of a sweep"):
+    with pytest.raises(InputError, match="not the folder of an incomplete sweep"):
         read_sweep(tmp_path)

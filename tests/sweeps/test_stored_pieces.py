@@ -61,7 +61,7 @@ def test_pieces_of_a_kernel_compiled_by_numba_are_refused_and_can_be_read(
     right: bytes, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     out, manifest = begun("numba", tmp_path)
-    refused(out, r'begun by other versions, .* \(versions\.numba: "0\.68\.1" there, none here\)')
+    refused(out, r'begun with other versions, .* \(versions\.numba: "0\.68\.1" there, none here\)')
     rows = read_sweep(tmp_path / "sweep.csv.parts").rows
     assert len(rows) == KEPT
     # The reason is a difference in the last bits.
