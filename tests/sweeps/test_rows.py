@@ -165,7 +165,7 @@ def test_a_design_has_at_most_as_many_members_as_indices_have_room_for() -> None
         ({"t_end": 0.0}, "t_end"),
         ({"tol": 1.0}, "tol"),
         ({"start": (1.0, 2.0)}, "four"),
-        ({"accuracy": (("events", 1e-3),)}, "no times of switches; must be of final, peak, half"),
+        ({"accuracy": (("events", 1e-3),)}, "does not store switch times"),
         ({"accuracy": (("peak", 0.0),)}, "must be above 0 and at most 1"),
     ],
 )

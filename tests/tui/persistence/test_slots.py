@@ -106,7 +106,7 @@ def test_two_simultaneous_instances_have_separate_sessions(tmp_path: Path) -> No
         assert (own_session.number, [slot.number for slot in own_session.other_slots]) == (2, [1])
         own_session.save(a_state("22"))
         own_session.close(a_state("23"))
-        with pytest.raises(InputError, match="another fivtui is at work here"):
+        with pytest.raises(InputError, match="is in use by another fivtui"):
             Autosave(path).open(1)
         process.send_signal(signal.SIGKILL)
         process.wait()
