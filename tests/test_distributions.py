@@ -63,7 +63,7 @@ def test_truncation_rescales_the_distribution() -> None:
         ("gauss:1:2", "unknown distribution 'gauss': must be uniform, normal"),
         ("norm_gen:1", "unknown distribution"),
         ("weibull_min", "must be weibull_min:C:LOC:SCALE"),
-        ("weibull_min:-1", "such as scipy.stats.weibull_min allows"),
+        ("weibull_min:-1", "scipy.stats.weibull_min does not allow these numbers"),
         ("normal:a:1", "not a number"),
         ("normal:1:1e999", "not a finite number"),
     ],
