@@ -6,8 +6,8 @@ if TYPE_CHECKING:
     from .charts import map_chart
     from .options import MapOptions
     from .result import MAP_VALUES, SAFETY_VALUES, StabilityMap
-    from .safety import compute_map, safety_map
-    from .stability import check_map, parse_map_value, stability_map
+    from .safety import safety_map
+    from .stability import check_map, compute_map, parse_map_value, stability_map
 else:
     from fivtui.lazy import lazy_exports
 

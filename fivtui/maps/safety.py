@@ -24,7 +24,7 @@ from fivtui.safety import SafeFriction, safe_friction
 
 from .escape import escape_offsets
 from .fold_sheets import FoldSheets
-from .result import MAP_VALUES, SAFETY_VALUES, StabilityMap
+from .result import SAFETY_VALUES, StabilityMap
 from .searched_points import SearchedPoint, nearest_limits, searched_indices
 from .stability import check_map, check_points, parse_map_value, stability_map
 
@@ -131,19 +131,6 @@ def safety_map(
         quantities |= {"region": regions, "escape_offset": escape}
     work.advance(1.0)
     return replace(linear, value=map_kind, quantities=quantities, searched=searched)
-
-
-def compute_map(
-    parameters: Parameters | None,
-    over: Mapping[str, Sequence[float] | Floats],
-    value: str,
-    *,
-    separation: bool = True,
-    progress: OnProgress | None = None,
-) -> StabilityMap:
-    """A map of any value, by `stability_map` or `safety_map`."""
-    compute = safety_map if parse_map_value(value, MAP_VALUES) in SAFETY_VALUES else stability_map
-    return compute(parameters, over, value, separation=separation, progress=progress)
 
 
 def _regions(linear: StabilityMap, safe_mu: Floats, searched: Sequence[SearchedPoint]) -> Floats:

@@ -134,6 +134,22 @@ def _values_on_belt(
     return modes, excess
 
 
+def compute_map(
+    parameters: Parameters | None,
+    over: Mapping[str, Sequence[float] | FloatArray],
+    value: str,
+    *,
+    separation: bool = True,
+    progress: OnProgress | None = None,
+) -> StabilityMap:
+    """A map of any value, by `stability_map` or `safety_map`."""
+    compute = stability_map
+    if parse_map_value(value, MAP_VALUES) in SAFETY_VALUES:
+        # Imported late: the search for limit cycles needs modules of SciPy that load slowly.
+        from .safety import safety_map as compute
+    return compute(parameters, over, value, separation=separation, progress=progress)
+
+
 def check_two_parameters(names: Collection[str]) -> None:
     """Raise `InputError` unless a map is over two parameters."""
     if len(names) != 2:
