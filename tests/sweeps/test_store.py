@@ -40,7 +40,6 @@ STUDY = Study(
     outputs=("y_abs", "separations", "stable"),
 )
 SIZE = 3
-PIECES = 7
 SUFFIXES = pytest.mark.parametrize("suffix", [".csv", ".parquet"])
 
 

@@ -236,21 +236,6 @@ def test_separation_and_landing_within_one_step_are_found(integrate: RunMethod) 
     assert spanning_steps >= 6
 
 
-# Starts at y = 0: state, F, and order and value of the first nonzero derivative of y.
-AT_SWITCH = Parameters(m=2.0, k1=10.0, k2=5.0, k3=8.0, c1=0.5, c2=0.3, k_nl=20.0, mu=0.6)
-H, A = 4.0, 14.0
-STARTS: dict[str, tuple[State, float, int, float]] = {
-    "moving out": ((0.1, 0.2, 0.0, 0.3), 1.0, 1, 0.3),
-    "moving in": ((0.1, 0.2, 0.0, -0.3), 1.0, 1, -0.3),
-    "pulled out": ((0.5, 0.2, 0.0, 0.0), 1.0, 2, (H * 0.5 - 1.0) / 2.0),
-    "pressed in": ((0.1, 0.2, 0.0, 0.0), 1.0, 2, (H * 0.1 - 1.0) / 2.0),
-    "balanced, pulled out": ((0.25, 0.2, 0.0, 0.0), 1.0, 3, H * 0.2 / 2.0),
-    "balanced, pressed in": ((0.25, -0.2, 0.0, 0.0), 1.0, 3, -H * 0.2 / 2.0),
-    "at rest, pressed in": ((0.25, 0.0, 0.0, 0.0), 1.0, 4, -H / 2.0 * A * 0.25 / 2.0),
-    "at rest, pulled out": ((-0.25, 0.0, 0.0, 0.0), -1.0, 4, H / 2.0 * A * 0.25 / 2.0),
-}
-
-
 @each_run_method
 def test_rest_at_the_switch_lasts(integrate: RunMethod) -> None:
     motion = integrate([Parameters(F=0.0)], [(0.0, 0.0, 0.0, 0.0)], 100.0, 1e-12)[0]
