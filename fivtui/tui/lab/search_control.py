@@ -109,14 +109,14 @@ class SearchController:
         self._screen.show_search_result()
 
     def _store_error(self, key: CacheKey, error: str) -> None:
-        self._cache[key] = Attractors(f"search for limit cycles failed: {error}", text_final=True)
+        self._cache[key] = Attractors(f"search for limit cycles failed: {error}", searched=True)
 
-    def _store_result(self, key: CacheKey, result: "Coexistence", text_final: bool) -> None:
+    def _store_result(self, key: CacheKey, result: "Coexistence", searched: bool) -> None:
         from fivtui.orbits import coexistence_phrase
 
         self._result = result
-        note = (result.warning or "") if text_final else ""
-        self._cache[key] = Attractors(coexistence_phrase(result), note, result.coexists, text_final)
+        note = (result.warning or "") if searched else ""
+        self._cache[key] = Attractors(coexistence_phrase(result), note, result.coexists, searched)
 
     def _store_safe_friction(self, key: CacheKey, safe: "SafeFriction | None") -> None:
         self._job = None

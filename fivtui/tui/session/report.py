@@ -21,7 +21,7 @@ class Attractors:
     text: str = SEARCHING_TEXT
     note: str = ""
     coexists: bool = False
-    text_final: bool = False  # the search for limit cycles has ended
+    searched: bool = False  # the search for limit cycles has ended
     safe: "SafeFriction | None" = None
     complete: bool = False  # the search for safe μ has ended, too
 
@@ -47,7 +47,7 @@ def verdict_kind(result: Stability, attractors: Attractors | None) -> str:
         return verdict(result).lower()
     if attractors.coexists:
         return "coexisting"
-    return "stable" if attractors.text_final else "searching"
+    return "stable" if attractors.searched else "searching"
 
 
 # Label of the half range of y.

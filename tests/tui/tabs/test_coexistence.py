@@ -163,7 +163,7 @@ async def test_a_stable_verdict_names_the_cycle_once_it_is_found(
     )
     await until_shown(pilot, "STABLE, but a limit cycle coexists: ±")
     await until_shown(pilot, "±7.250 m (after a knock)")
-    await until(pilot, lambda: current_search(pilot).text_final)
+    await until(pilot, lambda: current_search(pilot).searched)
     # The row shows the whole warning of the command line.
     await pilot.press("alt+1")
     pilot.app.screen.query_one("#view-facts").press()  # type: ignore[attr-defined]
@@ -185,7 +185,7 @@ async def test_a_search_without_result_or_with_an_error_is_reported(
     await until_shown(pilot, "STABLE, search for limit cycles failed:")
     assert "too many steps" in current_search(pilot).text
     await edit_preload(pilot, "120")
-    await until(pilot, lambda: current_search(pilot).text_final)
+    await until(pilot, lambda: current_search(pilot).searched)
     assert [p.F for p in searches.started] == [130.0, 125.0, 120.0]
     # Results of earlier searches are reused after an undo.
     for preload, phrase in (("130", "no limit cycle found"), ("120", "a limit cycle coexists")):
@@ -200,7 +200,7 @@ async def test_on_a_belt_of_finite_speed_attractors_are_searched_and_safe_fricti
     searches.answers[120.0] = Coexistence(System(P), (REST, LARGE), (0, 1), True, None)
     await edit_preload(pilot, "120")
     await until_shown(pilot, "STABLE, but a limit cycle coexists")
-    await until(pilot, lambda: current_search(pilot).text_final)
+    await until(pilot, lambda: current_search(pilot).searched)
     assert current_search(pilot).safe is None
     assert searches.started == [P.with_values({"v_belt": 10.0})]
 
