@@ -49,7 +49,7 @@ typedef struct {
     double t_end, tol, max_steps;
 } Problem;
 
-static void *room(int64_t count, size_t size)
+static void *allocate(int64_t count, size_t size)
 {
     void *memory = malloc((size_t)count * size);
     if (!memory && count)
@@ -59,7 +59,7 @@ static void *room(int64_t count, size_t size)
 
 static void *taken(int64_t count, size_t size)
 {
-    void *memory = room(count, size);
+    void *memory = allocate(count, size);
     if (fread(memory, size, (size_t)count, stdin) != (size_t)count)
         exit(4);
     return memory;
@@ -69,12 +69,12 @@ static void run_alone(const Problem *p, const double *parameters, int64_t separa
                       const double *start, const double *times)
 {
     void *run = malloc((size_t)fivtui_run_size_baseline());
-    double *switches = room(p->switches, sizeof(double));
-    double *samples = room(p->times * STATE, sizeof(double));
-    int8_t *modes = room(p->times, 1);
+    double *switches = allocate(p->switches, sizeof(double));
+    double *samples = allocate(p->times * STATE, sizeof(double));
+    int8_t *modes = allocate(p->times, 1);
     int64_t columns = SEGMENT_HEAD + 2 * (p->order + 2);
-    double *segments = p->segments < 0 ? NULL : room(p->segments * columns, sizeof(double));
-    double *result = room(RESULTS + MORE, sizeof(double));
+    double *segments = p->segments < 0 ? NULL : allocate(p->segments * columns, sizeof(double));
+    double *result = allocate(RESULTS + MORE, sizeof(double));
     fivtui_run_begin_baseline(run, parameters, separation, start, p->t_end, p->tol, p->order);
     int64_t status = RUNNING;
     for (int call = 0; call < CALLS && status == RUNNING; call++)
@@ -92,7 +92,7 @@ static double allowed(double number)
 static void run_on_belt(const Problem *p, const double *parameters, int64_t separation,
                         const double *start, const double *times, const double *seeds)
 {
-    double belt[PARAMETERS + OF_BELT], *legs = room(2 * LEG, sizeof(double));
+    double belt[PARAMETERS + OF_BELT], *legs = allocate(2 * LEG, sizeof(double));
     for (int i = 0; i < PARAMETERS + OF_BELT; i++)
         belt[i] = i < PARAMETERS ? parameters[i] : allowed(seeds[i - PARAMETERS]);
     for (int i = 0; i < 2 * LEG; i++)
@@ -102,12 +102,12 @@ static void run_on_belt(const Problem *p, const double *parameters, int64_t sepa
     int64_t order = p->order == 20 && belt[PARAMETERS + OF_BELT - 1] > 0.0 ? 24 : p->order;
     for (int driven = 0; driven < 3; driven++) {
         void *run = malloc((size_t)fivtui_belt_size_baseline());
-        double *changes = room(p->switches * CHANGE, sizeof(double));
-        double *samples = room(p->times * STATE, sizeof(double));
-        int8_t *modes = room(p->times, 1);
+        double *changes = allocate(p->switches * CHANGE, sizeof(double));
+        double *samples = allocate(p->times * STATE, sizeof(double));
+        int8_t *modes = allocate(p->times, 1);
         int64_t columns = SEGMENT_HEAD + 2 * (order + 2);
-        double *segments = p->segments < 0 ? NULL : room(p->segments * columns, sizeof(double));
-        double *result = room(RESULTS + MORE + TALLY, sizeof(double));
+        double *segments = p->segments < 0 ? NULL : allocate(p->segments * columns, sizeof(double));
+        double *result = allocate(RESULTS + MORE + TALLY, sizeof(double));
         if (driven)
             fivtui_driven_begin_baseline(run, belt, separation, start, p->t_end, p->tol, order,
                                          driven - 1, legs, 2, 1.0);
@@ -127,10 +127,10 @@ static void run_varied(const Problem *p, const double *parameters, int64_t separ
 {
     void *run = malloc((size_t)fivtui_vary_size_baseline());
     int64_t columns = CROSSING_HEAD + STATE * p->seeds;
-    double *crossings = room(p->crossings * columns, sizeof(double));
-    double *result = room(RESULTS + MORE, sizeof(double));
-    double *deviations = room(p->seeds * STATE, sizeof(double));
-    double *extremes = room(EXTREMES * (1 + p->seeds), sizeof(double));
+    double *crossings = allocate(p->crossings * columns, sizeof(double));
+    double *result = allocate(RESULTS + MORE, sizeof(double));
+    double *deviations = allocate(p->seeds * STATE, sizeof(double));
+    double *extremes = allocate(EXTREMES * (1 + p->seeds), sizeof(double));
     fivtui_vary_begin_baseline(run, parameters, separation, start, seeds, p->seeds, p->t_end, p->tol,
                                p->order);
     int64_t status = RUNNING;
@@ -140,48 +140,48 @@ static void run_varied(const Problem *p, const double *parameters, int64_t separ
     free(run), free(crossings), free(result), free(deviations), free(extremes);
 }
 
-/* As `Asked` in orbit.c. */
+/* As `OrbitRequest` in orbit.c. */
 typedef struct {
     double parameters[PARAMETERS], scales[7], low[2], high[2], tol, longest;
     int64_t places[2], varied, separation, order, budget;
-} Asked;
+} OrbitRequest;
 
 static void solve_orbit(const Problem *p, const double *parameters, int64_t separation,
                         const double *start, const double *seeds)
 {
     int64_t varied = 1 + p->seeds % 2, count = STATE + 1 + varied;
-    Asked *asked = room(1, (size_t)fivtui_orbit_request_size_baseline());
-    *asked = (Asked){.low = {0.0}, .tol = p->tol, .longest = 5.0, .places = {8, 6}};
-    asked->varied = varied, asked->separation = separation;
-    asked->order = p->order, asked->budget = p->budget;
+    OrbitRequest *request = allocate(1, (size_t)fivtui_orbit_request_size_baseline());
+    *request = (OrbitRequest){.low = {0.0}, .tol = p->tol, .longest = 5.0, .places = {8, 6}};
+    request->varied = varied, request->separation = separation;
+    request->order = p->order, request->budget = p->budget;
     for (int i = 0; i < PARAMETERS; i++)
-        asked->parameters[i] = parameters[i];
+        request->parameters[i] = parameters[i];
     for (int i = 0; i < 2; i++)
-        asked->high[i] = 1e9;
-    double *guess = room(count, sizeof(double)), *along = room(count, sizeof(double));
-    double *planes = room((1 + varied) * count, sizeof(double));
+        request->high[i] = 1e9;
+    double *guess = allocate(count, sizeof(double)), *along = allocate(count, sizeof(double));
+    double *planes = allocate((1 + varied) * count, sizeof(double));
     for (int64_t i = 0; i < count; i++) {
-        asked->scales[i] = 1.0 + (double)i;
+        request->scales[i] = 1.0 + (double)i;
         guess[i] = i < STATE ? start[i] : i == STATE ? p->t_end : parameters[8];
         along[i] = seeds[i];
         for (int64_t n = 0; n <= varied; n++)
             planes[n * count + i] = seeds[(i + 3 * n) % (STATE + PARAMETERS)];
     }
     void *run = malloc((size_t)fivtui_vary_size_baseline());
-    void *found = malloc((size_t)fivtui_orbit_found_size_baseline());
-    fivtui_orbit_solve_baseline(run, asked, guess, planes, along, p->cubic, found);
-    free(asked), free(guess), free(along), free(planes), free(run), free(found);
+    void *orbit = malloc((size_t)fivtui_orbit_found_size_baseline());
+    fivtui_orbit_solve_baseline(run, request, guess, planes, along, p->cubic, orbit);
+    free(request), free(guess), free(along), free(planes), free(run), free(orbit);
 }
 
 static void run_batch(const Problem *p, const double *parameters, const uint8_t *separation,
                       const double *starts, const double *seeds)
 {
-    double *belts = room(p->members * (PARAMETERS + OF_BELT), sizeof(double));
+    double *belts = allocate(p->members * (PARAMETERS + OF_BELT), sizeof(double));
     for (int64_t i = 0; i < p->members; i++)
         for (int n = 0; n < PARAMETERS + OF_BELT; n++)
             belts[i * (PARAMETERS + OF_BELT) + n] =
                 n < PARAMETERS ? parameters[i * PARAMETERS + n] : allowed(seeds[n - PARAMETERS]);
-    double *results = room(p->members * RESULTS, sizeof(double));
+    double *results = allocate(p->members * RESULTS, sizeof(double));
     for (int finite = 0; finite < 2; finite++) {
         size_t size = (size_t)(finite ? fivtui_belts_size_baseline : fivtui_batch_size_baseline)();
         void *work = aligned_alloc(64, size);
