@@ -181,7 +181,7 @@ class Study:
         for name in targets:
             if name not in ERRORS:
                 raise InputError(
-                    f"accuracy of {name}: must be of {', '.join(ERRORS)}; "
+                    f"accuracy of {name}: must be one of {', '.join(ERRORS)}; "
                     "a sweep does not store switch times"
                 )
         return targets

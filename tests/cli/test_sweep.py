@@ -151,7 +151,10 @@ def test_a_sweep_too_large_for_memory_is_refused_before_it_begins(
             ["--vary=F=1:2:3", "--method=fmu", "--error=peak=1e-3"],
             "method = fmu: must be taylor for error targets",
         ),
-        (["accurate.toml", "--vary=F=1:2:3"], "does not store switch times"),
+        (
+            ["accurate.toml", "--vary=F=1:2:3"],
+            "must be one of final, peak, half_range; a sweep does",
+        ),
         (
             ["--vary=F=1:2:3", "--error=peak=1e-3", "--tol=1e-6"],
             "--error: must be given without --tol",

@@ -165,7 +165,10 @@ def test_a_design_has_at_most_as_many_members_as_indices_have_room_for() -> None
         ({"t_end": 0.0}, "t_end"),
         ({"tol": 1.0}, "tol"),
         ({"start": (1.0, 2.0)}, "four"),
-        ({"accuracy": (("events", 1e-3),)}, "does not store switch times"),
+        (
+            {"accuracy": (("events", 1e-3),)},
+            "must be one of final, peak, half_range; a sweep does",
+        ),
         ({"accuracy": (("peak", 0.0),)}, "must be above 0 and at most 1"),
     ],
 )
