@@ -101,7 +101,7 @@ def _compile_with_any(plans: Sequence[Callable[[str, Path], _Plan]]) -> str:
             failures.append(f"{name}: {(lines or [output.strip()])[0][:200]}")
         else:
             return name
-    raise CompilerError("; ".join(failures) or "there is neither ziglang nor a compiler cc")
+    raise CompilerError("; ".join(failures) or "no C compiler: install ziglang or cc")
 
 
 def _compilers() -> list[tuple[str, list[str]]]:
