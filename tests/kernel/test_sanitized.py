@@ -15,6 +15,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings, strategies as st
 
 import fivtui
+from fivtui.kernel.field_text import headers
 from fivtui.model import Parameters
 
 KERNEL = Path(fivtui.__file__).parent / "kernel"
@@ -185,7 +186,10 @@ def problems(draw: st.DrawFn) -> tuple[Problem, Numbers]:
 def sanitized(tmp_path_factory: pytest.TempPathFactory) -> Iterator[SanitizedKernel]:
     if shutil.which("gcc") is None:
         pytest.skip("there is no gcc")
-    program = tmp_path_factory.mktemp("sanitized") / "problems"
+    folder = tmp_path_factory.mktemp("sanitized")
+    program = folder / "problems"
+    for name, text in headers().items():
+        (folder / name).write_text(text, encoding="utf-8")
     units = [
         str(KERNEL / f"{unit}.c")
         for unit in ("single", "belt", "vary", "orbit", "lanes", "belt_lanes")
@@ -197,6 +201,7 @@ def sanitized(tmp_path_factory: pytest.TempPathFactory) -> Iterator[SanitizedKer
             *COMPILER_OPTIONS,
             *SANITIZER_OPTIONS,
             f"-I{KERNEL}",
+            f"-I{folder}",
             *units,
             driver,
             "-o",
