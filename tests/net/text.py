@@ -31,6 +31,7 @@ _MASKS: Final = (
     (r"peak to (\S+) in \S+ s", r"peak to \1 in <time>"),
     (r"(?m)^CPU time .*$", "CPU time <time>"),
     (r"(?m)^fivtui: \d+ of \d+ members .*\n", ""),
+    (r"[^\s'\"]*/tests/net/inputs/", "<inputs>/"),
     # Rows of a trade-off: mask the CPU time and the marks of the best settings.
     (r"(?m)^(\S.*? (?:tol|step)=\S+) +\S+(.*? [+-]\d+)(?: +[FPHE]+)?$", r"\1 <time>\2"),
 )
