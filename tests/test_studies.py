@@ -21,7 +21,6 @@ from fivtui.results import (
     Result,
     Storage,
     StudyKind,
-    Tabular,
     command_for,
     equal_values,
     list_printer,
@@ -278,8 +277,6 @@ def test_wrong_and_missing_files_are_refused(
 @pytest.mark.parametrize("name", TABULAR)
 def test_datasets_have_the_columns_with_their_units(name: str) -> None:
     result = result_named(name)
-    if not isinstance(result, Tabular):
-        pytest.skip("its columns have no units")
     pytest.importorskip("xarray")
     dataset, table = result.to_xarray(), result._table()
     assert list(dataset.variables) == list(dataset.data_vars) + list(dataset.coords)

@@ -6,10 +6,9 @@ from dataclasses import dataclass, replace
 from typing import Any, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
-from fivtui.model import OnProgress, Parameters, Progress
-from fivtui.results import Result, scene_text, to_data
+from fivtui.model import Column, OnProgress, Parameters, Progress
+from fivtui.results import Result, Table, Tabular, scene_text, to_data
 from fivtui.scene import Scene, find_divergence, make_scene
 from fivtui.simulation import compute
 from fivtui.transient import (
@@ -38,7 +37,7 @@ class Estimate:
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class Accuracy(Result):
+class Accuracy(Result, Tabular):
     """Error estimates of a run.
 
     Attributes
@@ -98,13 +97,16 @@ class Accuracy(Result):
         )
         return data
 
-    def to_columns(self) -> dict[str, NDArray[Any]]:
-        """The estimates: ``quantity``, ``value`` and ``difference``."""
+    def _table(self) -> Table:
         estimates = self.estimates.values()
         return {
-            "quantity": np.array(list(self.estimates)),
-            "value": np.array([estimate.value for estimate in estimates]),
-            "difference": np.array([estimate.difference for estimate in estimates]),
+            Column("quantity", "", "name of the value"): np.array(list(self.estimates)),
+            Column("value", "", "value of the run, SI units"): np.array(
+                [estimate.value for estimate in estimates]
+            ),
+            Column("difference", "", "difference to the finer run, SI units"): np.array(
+                [estimate.difference for estimate in estimates]
+            ),
         }
 
 

@@ -3,7 +3,7 @@
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from .result import Batch
+    from .result import BATCH_COLUMNS, Batch
     from .run import Requirement, simulate_batch
 else:
     from fivtui.lazy import lazy_exports

@@ -1,7 +1,7 @@
 """The result of a batch: arrays with one element per member, and errors of failed members."""
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, fields
 from typing import Any, Final, cast
 
@@ -11,17 +11,44 @@ from numpy.typing import NDArray
 from fivtui.kernel import Status
 from fivtui.model import (
     ALL_PARAMETERS,
+    Column,
     ComputationError,
     InputError,
     Parameters,
     System,
     no_equilibrium_error,
 )
-from fivtui.results import Comparable, Result, to_data
+from fivtui.results import Comparable, Result, Table, Tabular, to_data
 from fivtui.taylor import overflow_error, stall_error
 from fivtui.transient import max_steps_error
 
 Floats = NDArray[np.float64]
+# Columns of batches by name; sweeps have those that describe a whole run.
+BATCH_COLUMNS: Final[Mapping[str, Column]] = {
+    column.name: column
+    for column in (
+        Column("status", "", "how the integration ended"),
+        Column("t", "s", "time reached"),
+        Column("steps", "", "integration steps"),
+        Column("y_abs", "m", "peak of |y|"),
+        Column("y_max", "m", "greatest y"),
+        Column("y_min", "m", "least y"),
+        Column("x_abs", "m", "peak of |x|"),
+        Column("vx_max", "m/s", "least valid belt speed"),
+        Column("y_half_range", "m", "half peak-to-peak of y, second half"),
+        Column("separations", "", "number of separations"),
+        Column("reattachments", "", "number of reattachments"),
+        Column("separated_time", "s", "time off the belt"),
+        Column("first_switch", "s", "time of the first switch"),
+        Column("last_switch", "s", "time of the last switch"),
+        Column("x_end", "m", "horizontal displacement at the end"),
+        Column("vx_end", "m/s", "horizontal velocity at the end"),
+        Column("y_end", "m", "vertical displacement at the end"),
+        Column("vy_end", "m/s", "vertical velocity at the end"),
+    )
+}
+# Attributes of `BatchEvents` whose columns have another name.
+_EVENT_COLUMNS: Final = {"first": "first_switch", "last": "last_switch"}
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -70,7 +97,7 @@ class BatchEvents(Comparable):
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class Batch(Result):
+class Batch(Result, Tabular):
     """Result of a batch of n transients; values of members that failed are NaN.
 
     Reading a result that was not required raises `InputError`.
@@ -168,21 +195,18 @@ class Batch(Result):
         """Horizon, tolerance and the columns as lists; None replaces NaN."""
         return {"t_end": self.t_end, "tol": self.tol, "columns": to_data(self.to_columns())}
 
-    def to_columns(self) -> dict[str, NDArray[Any]]:
-        """The results as columns, one element per member; NaN for members that failed."""
-        columns: dict[str, NDArray[Any]] = {"status": self.status, "t": self.t, "steps": self.steps}
+    def _table(self) -> Table:
+        return {BATCH_COLUMNS[name]: values for name, values in self._named_values()}
+
+    def _named_values(self) -> Iterator[tuple[str, NDArray[Any]]]:
+        yield from (("status", self.status), ("t", self.t), ("steps", self.steps))
         for name, part in self._parts.items():
             if name == "final":
-                columns |= {
-                    f"{c}_end": state.copy()
-                    for c, state in zip(("x", "vx", "y", "vy"), part.T, strict=True)
-                }
-                continue
-            suffixes = {"first": "_switch", "last": "_switch"}
-            columns |= {
-                f"{c.name}{suffixes.get(c.name, '')}": getattr(part, c.name) for c in fields(part)
-            }
-        return columns
+                states = zip(("x_end", "vx_end", "y_end", "vy_end"), part.T, strict=True)
+                yield from ((column, values.copy()) for column, values in states)
+            else:
+                for item in fields(part):
+                    yield _EVENT_COLUMNS.get(item.name, item.name), getattr(part, item.name)
 
 
 # Functions that allocate the results for n members, by the name of the requirement.

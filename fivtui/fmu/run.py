@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from fivtui.io import save_csv
 from fivtui.model import (
     Cancelled,
+    Column,
     ComputationError,
     InputError,
     Interval,
@@ -19,7 +20,7 @@ from fivtui.model import (
     check_known,
     check_names,
 )
-from fivtui.results import Result
+from fivtui.results import Result, Table, Tabular
 from fivtui.taylor import TOL_RANGE
 
 from .inputs import TIME, check_start_values, enable_belt_speed, read_signals
@@ -31,7 +32,7 @@ _STEPS_PER_REPORT: Final = 128
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class FmuRun(Result):
+class FmuRun(Result, Tabular):
     """Recorded variables of an FMU run.
 
     Attributes
@@ -79,18 +80,19 @@ class FmuRun(Result):
     def to_dict(self) -> dict[str, Any]:
         """The object that ``fivtui fmu run --json`` prints: the last value of every column."""
         final = {name: column[-1].tolist() for name, column in self.columns.items()}
-        return {"model": self.model, "fmi_version": self.fmi_version, "final": final}
+        return self._header() | {"final": final}
 
-    def to_columns(self) -> dict[str, NDArray[Any]]:
-        """``time`` and the variables recorded; one column per element of an array variable."""
-        columns: dict[str, NDArray[Any]] = {}
+    def _table(self) -> Table:
+        table: Table = {}
         for name, values in self.columns.items():
-            if values.ndim == 1:
-                columns[name] = values
-            else:
-                flat = values.reshape(values.shape[0], -1)
-                columns |= {f"{name}[{index}]": flat[:, index] for index in range(flat.shape[1])}
-        return columns
+            unit = self.units.get(name, "")
+            elements = values.reshape(values.shape[0], -1).T
+            names = [name] if values.ndim == 1 else [f"{name}[{i}]" for i in range(len(elements))]
+            table |= {Column(n, unit, ""): v for n, v in zip(names, elements, strict=True)}
+        return table
+
+    def _header(self) -> dict[str, Any]:
+        return {"model": self.model, "fmi_version": self.fmi_version}
 
 
 def run_fmu(
@@ -297,5 +299,4 @@ def save_fmu_events(run: FmuRun, path: Path) -> None:
 
 def save_fmu_run(run: FmuRun, path: Path) -> None:
     """Write the outputs of an FMU as ``.csv`` without loss; `InputError` if that fails."""
-    header = {"model": run.model, "fmi_version": run.fmi_version, "units": run.units}
-    save_csv(path, "FMU result", run.columns, header)
+    save_csv(path, "FMU result", run.to_columns(), run._header() | {"units": run.units})

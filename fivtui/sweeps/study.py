@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final, Literal
 
+from fivtui.batch import BATCH_COLUMNS
 from fivtui.model import (
     Column,
     InputError,
@@ -47,24 +48,21 @@ class SweepColumn(Column):
     path: str = ""
 
 
+def _batch_column(name: str, path: str, kind: ColumnKind = "number") -> SweepColumn:
+    column = BATCH_COLUMNS[name]
+    return SweepColumn(column.name, column.unit, column.meaning, kind, path)
+
+
 TRANSIENT: Final = (
-    SweepColumn("y_abs", "m", "peak of |y|", path="peak.y_abs"),
-    SweepColumn("y_max", "m", "greatest y", path="peak.y_max"),
-    SweepColumn("y_min", "m", "least y", path="peak.y_min"),
-    SweepColumn("x_abs", "m", "peak of |x|", path="peak.x_abs"),
-    SweepColumn("vx_max", "m/s", "least valid belt speed", path="peak.vx_max"),
-    SweepColumn(
-        "y_half_range", "m", "half peak-to-peak of y, second half", path="steady.y_half_range"
-    ),
+    *(_batch_column(name, f"peak.{name}") for name in ("y_abs", "y_max", "y_min")),
+    *(_batch_column(name, f"peak.{name}") for name in ("x_abs", "vx_max")),
+    _batch_column("y_half_range", "steady.y_half_range"),
     SweepColumn("P_min", "N", "least contact force", path="contact_force.min"),
     SweepColumn("P_max", "N", "greatest contact force", path="contact_force.max"),
-    SweepColumn("separations", "", "number of separations", "count", "events.separations"),
-    SweepColumn("reattachments", "", "number of reattachments", "count", "events.reattachments"),
-    SweepColumn("separated_time", "s", "time off the belt", path="events.separated_time"),
-    SweepColumn("x_end", "m", "horizontal displacement at the end", path="final.x"),
-    SweepColumn("vx_end", "m/s", "horizontal velocity at the end", path="final.vx"),
-    SweepColumn("y_end", "m", "vertical displacement at the end", path="final.y"),
-    SweepColumn("vy_end", "m/s", "vertical velocity at the end", path="final.vy"),
+    _batch_column("separations", "events.separations", "count"),
+    _batch_column("reattachments", "events.reattachments", "count"),
+    _batch_column("separated_time", "events.separated_time"),
+    *(_batch_column(f"{name}_end", f"final.{name}") for name in ("x", "vx", "y", "vy")),
 )
 STICK: Final = (
     SweepColumn("sticks", "", "number of sticks", "count", "events.sticks"),

@@ -6,11 +6,10 @@ from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fivtui.io import Columns, Header, check_suffix, save_csv
-from fivtui.model import Parameters
-from fivtui.results import read_result, to_data
+from fivtui.model import Column, Parameters
+from fivtui.results import Table, read_result, to_data
 from fivtui.scene import Scene
 from fivtui.transient import QUANTITIES, Deviation
 from fivtui.version import __version__
@@ -20,6 +19,7 @@ from .settings import MeasuredSetting, Setting, cheapest, pareto
 
 _KIND: Final = "trade-off"
 _TEXT_COLUMNS: Final = ("method", "kernel", "setting", "failure", "pareto")
+_UNITS: Final = {"cpu_s": "s", "error_events": "s"}
 
 
 def tradeoff_to_dict(result: Tradeoff) -> dict[str, Any]:
@@ -55,13 +55,15 @@ def tradeoff_to_dict(result: Tradeoff) -> dict[str, Any]:
     return data
 
 
-def tradeoff_columns(result: Tradeoff) -> dict[str, NDArray[Any]]:
-    """The measured settings as columns; NaN or empty text where there is no value."""
+def tradeoff_table(result: Tradeoff) -> Table:
+    """The measured settings as a table; NaN or empty text where there is no value."""
     rows = _rows(result)
     columns = {name: [row[name] for row in rows] for name in rows[0]}
     columns["pareto"] = [" ".join(names) for names in columns["pareto"]]
     return {
-        name: np.array([value or "" for value in values], dtype=str)
+        Column(name, _UNITS.get(name, ""), ""): np.array(
+            [value or "" for value in values], dtype=str
+        )
         if name in _TEXT_COLUMNS
         else np.array(values, dtype=np.int64 if name == "steps" else np.float64)
         for name, values in columns.items()

@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, cast
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fivtui.batch import Requirement, simulate_batch
 from fivtui.fmu import run_fmu
@@ -24,7 +23,7 @@ from fivtui.model import (
     State,
     time_scale,
 )
-from fivtui.results import Plottable, Result, scene_text
+from fivtui.results import Plottable, Result, Table, Tabular, scene_text
 from fivtui.scene import Scene, find_divergence, make_scene
 from fivtui.simulation import compute
 from fivtui.transient import (
@@ -96,7 +95,7 @@ class Feature:
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class Tradeoff(Result, Plottable):
+class Tradeoff(Result, Tabular, Plottable):
     """Errors and CPU times of every method on a scene.
 
     Attributes
@@ -145,11 +144,10 @@ class Tradeoff(Result, Plottable):
 
         return tradeoff_to_dict(self)
 
-    def to_columns(self) -> dict[str, NDArray[Any]]:
-        """An element for each setting; NaN or empty text where there is no value."""
-        from .files import tradeoff_columns
+    def _table(self) -> Table:
+        from .files import tradeoff_table
 
-        return tradeoff_columns(self)
+        return tradeoff_table(self)
 
     def _sheet(self) -> "Sheet":
         from .charts import tradeoff_sheet

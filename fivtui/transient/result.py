@@ -21,7 +21,7 @@ from fivtui.model import (
     horizontal_stiffness,
     transition_name,
 )
-from fivtui.results import Plottable, SystemResult, scene_text
+from fivtui.results import Plottable, SystemResult, Table, Tabular, scene_text
 from fivtui.taylor import overflow_error
 
 from .extremes import Extremes
@@ -169,7 +169,7 @@ class Stats:
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class Transient(SystemResult, Plottable):
+class Transient(SystemResult, Tabular, Plottable):
     """Result of a transient.
 
     Attributes
@@ -329,11 +329,11 @@ class Transient(SystemResult, Plottable):
 
         return transient_to_dict(self)
 
-    def to_columns(self) -> dict[str, NDArray[Any]]:
-        """The trajectory as arrays by name; `InputError` if it has none."""
+    def _table(self) -> Table:
+        # The trajectory; `InputError` if there is none.
         from .files import checked_trajectory
 
-        return checked_trajectory(self).to_columns()
+        return checked_trajectory(self)._table()
 
     def _sheet(self) -> "Sheet":
         from .charts import transient_sheet
