@@ -20,9 +20,15 @@ if TYPE_CHECKING:
     from .field_text import FLAGS, headers
     from .native import Kernel, load_kernel, stepping_kernel, why_interpreted
     from .orbits import OrbitSearch, VariedParameter
-    from .over_time import course_table
-    from .runs import SEGMENT_HEAD, BeltRun, KernelRun, RunColumns, VariedRun
-    from .status import Status
+    from .runs import (
+        SEGMENT_HEAD,
+        BeltRun,
+        KernelRun,
+        RunColumns,
+        Status,
+        VariedRun,
+        course_table,
+    )
 else:
     from fivtui.lazy import lazy_exports
 

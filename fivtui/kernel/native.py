@@ -18,8 +18,7 @@ from fivtui.model import ALL_PARAMETERS, PARAMETERS, ComputationError
 from .field_text import has_tuned_law, sources_digest
 from .lanes import LaneBatch
 from .orbits import OrbitSearch
-from .over_time import CourseTable
-from .runs import MAX_SEEDS, BeltRun, KernelRun, VariedRun
+from .runs import MAX_SEEDS, BeltRun, CourseTable, KernelRun, VariedRun
 from .sequential import SequentialBatch
 
 Floats = NDArray[np.float64]

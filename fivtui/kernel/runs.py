@@ -1,15 +1,18 @@
-"""Single runs by the kernel: plain, on a belt of finite speed, and with derivatives."""
+"""Single runs by the kernel: plain, on a belt of finite speed, and with derivatives.
+
+A segment is the motion over one step. A crossing is a switch at y = 0, with the state and its
+derivatives there. A seed is a direction of change of the start and of the parameters.
+"""
 
 import ctypes
+from dataclasses import dataclass
+from enum import IntEnum
 from typing import Any, Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.model import Mode, State
-
-from .over_time import CourseTable
-from .status import Status
+from fivtui.model import Course, Mode, State, load
 
 Floats = NDArray[np.float64]
 
@@ -24,6 +27,36 @@ CROSSING_HEAD: Final = 6
 _CROSSINGS: Final = 64
 _SWITCHES: Final = 256
 _SEGMENTS: Final = 2048
+
+
+class Status(IntEnum):
+    """How a run, or the transient of a member of a batch, ended.
+
+    Attributes
+    ----------
+    DONE
+        At the horizon.
+    OVERFLOW
+        The motion exceeded the range of floating-point numbers.
+    STALLED
+        The motion changed faster than floating-point time resolves.
+    STEP_LIMIT
+        The run took too many steps.
+    NO_START
+        F < 0, and there is no equilibrium to start from.
+    RUNNING
+        The run has not ended.
+    UNBOUNDED
+        The derivatives of the motion exceed the range of numbers or change too fast.
+    """
+
+    DONE = 0
+    OVERFLOW = 1
+    STALLED = 2
+    STEP_LIMIT = 3
+    NO_START = 4
+    RUNNING = 5
+    UNBOUNDED = 6
 
 
 class RunColumns(NamedTuple):
@@ -62,6 +95,30 @@ _Result, _Switches = ctypes.c_double * (COLUMNS + 3), ctypes.c_double * _SWITCHE
 # Columns that a `BeltRun` adds: stick time, and counts of switches for each pair of modes.
 _TALLY_COLUMNS: Final = slice(COLUMNS + 3, COLUMNS + 4 + len(Mode) ** 2)
 _NO_SWITCHES: Final = np.empty(0)
+
+
+@dataclass(frozen=True, slots=True)
+class CourseTable:
+    """Rows of time, values and slopes of F, μ, μ_s and v_belt, and v_belt before the next row."""
+
+    rows: NDArray[np.float64]
+    greatest_load: float
+
+
+def course_table(course: Course, t_end: float) -> CourseTable:
+    """The table of a course up to a horizon, s."""
+    p, t, rows = course.fixed, 0.0, []
+    while t <= t_end:
+        values = {name: table.after(t) for name, table in course.tables.items()}
+        mu = values.get("mu", (p.mu, 0.0))
+        mu_static = mu if p.mu_s is None else (p.mu_s, 0.0)
+        speed = values.get("v_belt", (p.v_belt or 0.0, 0.0))
+        next_time = course.next_row_time(t)
+        speed_before = course.speed_before(next_time)
+        rows.append((t, *values.get("F", (p.F, 0.0)), *mu, *mu_static, *speed, speed_before))
+        t = next_time
+    parameters_at_greatest_load = p.with_values({"F": course.greatest_load})
+    return CourseTable(np.array(rows), abs(load(parameters_at_greatest_load)))
 
 
 class KernelRun:

@@ -6,8 +6,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from .runs import COLUMNS, KernelRun, RunColumns
-from .status import Status
+from .runs import COLUMNS, KernelRun, RunColumns, Status
 
 Floats = NDArray[np.float64]
 

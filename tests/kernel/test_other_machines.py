@@ -14,7 +14,7 @@ import pytest
 import fivtui
 from fivtui.kernel import Kernel, Status, load_kernel
 from fivtui.kernel.field_text import FLAGS
-from fivtui.kernel.over_time import CourseTable
+from fivtui.kernel.runs import CourseTable
 
 from .test_same_bits import (
     COLUMNS,
