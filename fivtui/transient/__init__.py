@@ -29,9 +29,9 @@ if TYPE_CHECKING:
         finer_tol,
         first_tol,
         observation,
+        rounding_error,
     )
     from .files import checked_trajectory
-    from .linear.rounding import rounding_error
     from .methods import (
         ALL_METHODS,
         FMU_FLAVOURS,

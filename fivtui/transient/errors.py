@@ -1,4 +1,7 @@
-"""Errors of a transient against a reference transient, and tolerances for target errors."""
+"""Errors of a transient, when two runs of it diverge, and tolerances for target errors.
+
+The error of a run is measured against a reference run of the same request, with a finer tolerance.
+"""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -8,11 +11,22 @@ from typing import Final, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.model import ComputationError, State
+from fivtui.model import ComputationError, Mode, State, jacobian, time_scale as time_scale_of
 
 from .request import TOL_RANGE
 from .result import Transient
 from .settings.checks import QUANTITIES
+
+# Relative error of a rounded number, 2⁻⁵².
+_EPSILON: Final = float(np.finfo(float).eps)
+# Least difference of diverging runs: of states relative to the amplitude, of switch times relative
+# to √(m/stiffness).
+MIN_DIVERGENCE: Final = 0.01
+# Ratio of a target error to the first tolerance; errors of a run are up to 20 times its tolerance.
+_FIRST_TOL_RATIO: Final = 100.0
+# Ratio of a tolerance to that of the verifying run, and the least ratio that verifies a run.
+_FINER_TOL_RATIO: Final = 100.0
+_MIN_TOL_RATIO: Final = 10.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,13 +102,14 @@ def observation(run: Transient) -> Observation:
 def deviation(run: Observation, reference: Observation) -> Deviation:
     """Errors of a run against a reference run of the same request."""
     difference = max(abs(a - b) for a, b in zip(run.final, reference.final, strict=True))
-    mismatch = run.switch_times.size != reference.switch_times.size
-    time_errors = np.empty(0) if mismatch else np.abs(run.switch_times - reference.switch_times)
+    events = math.inf
+    if run.switch_times.size == reference.switch_times.size:
+        events = float(np.abs(run.switch_times - reference.switch_times).max(initial=0.0))
     return Deviation(
         final=_relative_error(difference, max(map(abs, reference.final))),
         peak=_relative_error(abs(run.peak - reference.peak), reference.peak),
         half_range=_relative_error(abs(run.half_range - reference.half_range), reference.peak),
-        events=math.inf if mismatch else float(time_errors.max(initial=0.0)),
+        events=events,
         separations=run.separations - reference.separations,
         sticks=run.sticks - reference.sticks,
     )
@@ -106,9 +121,28 @@ def _relative_error(difference: float, scale: float) -> float:
     return difference / scale if scale > 0.0 else math.inf
 
 
-# Least difference of diverging runs: of states relative to the amplitude, of switch times relative
-# to √(m/stiffness).
-MIN_DIVERGENCE: Final = 0.01
+def rounding_error(run: Transient) -> Deviation:
+    """Rounding errors of the exact solution of a linear scene; zero for other runs.
+
+    Runs of a linear scene at two tolerances share them, so that their difference does not show
+    them. As the parameters are rounded, the frequency ω has the relative error ε. After a time t
+    the phase has the error ω t ε, and the state has that fraction of the vibration as its error.
+    """
+    size = max(map(abs, run.final[1:]))
+    if run.stats.kernel != "exact" or size == 0.0:
+        return Deviation(0.0, 0.0, 0.0, 0.0, 0)
+    p, omega = run.parameters, 1.0 / time_scale_of(run.parameters)
+    growth_rate = float(np.linalg.eigvals(np.array(jacobian(p, 0.0, Mode.CONTACT))).real.max())
+    amplitude = max(run.peak.x_abs, run.peak.y_abs) * max(1.0, omega)
+    # Share of vibration in the final state, and the time for which the vibration stays large.
+    share, duration = 1.0, run.t_end
+    if growth_rate < 0.0:
+        share = min(1.0, math.exp(growth_rate * run.t_end) * amplitude / size)
+        duration = min(run.t_end, -1.0 / growth_rate)
+    # Rounding of the result, of the greatest amplitude and of the phase.
+    final_error = _EPSILON * (1.0 + amplitude / size + omega * run.t_end * share)
+    peak_error = _EPSILON * (1.0 + omega * duration)
+    return Deviation(final_error, peak_error, peak_error, 0.0, 0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -130,17 +164,20 @@ class Divergence:
 def divergence(
     run: Observation, reference: Observation, *, t_end: float, time_scale: float
 ) -> Divergence | None:
-    """The time from which two runs of the same request differ; None if they agree."""
+    """The time from which two runs of the same request differ; None if they agree.
+
+    `t_end` is the horizon, s, and `time_scale` is √(m/stiffness), s.
+    """
     times, reference_times = run.switch_times.tolist(), reference.switch_times.tolist()
     divergence_time = _first_difference(times, reference_times, MIN_DIVERGENCE * time_scale)
     if divergence_time is not None:
         counts = f"{len(times)} and {len(reference_times)} in all"
         return Divergence(divergence_time, f"their switches differ from that time on ({counts})")
+    # Velocities times the time scale compare with displacements.
     weights = (1.0, time_scale, 1.0, time_scale)
-    pairs = zip(run.final, reference.final, weights, strict=True)
-    difference = max(abs(a - b) * weight for a, b, weight in pairs)
-    sizes = (abs(a) * weight for a, weight in zip(reference.final, weights, strict=True))
-    size = max(reference.peak, *sizes)
+    triples = list(zip(run.final, reference.final, weights, strict=True))
+    difference = max(abs(value - target) * weight for value, target, weight in triples)
+    size = max(reference.peak, *(abs(target) * weight for _, target, weight in triples))
     if difference <= MIN_DIVERGENCE * size:
         return None
     return Divergence(t_end, f"their states differ by {difference / size:.1%} of the amplitude")
@@ -154,13 +191,6 @@ def _first_difference(
             return min(time, reference_time)
     count = min(len(times), len(reference_times))
     return next(iter((*times[count:], *reference_times[count:])), None)
-
-
-# Ratio of the smallest target error to the first tolerance: errors of a run are up to twenty times
-# its tolerance. Then the ratio of a tolerance to that of the verifying run, and its minimum.
-_FIRST_TOL_RATIO: Final = 100.0
-_FINER_TOL_RATIO: Final = 100.0
-_MIN_TOL_RATIO: Final = 10.0
 
 
 def first_tol(errors: Mapping[str, float]) -> float:

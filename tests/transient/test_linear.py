@@ -14,8 +14,8 @@ from fivtui.model.errors import ComputationError, InputError
 from fivtui.model.slider_belt import State
 from fivtui.scene.verified import simulate_to
 from fivtui.transient.derivatives.digits import final_digits
+from fivtui.transient.errors import rounding_error
 from fivtui.transient.linear.exponential import LinearMotion
-from fivtui.transient.linear.rounding import rounding_error
 from fivtui.transient.linear.run import is_linear
 from fivtui.transient.request import Request
 from tests.support.strategies import moderate_parameters, states

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from fivtui.kernel import why_interpreted
 from fivtui.model import ComputationError, State, System, time_scale
-from fivtui.transient.linear.rounding import rounding_error
+from fivtui.transient.errors import rounding_error
 from fivtui.transient.request import Request
 from fivtui.transient.result import Transient
 
