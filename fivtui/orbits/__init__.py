@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from .decay import DecayRegion
     from .explorer import Explorer
     from .options import BranchOptions
-    from .phrases import SEARCHING_TEXT, coexistence_phrase, transients_phrase
+    from .report import coexistence_phrase, transients_phrase
     from .rest import length_scale, slowest_period
 else:
     from fivtui.lazy import lazy_exports

@@ -1,11 +1,18 @@
-"""Entries of attractors, continuations and basins in the registry of studies."""
+"""Kinds of study: attractors, continuations, basins, branches and curves over two parameters."""
 
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
-from fivtui.lazy import lazy_modules
-from fivtui.results import TABLE_SUFFIXES, StudyKind
+from fivtui.lazy import LazyModule, lazy_modules
+from fivtui.model import InputError
+from fivtui.results import TABLE_SUFFIXES, Command, Storage, StudyKind, command_for
+
+from .options import BranchOptions
+
+if TYPE_CHECKING:
+    from .curves.result import CycleBranch
 
 (report,) = lazy_modules(__name__, "report")
+branch_files = LazyModule("fivtui.orbits.curves.files")
 
 ATTRACTOR: Final = StudyKind(
     data="attractor",
@@ -36,4 +43,35 @@ BASIN: Final = StudyKind(
     stem=lambda result: f"basin-{'-'.join(result.names)}",
     header=frozenset({"attractors"}),
     json_keys=frozenset({"reached", "over"}),
+)
+
+
+def _branch_command(result: "CycleBranch") -> Command:
+    if result.origin == "file" or result.doubled:
+        raise InputError("branch: no command repeats it: no option gives the cycle it begins at")
+    vary = f"{result.name}={result.low!r}:{result.high!r}"
+    return command_for("branch", result, BranchOptions(vary=vary, origin=result.origin))
+
+
+BRANCH: Final = StudyKind(
+    data="branch",
+    show=report.print_branch,
+    suffixes=TABLE_SUFFIXES,
+    as_json=True,
+    stem=lambda result: f"branch-{result.name}",
+    header=frozenset({"event_kinds"}),
+    json_keys=frozenset({"parameter", "points", "events"}),
+    load=branch_files.restore_branch,
+    command=_branch_command,
+    stored=Storage(".json", branch_files.store_branch, branch_files.restore_branch),
+)
+
+BOUNDARY: Final = StudyKind(
+    data="boundary",
+    show=report.print_boundary,
+    suffixes=TABLE_SUFFIXES,
+    as_json=True,
+    stem=lambda result: f"{result.kind}-{'-'.join(result.names)}",
+    header=frozenset({"curve_events"}),
+    json_keys=frozenset({"curve", "over", "curves"}),
 )

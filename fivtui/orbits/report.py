@@ -1,6 +1,7 @@
-"""Console output of attractors, continuations and basins."""
+"""Console output of attractors, basins, branches and curves, and phrases about attractors."""
 
 from collections.abc import Sequence
+from typing import Final
 
 import numpy as np
 
@@ -9,10 +10,11 @@ from fivtui.console import number, print_list, print_rows
 from .attractor_continuation import Continuation
 from .attractor_search import Coexistence
 from .basins import Basin
-from .explorer import Attractor
-from .phrases import coexistence_phrase
+from .boundaries.result import Boundary
+from .curves.result import CycleBranch
+from .explorer import Attractor, Kind
 
-_HEADER = (
+_HEADER: Final = (
     "attractor",
     "period s",
     "half peak-to-peak m",
@@ -22,7 +24,8 @@ _HEADER = (
     "greatest vx m/s",
     "multipliers, size",
 )
-_DIGITS = 5
+_DIGITS: Final = 5
+_POINT_NAMES: Final = {"hopf": "Hopf points", "fold": "folds", "touch": "touching cycles"}
 
 
 def print_attractors(attractors: Sequence[Attractor]) -> None:
@@ -97,3 +100,110 @@ def print_basin(result: Basin) -> None:
         for attractor, count in zip(result.attractors, result.counts, strict=True)
     ]
     print_list("Basins of attraction", rows)
+
+
+def print_branch(result: CycleBranch) -> None:
+    """Print a branch of limit cycles, one row each, and its events."""
+    name = result.name
+    rows = [
+        (
+            number(point.value, 8),
+            number(point.period, 8),
+            f"{number(point.y_min, _DIGITS)} .. {number(point.y_max, _DIGITS)}",
+            "stable" if point.stable else "unstable",
+            "  ".join(number(abs(value), 3) for value in point.multipliers),
+        )
+        for point in result.points
+    ]
+    header = (name, "period s", "y from .. to m", "limit cycle", "multipliers, size")
+    print_rows("Branch of limit cycles", header, rows)
+    events = [
+        (
+            event.description,
+            number(event.value, 10),
+            number(event.period, 8),
+            f"{number(event.y_min, _DIGITS)} .. {number(event.y_max, _DIGITS)}",
+        )
+        for event in result.events
+    ]
+    print_rows("Events", ("event", *header[:3]), events)
+    print_list(
+        "", [("the branch begins where it", result.ends[0]), ("it ends where it", result.ends[1])]
+    )
+
+
+def print_boundary(result: Boundary) -> None:
+    """Print the points of every curve, one row each, and its events."""
+    header = (*result.names, "period s", "y from .. to m")
+    for index, curve in enumerate(result.curves, start=1):
+        numbering = f" {index} of {len(result.curves)}" if len(result.curves) > 1 else ""
+        rows = [
+            (
+                *(number(value, 8) for value in point.values),
+                number(point.period, 8),
+                f"{number(point.y_min, _DIGITS)} .. {number(point.y_max, _DIGITS)}",
+            )
+            for point in curve.points
+        ]
+        print_rows(f"Curve of {_POINT_NAMES[result.kind]}{numbering}", header, rows)
+        if curve.events:
+            events = [
+                (
+                    str(event.kind),
+                    *(number(value, 10) for value in event.values),
+                    number(event.period, 8),
+                    f"{number(event.y_min, _DIGITS)} .. {number(event.y_max, _DIGITS)}",
+                )
+                for event in curve.events
+            ]
+            print_rows("Events", ("event", *header), events)
+        print_list(
+            "", [("the curve begins where it", curve.ends[0]), ("it ends where it", curve.ends[1])]
+        )
+
+
+def coexistence_phrase(result: Coexistence, since: str = "") -> str:
+    """One phrase about the attractors beside the equilibrium.
+
+    The text `since` says from which parameter on they exist, for example `` from μ = 0.2779``.
+
+    Examples: ``a limit cycle coexists: half peak-to-peak 7.443 m (after a knock)``, and ``no limit
+    cycle found from 11 starts``.
+    """
+    start_count = len(result.reached)
+    verb, cause = "coexist" if result.coexists else "attract", _cause_text(result)
+    cycles = [attractor for attractor in result.others if attractor.orbit is not None]
+    sizes = " and ".join(f"{attractor.half_range:#.4g} m" for attractor in cycles)
+    parts = []
+    if len(cycles) == 1:
+        parts.append(f"a limit cycle {verb}s{since}: half peak-to-peak {sizes}{cause}")
+    elif cycles:
+        parts.append(f"{len(cycles)} limit cycles {verb}{since}: half peak-to-peak {sizes}{cause}")
+    if any(attractor.kind is Kind.UNBOUNDED for attractor in result.others):
+        parts.append(f"motion grows without bounds{cause}")
+    if not parts:
+        parts.append(f"no limit cycle found from {start_count} starts")
+    unsettled = sum(result.attractors[index].kind is Kind.UNSETTLED for index in result.reached)
+    if unsettled:
+        parts.append(f"from {unsettled} of {start_count} starts motion did not settle")
+    return "; ".join(parts)
+
+
+def transients_phrase(result: Coexistence) -> str:
+    """One phrase about what transients reach on a belt of finite speed."""
+    start_count = len(result.reached)
+    return (
+        f"transients from {start_count} starts at μ = {result.parameters.mu:g}: "
+        f"{coexistence_phrase(result)}; the least friction with limit cycles is not searched on a "
+        "belt of finite speed (fivtui branch --vary mu --from cycle follows a cycle along μ)"
+    )
+
+
+def _cause_text(result: Coexistence) -> str:
+    # How motion leaves the basin of a stable equilibrium.
+    if not result.coexists:
+        return ""
+    from_static = any(
+        result.attractors[result.reached[0]] is attractor for attractor in result.others
+    )
+    return " (from the static start)" if from_static else " (after a knock)"

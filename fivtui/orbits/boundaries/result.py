@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal
 import numpy as np
 
 from fivtui.model import PARAMETERS, Column, State, System
-from fivtui.orbits.columns import MEASURES, attribute_table, multiplier_table, start_table
 from fivtui.orbits.curves.events import End, EventKind
+from fivtui.orbits.curves.result import MEASURES, attribute_table, multiplier_table, start_table
 from fivtui.results import Plottable, Table, TableResult, scene_text, to_data
 
 if TYPE_CHECKING:

@@ -24,10 +24,10 @@ from .arclength import PARAMETER, OrbitOnCurve
 from .branch_curve import BranchCurve, ParameterLine
 from .doubling import doubled_cycle, doubling_near, has_half_period
 from .events import MAX_POINTS, End, EventKind
+from .files import interpolate_cycle, read_cycle
 from .following import CurvePart, Follower, follow_both_ways
 from .origins import BranchStart, attractor_start, cycle_near, cycle_start, end_events, hopf_start
 from .result import BranchEvent, CycleBranch, CyclePoint, Origin
-from .saved import interpolate_cycle, read_cycle
 
 _ORIGINS: Final = ("hopf", "cycle")
 # The default range of a parameter is from its value divided by this to its value times this.

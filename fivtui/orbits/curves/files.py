@@ -1,18 +1,26 @@
-"""Store branches of limit cycles without loss, and read them."""
+"""Limit cycles in files: branches, stored without loss and read, and attractors as JSON."""
 
-from collections.abc import Mapping
+import json
+from collections.abc import Mapping, Sequence
+from itertools import pairwise
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
-from fivtui.io import output_path, save_json
-from fivtui.model import Parameters, System
+import numpy as np
+
+from fivtui.io import FORMATS, output_path, read_bytes, read_columns, read_header, save_json
+from fivtui.model import ALL_PARAMETERS, InputError, Parameters, State, System
 from fivtui.results import from_data, read_result
+from fivtui.transient import START_SPECS
 
 from .events import End
 from .result import BranchEvent, CycleBranch, CyclePoint, Origin
 
 # Key in stored branches: the parameter set's value of the parameter that varies.
 _SET_VALUE_KEY: Final = "own_value"
+# Kind of file, for messages.
+_FILE_KIND: Final = "branch"
+_JSON: Final = ".json"
 
 
 def store_branch(result: CycleBranch, path: Path) -> None:
@@ -47,3 +55,98 @@ def _branch_from_data(data: Mapping[str, Any]) -> CycleBranch:
         from_data(data["ends"], tuple[End, End]),
         bool(data["doubled"]),
     )
+
+
+class _SavedCycles(NamedTuple):
+    # Contents of a file: fixed parameters, name of the varied parameter, and whether separation was
+    # considered; None if the file does not say so. A cycle is the value of the varied parameter, a
+    # state and the period.
+    fixed: Mapping[str, float]
+    name: str | None
+    separation: bool | None
+    cycles: Sequence[tuple[float, State, float]]
+
+
+def read_cycle(path: Path, system: System) -> tuple[State, float]:
+    """Read a limit cycle of a system from a file: a state near the cycle, and its period."""
+    suffix, suffixes = path.suffix.lower(), (*FORMATS, _JSON)
+    if suffix not in suffixes:
+        raise InputError(f"{path}: the suffix must be one of {', '.join(suffixes)}")
+    saved = _read_json(path) if suffix == _JSON else _read_table(path)
+    values = system.parameters.as_dict()
+    # Files of attractors have no parameters.
+    names = (
+        [name for name in {**values, **saved.fixed} if name != saved.name] if saved.fixed else []
+    )
+    for name in names:
+        if saved.fixed.get(name) != values.get(name):
+            value_of_set, value_in_file = (
+                _value_text(parameters.get(name)) for parameters in (values, saved.fixed)
+            )
+            raise InputError(f"{name} = {value_of_set}: must be {value_in_file}, as in {path}")
+    if saved.separation is not None and saved.separation != system.separation:
+        required = "considered" if saved.separation else "ignored"
+        raise InputError(f"separation: must be {required}, as in {path}")
+    if saved.name is None:
+        return saved.cycles[0][1:]
+    value = getattr(system.parameters, saved.name)
+    for first, second in pairwise(saved.cycles):
+        if (first[0] - value) * (second[0] - value) <= 0.0:
+            return interpolate_cycle(first, second, value)
+    low, high = (extreme(cycle[0] for cycle in saved.cycles) for extreme in (min, max))
+    raise InputError(
+        f"{saved.name} = {value:g}: must be from {low:g} to {high:g}, where {path} has cycles"
+    )
+
+
+def interpolate_cycle(
+    begin: tuple[float, State, float], end: tuple[float, State, float], value: float
+) -> tuple[State, float]:
+    """State and period at a value of the parameter, linear between two cycles."""
+    share = (value - begin[0]) / (end[0] - begin[0]) if end[0] != begin[0] else 0.0
+    first, second = (np.array([*state, period]) for _, state, period in (begin, end))
+    x, vx, y, vy, period = (first + share * (second - first)).tolist()
+    return (x, vx, y, vy), period
+
+
+def _value_text(value: float | None) -> str:
+    return "none" if value is None else f"{value:g}"
+
+
+def _read_table(path: Path) -> _SavedCycles:
+    header = read_header(path, _FILE_KIND)
+    if "event_kinds" not in header:
+        raise InputError(f"{path}: must be a branch of limit cycles")
+    fixed = header["parameters"]
+    columns = read_columns(path, _FILE_KIND)
+    name = next(name for name in columns if name in ALL_PARAMETERS)
+    states = np.stack([columns[component] for component in START_SPECS], axis=1).tolist()
+    cycles = [
+        (value, (x, vx, y, vy), period)
+        for value, (x, vx, y, vy), period in zip(
+            columns[name].tolist(), states, columns["period"].tolist(), strict=True
+        )
+    ]
+    return _SavedCycles(fixed, name, bool(header["separation"]), cycles)
+
+
+def _read_json(path: Path) -> _SavedCycles:
+    try:
+        data = json.loads(read_bytes(path))
+        return _cycles_from_json(data)
+    except (ValueError, RecursionError, TypeError, KeyError, IndexError, AttributeError):
+        raise InputError(f"{path}: must have limit cycles, as branch or attractor") from None
+
+
+def _cycles_from_json(data: Any) -> _SavedCycles:
+    if "parameter" in data:
+        cycles = [(float(cycle["value"]), *_cycle_from_json(cycle)) for cycle in data["points"]]
+        return _SavedCycles(data["parameters"], data["parameter"], data["separation"], cycles)
+    attractors = data.get("attractors", [data])
+    cycles = [(0.0, *_cycle_from_json(cycle)) for cycle in attractors if "period" in cycle]
+    return _SavedCycles({}, None, None, [cycles[0]])
+
+
+def _cycle_from_json(data: Any) -> tuple[State, float]:
+    x, vx, y, vy = map(float, data["start"])
+    return (x, vx, y, vy), float(data["period"])

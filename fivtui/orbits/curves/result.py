@@ -1,13 +1,14 @@
 """A branch of limit cycles along a parameter: its cycles and the events along it."""
 
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal
+from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal, Protocol
 
 import numpy as np
 
 from fivtui.model import ALL_PARAMETERS, Column, State, System
-from fivtui.orbits.columns import MEASURES, attribute_table, multiplier_table, start_table
 from fivtui.results import Plottable, Table, TableResult, scene_text, to_data
+from fivtui.transient import START_SPECS
 
 from .events import End, EventKind
 
@@ -20,6 +21,13 @@ Origin = Literal["hopf", "cycle", "file"]
 _PRINTED_EVENTS: Final = 8
 # Names of the events in the column `event`.
 EVENTS: Final = ("none", *EventKind)
+_MULTIPLIER_COUNT: Final = 3
+MEASURES: Final = (
+    Column("period", "s", "period of the limit cycle"),
+    Column("y_min", "m", "lowest point"),
+    Column("y_max", "m", "highest point"),
+    Column("half_range", "m", "half peak-to-peak of y"),
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -219,3 +227,42 @@ def event_at(branch: CycleBranch, point: CyclePoint) -> EventKind | None:
     """The event at one of the points of a branch, if any."""
     key = (point.value, point.period)
     return next((event.kind for event in branch.events if (event.value, event.period) == key), None)
+
+
+class CycleLike(Protocol):
+    """A record with a state and Floquet multipliers; a Hopf point has no multipliers."""
+
+    @property
+    def start(self) -> State:
+        """A state of the cycle."""
+
+    @property
+    def multipliers(self) -> Sequence[complex]:
+        """Its Floquet multipliers."""
+
+
+def attribute_table(records: Sequence[object], columns: Iterable[Column]) -> Table:
+    """Columns of the attributes of records; each column is named after its attribute."""
+    return {c: np.array([getattr(record, c.name) for record in records]) for c in columns}
+
+
+def multiplier_table(cycles: Sequence[CycleLike]) -> Table:
+    """Columns of the Floquet multipliers of cycles; NaN where there are none."""
+    undefined = (complex(np.nan, np.nan),) * _MULTIPLIER_COUNT
+    rows = np.array([tuple(cycle.multipliers) or undefined for cycle in cycles])
+    return {
+        Column(
+            f"multiplier_{number}_{part}", "1", f"Floquet multiplier {number}, {meaning} part"
+        ): (values.real if part == "re" else values.imag)
+        for number, values in enumerate(rows.T, 1)
+        for part, meaning in (("re", "real"), ("im", "imaginary"))
+    }
+
+
+def start_table(cycles: Sequence[CycleLike], description: str) -> Table:
+    """Columns of a state of each cycle, which `description` describes."""
+    states = np.array([cycle.start for cycle in cycles])
+    return {
+        Column(spec.name, spec.unit, f"{spec.meaning}: {description}"): values
+        for spec, values in zip(START_SPECS.values(), states.T, strict=True)
+    }

@@ -5,13 +5,14 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 from fivtui.equilibrium import Stability, critical_mu_text, margin_text, verdict
-from fivtui.orbits import SEARCHING_TEXT
 from fivtui.results import Row
 from fivtui.safety import basis_rows, verdict_text
 from fivtui.transient import Transient, later_amplitude
 
 if TYPE_CHECKING:
     from fivtui.safety import SafeFriction
+
+SEARCHING_TEXT: Final = "searching for limit cycles…"
 
 
 @dataclass(frozen=True, slots=True)

@@ -15,12 +15,11 @@ from fivtui.model.parameters import Parameters
 from fivtui.orbits.attractor_search import Coexistence
 from fivtui.orbits.basins import EscapeOffset
 from fivtui.orbits.explorer import Attractor, Kind
-from fivtui.orbits.phrases import SEARCHING_TEXT, coexistence_phrase
-from fivtui.orbits.report import print_coexistence
+from fivtui.orbits.report import coexistence_phrase, print_coexistence
 from fivtui.orbits.shooting import PeriodicOrbit, Section
 from fivtui.safety.verdict import SafeFriction, safe_friction as compute_safe_friction
 from fivtui.tui.app import FivtuiApp
-from fivtui.tui.session.report import Attractors
+from fivtui.tui.session.report import SEARCHING_TEXT, Attractors
 from tests.support.laboratory import HANG_S, app_of, lab_of, text_of, until, until_shown
 
 P = Parameters(F=120.0)
