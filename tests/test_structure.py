@@ -43,7 +43,7 @@ VIOLATIONS: Final = {
         "fivtui.io.files",
     ),
     "The FMU's builder sees files and kernel beside that, never its hosts": (
-        "fmu_src.build.bundle",
+        "fmu_src.build.builder",
         "fivtui.fmu.folders",
     ),
     "The independent RK4 shares no stepping code with the Taylor integrator": (

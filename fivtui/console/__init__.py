@@ -3,9 +3,9 @@
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from .numbers import number
     from .printing import (
         ProgressBar,
+        number,
         parameter_line,
         print_list,
         print_rows,

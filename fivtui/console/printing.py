@@ -16,7 +16,6 @@ from rich.text import Text
 from fivtui.model import Parameters
 
 from .layout import GAP, READABLE, TableColumn, split_columns
-from .numbers import number
 
 # A bar appears after this time.
 _DELAY_S: Final = 1.0
@@ -108,6 +107,11 @@ def print_titled(title: str, *parts: RenderableType) -> None:
 def terminal_width() -> int | None:
     """Width of the terminal that stdout is; None if it is no terminal."""
     return Console(file=sys.stdout).width if sys.stdout.isatty() else None
+
+
+def number(value: float, digits: int = 6) -> str:
+    """A number with a few significant digits."""
+    return f"{value:.{digits}g}"
 
 
 def parameter_line(p: Parameters) -> str:

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.io import check_finite
 from fivtui.model import (
     Equilibrium,
     Parameters,
@@ -16,7 +15,7 @@ from fivtui.model import (
     jacobian,
     system_of,
 )
-from fivtui.results import Plottable, SystemResult, scene_text, to_data
+from fivtui.results import Plottable, SystemResult, check_finite, scene_text, to_data
 
 from .belt import CriticalSpeed, critical_mu_on_belt, critical_speeds
 from .critical import CriticalMu, coalescence_mu, linear_critical_mu

@@ -23,9 +23,7 @@ if TYPE_CHECKING:
         parts_folder,
         resolve_path,
     )
-    from .finite import check_finite, not_finite_error
     from .limits import limit_error, temporary_folder
-    from .locks import LockedError, hold_lock
     from .npz_format import npz_arrays
     from .parquet_format import parquet_schema
     from .reading import (
@@ -48,7 +46,15 @@ if TYPE_CHECKING:
         table_format,
         write_table,
     )
-    from .writing import TEMPORARY_GLOB, publish_together, save_bytes, save_json, write_atomically
+    from .writing import (
+        TEMPORARY_GLOB,
+        LockedError,
+        hold_lock,
+        publish_together,
+        save_bytes,
+        save_json,
+        write_atomically,
+    )
 else:
     from fivtui.lazy import lazy_exports
 

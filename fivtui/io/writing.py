@@ -1,7 +1,8 @@
-"""Atomic writing of a file, or of a set of files.
+"""Atomic writing of a file or of a set of files, and locks that end with their process.
 
-A file is written under a temporary name beside its target, with a lock, and then renamed. A killed
-run leaves a temporary file without a lock; the next run that writes the same target removes it.
+A file is written as a draft: under a temporary name beside its target, with a lock. It is published
+by renaming it to its target. A killed run leaves a draft without a lock, which the next run that
+writes the same target removes.
 """
 
 import hashlib
@@ -16,8 +17,24 @@ from contextvars import ContextVar
 from pathlib import Path
 from typing import Any, BinaryIO, Final, NamedTuple
 
+from fivtui.model import InputError
+
 from .files import check_output, resolve_path, unwritable_error
-from .locks import lock_file
+
+if sys.platform == "win32":
+    import msvcrt
+
+    def lock_file(handle: int) -> None:
+        """Lock an open file; `PermissionError` if another process has it."""
+        msvcrt.locking(handle, msvcrt.LK_NBLCK, 1)
+
+else:
+    import fcntl
+
+    def lock_file(handle: int) -> None:
+        """Lock an open file until it is closed; `BlockingIOError` if it is locked already."""
+        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+
 
 _PREFIX: Final = ".fivtui-"
 # Glob pattern of all temporary files.
@@ -167,3 +184,26 @@ def _remove_unlocked(path: Path) -> None:
     if sys.platform == "win32":
         # An open file cannot be removed.
         path.unlink()
+
+
+class LockedError(InputError):
+    """Another process holds a lock."""
+
+
+@contextmanager
+def hold_lock(path: Path, holder: str) -> Iterator[None]:
+    """Hold a lock on a file; `LockedError`, which names `holder`, if another process has it."""
+    try:
+        handle = os.open(path, os.O_RDWR | os.O_CREAT, 0o666)
+    except OSError as error:
+        raise InputError(f"{path}: cannot be written: {error.strerror or error}") from None
+    try:
+        try:
+            lock_file(handle)
+        except (BlockingIOError, PermissionError):
+            raise LockedError(f"{path.parent}: is in use by {holder}") from None
+        except OSError as error:
+            raise InputError(f"{path}: cannot be locked: {error.strerror or error}") from None
+        yield
+    finally:
+        os.close(handle)

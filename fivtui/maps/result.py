@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.console import number
 from fivtui.model import PARAMETERS, Column, System
 from fivtui.results import Grid, GridResult, Plottable, Row, Table, scene_text, to_data
 
@@ -247,5 +246,5 @@ class StabilityMap(GridResult, Plottable):
 
 def _range_text(values: FloatArray, unit: str = "") -> str:
     finite = values[~np.isnan(values)]
-    text = f"{number(finite.min())} to {number(finite.max())}" if finite.size else "none"
+    text = f"{finite.min():.6g} to {finite.max():.6g}" if finite.size else "none"
     return f"{text} {unit}".rstrip() if finite.size else text

@@ -1,13 +1,17 @@
-"""Convert results to data for JSON and back.
+"""Convert results to data for JSON and back, and check that the data are finite.
 
 msgspec converts dataclasses, tuples and enumerations, checks the types of data that it reads, and
 names the wrong value in errors.
 """
 
+import math
+from collections.abc import Mapping
 from typing import Any
 
 import msgspec
 import numpy as np
+
+from fivtui.model import ComputationError
 
 
 def to_data(value: Any) -> Any:
@@ -44,3 +48,20 @@ def _decode(kind: type, data: Any) -> Any:
     if kind is complex:
         return complex(*data)
     raise TypeError(f"{kind.__name__} cannot be read from JSON")
+
+
+def check_finite(data: object, name: str, advice: str) -> None:
+    """Raise `ComputationError` with `advice` if a number in nested data is not finite."""
+    if isinstance(data, Mapping):
+        for key, value in data.items():
+            check_finite(value, f"{name}.{key}".lstrip("."), advice)
+    elif isinstance(data, list):
+        for value in data:
+            check_finite(value, name, advice)
+    elif isinstance(data, float) and not math.isfinite(data):
+        raise not_finite_error(name, advice)
+
+
+def not_finite_error(name: str, advice: str) -> ComputationError:
+    """The error for a number that is not finite."""
+    return ComputationError(f"{name} is not a finite number", advice)

@@ -10,8 +10,6 @@ import numpy as np
 
 from fivtui.io import (
     Columns,
-    check_finite,
-    not_finite_error,
     npz_arrays,
     open_regular,
     output_path,
@@ -21,6 +19,7 @@ from fivtui.io import (
     write_table,
 )
 from fivtui.model import InputError, Mode, Parameters, State, System, time_tables
+from fivtui.results import check_finite, not_finite_error
 
 from .derivatives.digits import final_digits
 from .derivatives.sensitivity import Sensitivities

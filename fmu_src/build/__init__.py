@@ -3,8 +3,7 @@
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from .builder import build_fmu
-    from .bundle import IMPORT_LOCK
+    from .builder import IMPORT_LOCK, build_fmu
     from .native import native_failure
     from .ssp import build_ssp
 else:

@@ -1,17 +1,24 @@
-"""Build an FMU from pythonfmu's export or from native binaries, reproducible to the byte."""
+"""Build an FMU: by pythonfmu from Python sources, or from the compiled native flavour.
 
+An FMU is a ZIP archive of a model description, sources or binaries, and documentation. Equal
+sources give equal bytes.
+"""
+
+import hashlib
 import re
 import sys
+import threading
 import zipfile
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from pathlib import Path
-from typing import BinaryIO, Final
+from dataclasses import dataclass
+from importlib.resources import files
+from pathlib import Path, PurePosixPath
+from typing import BinaryIO, Final, Self
 
 from fivtui.io import check_output, check_suffix, output_path, temporary_folder, write_atomically
 from fivtui.model import InputError, check_known
 
-from .bundle import IMPORT_LOCK, Bundle
 from .component import Component, documentation_files, reference_files
 from .components import COMPONENTS, DEFAULT_COMPONENT
 from .description import complete_xml
@@ -23,11 +30,19 @@ NATIVE: Final = "native"
 FLAVOURS: Final = (PYTHON, NATIVE)
 _VERSIONS: Final = ("2", "3")
 _DESCRIPTION: Final = "modelDescription.xml"
+# A constant date and system in the archive keep its bytes independent of time and machine.
 ZIP_DATE: Final = (1980, 1, 1, 0, 0, 0)
 _UNIX_SYSTEM: Final = 3
+# Held while an FMU's Python code is imported: importing changes `sys.path` and `sys.modules`.
+IMPORT_LOCK: Final = threading.Lock()
+_PROJECT_IMPORT: Final = re.compile(r"^from (?=(?:fivtui|fmu_src)[. ])", re.MULTILINE)
+_HASH_DIGITS: Final = 12
 _WRAPPER_FOLDER: Final = "resources/pythonfmu/"
+# Modules of pythonfmu that build FMUs, and the import of them in its `__init__.py`.
 _BUILDER_MODULES: Final = ("__main__", "builder", "csvbuilder", "deploy", "osutil")
 _BUILDER_IMPORT: Final = re.compile(rb"^from \.builder import .*\n", re.MULTILINE)
+# Flags of the model description: whether a tool besides the FMU must run, and whether the state
+# of an instance can be read, restored and stored as bytes.
 _CAPABILITIES: Final = {
     "needsExecutionTool": False,
     "canGetAndSetFMUstate": True,
@@ -117,7 +132,7 @@ def _find_component(name: str, fmi: str, flavour: str) -> Component:
 
 
 def _export_with_pythonfmu(folder: Path, component: Component) -> dict[str, bytes]:
-    # Returns the files of the FMU that pythonfmu exports, content by name.
+    # Files of the FMU that pythonfmu exports: content by name in the archive.
     from pythonfmu.builder import FmuBuilder
 
     bundle = Bundle.from_component(component)
@@ -138,7 +153,7 @@ def _export_with_pythonfmu(folder: Path, component: Component) -> dict[str, byte
 
 
 def _remove_builder(content: dict[str, bytes]) -> dict[str, bytes]:
-    # pythonfmu's builder is not needed in an FMU, and importing it takes most of pythonfmu's time.
+    # An FMU does not need pythonfmu's builder, whose import takes most of pythonfmu's loading time.
     init_file = f"{_WRAPPER_FOLDER}__init__.py"
     for name in _BUILDER_MODULES:
         del content[f"{_WRAPPER_FOLDER}{name}.py"]
@@ -146,8 +161,50 @@ def _remove_builder(content: dict[str, bytes]) -> dict[str, bytes]:
     return content
 
 
+@dataclass(frozen=True, slots=True)
+class Bundle:
+    """The Python sources of an FMU: its package, its entry module, and all texts by path.
+
+    Modules of the same name collide in an interpreter that hosts several FMUs. The names of
+    package and entry module therefore contain a hash of the sources.
+    """
+
+    package: str
+    entry: str
+    sources: dict[str, str]
+
+    @classmethod
+    def from_component(cls, component: Component) -> Self:
+        """Copy the modules of a component from the installed sources."""
+        texts = {
+            f"{package.replace('.', '/')}/{name}.py": _read_source(package, name)
+            for package, names in component.modules.items()
+            for name in names
+        }
+        entry_text = _read_source("fmu_src.slave", component.entry)
+        content = "\0".join(f"{path}\0{text}" for path, text in texts.items()) + entry_text
+        digest = hashlib.sha256(content.encode()).hexdigest()[:_HASH_DIGITS]
+        package, entry = f"fivtui_{digest}", f"fivtui_entry_{digest}"
+        sources = {
+            f"{package}/{path}": _rename_imports(text, package) for path, text in texts.items()
+        }
+        folders = {folder for path in sources for folder in PurePosixPath(path).parents[:-1]}
+        sources |= {f"{folder}/__init__.py": "" for folder in folders}
+        sources[f"{entry}.py"] = _rename_imports(entry_text, package)
+        return cls(package, entry, sources)
+
+
+def _read_source(package: str, name: str) -> str:
+    return files(package).joinpath(f"{name}.py").read_text(encoding="utf-8")
+
+
+def _rename_imports(text: str, package: str) -> str:
+    return _PROJECT_IMPORT.sub(f"from {package}.", text)
+
+
 @contextmanager
 def _restore_imports(bundle: Bundle) -> Iterator[None]:
+    # Undo the changes of the interpreter's import state that importing the bundle makes.
     path, cached, imported = sys.path[:], set(sys.path_importer_cache), set(sys.modules)
     dont_write_bytecode = sys.dont_write_bytecode
     sys.dont_write_bytecode = True

@@ -20,7 +20,7 @@ from fivtui import Parameters, simulate
 from fivtui.fmu.check import check_fmu
 from fivtui.io import is_replaceable
 from fivtui.model.errors import InputError
-from fmu_src.build import bundle
+from fmu_src.build import builder
 from fmu_src.build.builder import build_fmu
 from fmu_src.build.components import COMPONENTS
 from fmu_src.build.description import base_exponents
@@ -175,12 +175,12 @@ def test_building_does_not_change_the_process(tmp_path: Path) -> None:
 def test_two_different_builds_run_in_one_process(
     fmu: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    original = bundle._read_source
+    original = builder._read_source
 
     def read_altered_source(package: str, name: str) -> str:
         return original(package, name).replace('"mass of the slider"', '"another meaning"')
 
-    monkeypatch.setattr(bundle, "_read_source", read_altered_source)
+    monkeypatch.setattr(builder, "_read_source", read_altered_source)
     altered_fmu = build_fmu(tmp_path / "other.fmu")
     monkeypatch.undo()
     first, second = read_model_description(fmu), read_model_description(altered_fmu)
@@ -262,7 +262,7 @@ def test_a_failed_build_keeps_the_old_file_and_does_not_change_the_process(
     target = tmp_path / "taken.fmu"
     target.write_text("old")
     monkeypatch.setattr(
-        "fmu_src.build.bundle._read_source", lambda *_: "raise RuntimeError('broken')\n"
+        "fmu_src.build.builder._read_source", lambda *_: "raise RuntimeError('broken')\n"
     )
     path, modules = sys.path[:], set(sys.modules)
     with pytest.raises(RuntimeError, match="broken"):

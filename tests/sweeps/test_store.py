@@ -20,8 +20,7 @@ import pytest
 import fivtui.sweeps.provenance as provenance_module
 import fivtui.sweeps.store as store_module
 from fivtui import Parameters
-from fivtui.io import output_path, save_bytes
-from fivtui.io.locks import hold_lock
+from fivtui.io import hold_lock, output_path, save_bytes
 from fivtui.model.errors import Cancelled, ComputationError, InputError
 from fivtui.sweeps.design import Design, Range
 from fivtui.sweeps.run import WriteSummary, load_sweep, local_engine, sweep_in_memory, sweep_to_file
