@@ -19,7 +19,7 @@ from fivtui.transient.methods import FMU_FLAVOURS, METHODS
 from fivtui.transient.request import Request
 from fivtui.tui.lab.keys import LAB_KEYS
 from fivtui.tui.session.fields import FIELDS
-from fivtui.tui.tabs.tabs import TABS
+from fivtui.tui.tabs.tab_book import TABS
 from fmu_src.slave.variables import VARIABLES
 
 ROOT: Final = Path(__file__).parents[1]

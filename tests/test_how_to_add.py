@@ -527,11 +527,10 @@ TAB: Final = (
     Edit("fivtui/tui/tabs/words.py", "", WORDS_TAB),
     Edit("fivtui/tui/tabs/studies/friction.py", "", STUDY_TAB),
     Edit(
-        "fivtui/tui/tabs/tabs.py",
+        "fivtui/tui/tabs/tab_book.py",
         r' +TabSpec\("result".*\n',
-        r'    TabSpec("words", "Words", "alt+0", _importer("words", "WordsPane")),\n'
-        r'    TabSpec("friction", "Friction", "f11", '
-        r'_importer("studies.friction", "FrictionPane")),\n'
+        r'    TabSpec("words", "Words", "alt+0", "words", "WordsPane"),\n'
+        r'    TabSpec("friction", "Friction", "f11", "studies.friction", "FrictionPane"),\n'
         r"\g<0>",
     ),
 )

@@ -25,8 +25,7 @@ from fivtui.tui.persistence.autosave import Autosave
 from fivtui.tui.persistence.snapshot import restore_results, restore_session, session_state
 from fivtui.tui.session.jobs import Outcome
 from fivtui.tui.session.runs import RunState
-from fivtui.tui.session.session import Session
-from fivtui.tui.session.studies import DisplayedStudy
+from fivtui.tui.session.session import DisplayedStudy, Session
 from tests.support.kernels import INTERPRETED
 from tests.support.laboratory import until
 

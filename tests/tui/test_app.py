@@ -6,8 +6,7 @@ from textual.pilot import Pilot
 from fivtui.tui.app import FivtuiApp
 from fivtui.tui.chart.widget.chart_view import ChartView
 from fivtui.tui.session.runs import RunState
-from fivtui.tui.tabs.tab_book import TabBook
-from fivtui.tui.tabs.tabs import TABS
+from fivtui.tui.tabs.tab_book import TABS, TabBook
 from tests.support.kernels import INTERPRETED
 from tests.support.laboratory import (
     ENDLESS,

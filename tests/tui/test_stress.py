@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from fivtui.tui.app import FivtuiApp
-from fivtui.tui.tabs.tabs import TABS
+from fivtui.tui.tabs.tab_book import TABS
 from tests.support.laboratory import EVERY_FRAME, text_of
 
 KEYS = (

@@ -15,7 +15,7 @@ from textual.fuzzy import Matcher
 from fivtui.model import InputError
 from fivtui.scene import PRESETS, Scene
 from fivtui.tui.persistence import Slot, load_state
-from fivtui.tui.session import FIELDS, Run, paper_scenes
+from fivtui.tui.session import FIELDS, Run
 from fivtui.tui.tabs import (
     KINDS,
     TABS,
@@ -25,6 +25,7 @@ from fivtui.tui.tabs import (
     SessionRequested,
     TabSpec,
     ViewsPane,
+    paper_scenes,
 )
 
 from .keys import key_text

@@ -31,9 +31,7 @@ if TYPE_CHECKING:
     )
     from .runs import MAX_RUNS, NATIVE_ENGINE, Run, Runs, RunState, RunStyle, default_style, execute
     from .scene_differences import base_scene, differences, legend_names
-    from .scenes_of_paper import paper_scenes
-    from .session import Session
-    from .studies import DisplayedStudy, StoredResult, check_drawable
+    from .session import DisplayedStudy, Session, StoredResult, check_drawable
 else:
     from fivtui.lazy import lazy_exports
 

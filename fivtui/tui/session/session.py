@@ -1,8 +1,9 @@
 """The state of the laboratory without its screen. Imports no Textual."""
 
 import dataclasses
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, cast
+from typing import TYPE_CHECKING, Any, Final, Generic, TypeVar, cast
 
 from fivtui.charts import View
 from fivtui.equilibrium import Stability, stability
@@ -27,8 +28,9 @@ from .runs import FMU_ENGINES, Run, Runs, engine_of
 from .scene_differences import base_scene, differences
 
 if TYPE_CHECKING:
+    from fivtui.sweeps import Study
+
     from .command_lines import Origin
-    from .studies import DisplayedStudy, StoredResult
 
 MAX_RECENT: Final = 10
 # Key and values of the stored setting of the live curve.
@@ -36,6 +38,36 @@ _LIVE: Final = "live"
 _ON: Final = "on"
 _OFF: Final = "off"
 _FIRST_METHOD: Final = next(iter(METHODS))
+
+T = TypeVar("T")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class DisplayedStudy(Generic[T]):
+    """A displayed result, the name of its scene or file, and the file that it was read from."""
+
+    value: T
+    name: str
+    source: str = ""
+
+
+def check_drawable(study: "Study") -> None:
+    """Raise `InputError` unless a sweep has one variable, or two as a full grid."""
+    names, kind = list(study.design.axes), study.design.kind
+    if len(names) > 2 or (len(names) == 2 and kind != "product"):
+        raise InputError(
+            f"a {kind} sweep over {', '.join(names)} cannot be displayed: use one name, "
+            "or two with all combinations of their values"
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class StoredResult:
+    """The file of a stored result; `name` and `source` are those of `DisplayedStudy`."""
+
+    file: str
+    name: str = ""
+    source: str = ""
 
 
 class Session(Editing):

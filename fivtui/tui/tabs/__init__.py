@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from .exports.clipboard import copy_picture
     from .exports.export import KINDS, Export, check_scene_path, save_scene_as, write_export
-    from .job_pane import JobBar, JobPane
+    from .job_pane import JobBar, JobPane, compute_in_thread
     from .messages import (
         FieldEdited,
         FieldFocused,
@@ -20,11 +20,10 @@ if TYPE_CHECKING:
         SessionRequested,
     )
     from .pane import Pane
+    from .requests.paper import paper_scenes
     from .studies.study_pane import StudyPane
-    from .tab_book import TabBook
+    from .tab_book import TABS, TabBook, TabSpec
     from .tables import ListTable, flow_facts, rows_table
-    from .tabs import TABS, TabSpec
-    from .threads import compute_in_thread
     from .views_pane import ViewsPane
 else:
     from fivtui.lazy import lazy_exports

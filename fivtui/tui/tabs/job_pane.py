@@ -2,23 +2,50 @@
 
 from collections.abc import Callable
 from functools import partial
-from typing import Any, ClassVar, Final
+from typing import Any, ClassVar, Final, TypeVar
 
 from textual import on
 from textual.app import ComposeResult
 from textual.containers import Horizontal
 from textual.events import Resize
+from textual.widget import Widget
 from textual.widgets import Button, ProgressBar, Static
 
 from fivtui.model import InputError
-from fivtui.tui.session import SCREEN_PRIORITY, Job, Outcome, Session, compute_outcome
+from fivtui.tui.session import (
+    SCREEN_PRIORITY,
+    Job,
+    Outcome,
+    Session,
+    compute_outcome,
+    crash_message,
+)
 
 from .messages import Reported
 from .tables import shorten
-from .threads import compute_in_thread
 from .views_pane import ViewsPane
 
-_POLLING_PERIOD: Final = 0.1
+_POLL_INTERVAL_S: Final = 0.1
+
+T = TypeVar("T")
+
+
+def compute_in_thread(
+    owner: Widget, compute: Callable[[], Outcome[T]], show_outcome: Callable[[Outcome[T]], object]
+) -> None:
+    """Call `compute` in a thread, then `show_outcome` with its outcome in the thread of `owner`.
+
+    The outcome of an unexpected error is its message.
+    """
+
+    def compute_and_report() -> None:
+        try:
+            outcome = compute()
+        except Exception as error:  # noqa: BLE001 (it is displayed)
+            outcome = Outcome(error=crash_message(error))
+        owner.call_later(show_outcome, outcome)
+
+    owner.run_worker(compute_and_report, thread=True, exit_on_error=False)
 
 
 class JobStatus(Static):
@@ -98,7 +125,7 @@ class JobPane(ViewsPane):
 
     def on_mount(self) -> None:
         """Prepare the polling of the progress."""
-        self._polling = self.set_interval(_POLLING_PERIOD, self._poll_progress, pause=True)
+        self._polling = self.set_interval(_POLL_INTERVAL_S, self._poll_progress, pause=True)
         self.show_bar()
 
     def on_unmount(self) -> None:

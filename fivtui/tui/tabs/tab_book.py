@@ -1,7 +1,9 @@
-"""The tab bar and the panes of the tabs, which are created when first shown."""
+"""The registry of tabs, and the tab bar with the panes, which are created when first shown."""
 
 from collections.abc import Callable, Sequence
-from typing import Final
+from dataclasses import dataclass
+from importlib import import_module
+from typing import Final, cast
 
 from textual import on
 from textual.app import ComposeResult
@@ -12,7 +14,52 @@ from textual.widgets._tabbed_content import ContentTabs
 from fivtui.tui.session import Session
 
 from .pane import Pane
-from .tabs import TabSpec
+
+
+@dataclass(frozen=True, slots=True)
+class TabSpec:
+    """A tab.
+
+    Attributes
+    ----------
+    id : str
+        Identifier of the tab, also in messages and commands.
+    title : str
+        Title in the tab bar.
+    key : str
+        Key that shows the tab.
+    module, class_name : str
+        Module in `fivtui.tui.tabs` and class of the pane; imported when the tab is first shown.
+    """
+
+    id: str
+    title: str
+    key: str
+    module: str
+    class_name: str
+
+    def import_pane_class(self) -> type[Pane]:
+        """Import the class of the pane."""
+        module = import_module(f".{self.module}", __package__)
+        return cast("type[Pane]", getattr(module, self.class_name))
+
+    def new_pane(self, session: Session) -> Pane:
+        """Create the pane for a session."""
+        return self.import_pane_class()(session)
+
+
+TABS: Final = (
+    TabSpec("stability", "Stability", "alt+1", "stability", "StabilityPane"),
+    TabSpec("transient", "Transient", "alt+2", "transient", "TransientPane"),
+    TabSpec("sweep", "Sweep", "alt+3", "studies.sweep", "SweepPane"),
+    TabSpec("map", "Map", "alt+4", "studies.map", "MapPane"),
+    TabSpec("trade-off", "Trade-off", "alt+5", "studies.tradeoff", "TradeoffPane"),
+    TabSpec("paper", "Paper", "alt+6", "paper", "PaperPane"),
+    TabSpec("uncertainty", "Risk", "alt+7", "studies.uncertainty", "UncertaintyPane"),
+    TabSpec("result", "Result", "alt+8", "result", "ResultPane"),
+    TabSpec("log", "Log", "alt+9", "log", "LogPane"),
+    TabSpec("branch", "Branches", "alt+0", "studies.branches", "BranchesPane"),
+)
 
 # Columns at both ends of the border, and columns around every title.
 _CORNER_COLUMNS: Final = 4

@@ -22,7 +22,7 @@ from fivtui.transient.charts import (
 )
 from fivtui.tui.chart.picture import MARGIN, draw
 from fivtui.tui.chart.raster import Raster
-from fivtui.tui.chart.styles import CHART_STYLES
+from fivtui.tui.chart.widget.drawn_chart import CHART_STYLES
 from fivtui.tui.session.runs import PartialTrajectory
 
 T = np.linspace(0.0, 10.0, 1001)

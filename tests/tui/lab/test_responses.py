@@ -13,7 +13,7 @@ from fivtui.tui.app import FivtuiApp
 from fivtui.tui.lab.key_bar import KeyBar
 from fivtui.tui.session import jobs
 from fivtui.tui.session.jobs import SCREEN_PRIORITY, Job, ScreenPriority
-from fivtui.tui.tabs.tabs import TABS
+from fivtui.tui.tabs.tab_book import TABS
 from tests.support.laboratory import HANG_S, app_of, text_of, until, until_shown
 
 SIZE = (80, 24)

@@ -23,7 +23,7 @@ from fivtui.tui.app import FivtuiApp
 from fivtui.tui.persistence import results as result_store
 from fivtui.tui.persistence.results import ResultStore
 from fivtui.tui.session.runs import RunState
-from fivtui.tui.session.studies import DisplayedStudy, StoredResult
+from fivtui.tui.session.session import DisplayedStudy, StoredResult
 from fivtui.tui.tabs.messages import RunActionRequested
 from fivtui.tui.tabs.requests.sweep import partial_sweep, sweep_request
 from tests.support.laboratory import (

@@ -26,8 +26,7 @@ from fivtui.tui.persistence.slots import slot_of
 from fivtui.tui.persistence.snapshot import session_state
 from fivtui.tui.persistence.state_file import STATE_VERSION, State
 from fivtui.tui.session.runs import MAX_RUNS
-from fivtui.tui.session.session import Session
-from fivtui.tui.session.studies import DisplayedStudy, StoredResult
+from fivtui.tui.session.session import DisplayedStudy, Session, StoredResult
 from tests.support.laboratory import app_of, text_of, until, until_notice, until_shown
 
 BASE = PRESETS["base"]

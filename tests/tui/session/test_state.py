@@ -25,8 +25,8 @@ from fivtui.tui.session.comparison import change_rows, changes, engine_differenc
 from fivtui.tui.session.jobs import Outcome
 from fivtui.tui.session.runs import MAX_RUNS, Run, Runs, default_style, execute
 from fivtui.tui.session.scene_differences import base_scene
-from fivtui.tui.session.scenes_of_paper import paper_scenes
 from fivtui.tui.session.session import MAX_RECENT, Session
+from fivtui.tui.tabs.requests.paper import paper_scenes
 
 SHORT = dataclasses.replace(base_scene(), t_end=10.0)
 

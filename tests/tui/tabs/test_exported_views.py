@@ -21,12 +21,12 @@ from fivtui.simulation import simulate
 from fivtui.tradeoffs import measure
 from fivtui.tui.app import FivtuiApp
 from fivtui.tui.chart.widget.chart_view import ChartView
-from fivtui.tui.session.studies import DisplayedStudy
+from fivtui.tui.session.session import DisplayedStudy
 from fivtui.tui.tabs.exports.export import FIGURE
 from fivtui.tui.tabs.requests.map import TITLES
 from fivtui.tui.tabs.studies.map import MapPane
 from fivtui.tui.tabs.studies.sweep import SweepPane
-from fivtui.tui.tabs.tabs import TABS
+from fivtui.tui.tabs.tab_book import TABS
 from fivtui.tui.tabs.views_pane import ViewsPane
 from tests.support.laboratory import app_of, lab_of, show_tab, until
 

@@ -16,7 +16,7 @@ from fivtui.reliability.run import compute_uncertainty
 from fivtui.scene.presets import PRESETS
 from fivtui.sweeps.run import local_engine
 from fivtui.tui.chart.picture import draw
-from fivtui.tui.session.studies import DisplayedStudy
+from fivtui.tui.session.session import DisplayedStudy
 from fivtui.tui.tabs.requests import uncertainty as requests
 from fivtui.tui.tabs.studies.uncertainty import UncertaintyPane
 from fivtui.tui.tabs.tab_book import TabBook

@@ -1,5 +1,6 @@
 """A widget that draws a chart in the styles of the theme."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from textwrap import wrap
 from typing import Final
@@ -11,11 +12,45 @@ from textual.widget import Widget
 
 from fivtui.charts import Chart, Cursors, Span, View, needs_full_line
 from fivtui.tui.chart.picture import MARGIN, Picture, draw
-from fivtui.tui.chart.styles import CHART_STYLES, FOCUSED_STYLES
 
 _WIDE_COLUMNS: Final = 90
 _INDENT: Final = " "
 _MIN_SIZE: Final = (MARGIN + 2, 3)
+_MUTED: Final = "$foreground-muted"
+
+# Styles by the names of spans. Rules of a style sheet would be slow: Textual evaluates them for
+# every chart at every change.
+CHART_STYLES: Final[Mapping[str, str]] = {
+    "plot": "",
+    "tick": _MUTED,
+    "label": _MUTED,
+    "guide": _MUTED,
+    "cursor": "bold $warning",
+    "cursor-2": "bold $foreground",
+    "zoomed": "bold $accent",
+    "outside": "bold $warning",
+    "readout": "bold $warning",
+    "hidden": f"strike {_MUTED}",
+    "strip": "$warning",
+    "control": _MUTED,
+    "control-on": "reverse",
+    "stable": "$success",
+    "unstable": "$error",
+    "trace-1": "$primary",
+    "trace-2": "$warning",
+    "trace-3": "$success",
+    "trace-4": "$error",
+    "trace-5": "$accent",
+    "trace-6": "$secondary",
+    "trace-7": "$foreground",
+    "trace-8": _MUTED,
+}
+
+# Styles that differ in a focused chart.
+FOCUSED_STYLES: Final[Mapping[str, str]] = {
+    "tick": "$foreground",
+    "label": "bold underline $foreground",
+}
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,6 +1,6 @@
 """Table rows and scenes of the paper tab. Imports no Textual."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Final
 
@@ -8,7 +8,7 @@ from fivtui.charts import NearestPoint
 from fivtui.model import PARAMETERS
 from fivtui.paper import PANELS, SEPARATION, CheckedClaim, Claim, Panel
 from fivtui.scene import Scene
-from fivtui.tui.session import paper_scenes, symbol_of
+from fivtui.tui.session import symbol_of
 
 FIGURE_COLUMNS: Final = ("figure", "lines", "what it shows")
 CLAIM_COLUMNS: Final = ("verdict", "section", "statement", "stated")
@@ -62,6 +62,20 @@ def point_scene(panel: Panel, point: NearestPoint) -> Scene:
     if line.along in PARAMETERS:
         return line.scene.with_values({line.along: point.x})
     return line.scene
+
+
+def paper_scenes() -> Iterator[tuple[Scene, str]]:
+    """Each figure's scene nearest to the default parameters, and the figure's caption."""
+    for key, panel in PANELS.items():
+        distances = [_distance(panel.by, line.scene) for line in panel.lines]
+        scene = panel.lines[distances.index(min(distances))].scene
+        yield replace(scene, name=f"fig-{key}", description=""), panel.caption
+
+
+def _distance(parameter: str, scene: Scene) -> float:
+    if parameter == SEPARATION:
+        return float(not scene.separation)
+    return abs(scene.parameters.as_dict()[parameter] - PARAMETERS[parameter].default)
 
 
 def panel_scene(key: str) -> Scene:
