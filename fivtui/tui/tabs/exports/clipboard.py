@@ -15,7 +15,7 @@ from .export import Export
 
 _TIMEOUT_S: Final = 20.0
 _NO_PROGRAM: Final = (
-    "a picture cannot be copied: needs wl-copy (Wayland) or xclip (X11) and a desktop; "
+    "a picture cannot be copied without a desktop and wl-copy (Wayland) or xclip (X11); "
     "the plot can be copied as text"
 )
 

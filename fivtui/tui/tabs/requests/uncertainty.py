@@ -20,7 +20,7 @@ TITLES: Final = {
     "y_half_range": "±y",
     "P_max": "P",
 }
-COLUMNS: Final = ("of", "input", "alone", "with others", "if linear", "0 … 1")
+COLUMNS: Final = ("quantity", "input", "alone", "with others", "if linear", "0 … 1")
 SAMPLES: Final = 4096
 _BAR_LENGTH: Final = 12
 
