@@ -16,7 +16,7 @@ from .means import moments_of, parameters_at_means
 from .request import SAFE_MU
 
 _CRITICAL_MU: Final = "critical_mu"
-# Parts of a transient that have derivatives; counts have none.
+# Attributes of a transient that have derivatives; counts of events have none.
 _DIFFERENTIABLE: Final = ("peak", "steady", "contact_force", "final")
 
 
@@ -47,29 +47,34 @@ def local_sensitivities(study: Study) -> dict[str, dict[str, LocalSensitivity]]:
     transients from the variational equations. Inputs that are not parameters and outputs without
     derivatives are left out.
     """
-    moments = moments_of(study)
-    if not moments:
+    standard_deviations = {name: sd for name, (_, sd) in moments_of(study).items()}
+    names = tuple(standard_deviations)
+    if not names:
         return {}
     try:
-        derivatives = _derivatives(study, parameters_at_means(study), tuple(moments))
+        derivatives_by_output = _derivatives(study, parameters_at_means(study), names)
     except ComputationError:
         return {}
-    spreads = {name: sd for name, (_, sd) in moments.items()}
+    # An output does not depend on a parameter that its derivatives lack.
+    complete = {
+        output: {name: derivatives.get(name, 0.0) for name in names}
+        for output, derivatives in derivatives_by_output.items()
+    }
     return {
-        output: _with_shares({name: slopes.get(name, 0.0) for name in moments}, spreads)
-        for output, slopes in derivatives.items()
-        if all(math.isfinite(slopes.get(name, 0.0)) for name in moments)
+        output: _with_shares(derivatives, standard_deviations)
+        for output, derivatives in complete.items()
+        if all(map(math.isfinite, derivatives.values()))
     }
 
 
 def _with_shares(
-    slopes: Mapping[str, float], spreads: Mapping[str, float]
+    derivatives: Mapping[str, float], standard_deviations: Mapping[str, float]
 ) -> dict[str, LocalSensitivity]:
-    changes = {name: slope * spreads[name] for name, slope in slopes.items()}
+    changes = {name: slope * standard_deviations[name] for name, slope in derivatives.items()}
     total = sum(change * change for change in changes.values())
     return {
         name: LocalSensitivity(
-            slopes[name], change, change * change / total if total > 0.0 else 0.0
+            derivatives[name], change, change * change / total if total > 0.0 else 0.0
         )
         for name, change in changes.items()
     }
@@ -78,6 +83,7 @@ def _with_shares(
 def _derivatives(
     study: Study, means: Parameters, names: tuple[str, ...]
 ) -> dict[str, Mapping[str, float]]:
+    # Derivatives by output and input, without outputs that have none.
     separation = study.cases[0]
     derivatives: dict[str, Mapping[str, float] | None] = {}
     if _CRITICAL_MU in study.outputs:
@@ -103,4 +109,4 @@ def _derivatives(
             for output, path in paths.items():
                 read_output = attrgetter(path)
                 derivatives[output] = {name: read_output(sensitivities[name]) for name in names}
-    return {name: slopes for name, slopes in derivatives.items() if slopes is not None}
+    return {name: values for name, values in derivatives.items() if values is not None}

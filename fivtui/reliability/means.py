@@ -1,4 +1,8 @@
-"""The scene at the means of the inputs, where a global search checks the continuation."""
+"""The scene at the means of the inputs, and the check of its safe μ.
+
+Safe μ of members is found by continuation: it follows the branch of limit cycles from the Hopf
+point. A global search at the means finds limit cycles on other branches too.
+"""
 
 from functools import lru_cache
 
@@ -40,6 +44,7 @@ def safe_mu_unknown_above(study: Study) -> float | None:
 
 @lru_cache(maxsize=64)
 def _unconfirmed_above(system: System) -> float | None:
+    # The μ above which the search does not confirm safe μ by continuation; None if it does.
     p, separation = system.parameters, system.separation
     (continued_mu,) = safe_mus(p, {}, np.array([separation])).tolist()
     try:
@@ -48,5 +53,6 @@ def _unconfirmed_above(system: System) -> float | None:
         # Without an equilibrium at the means, safe μ is not known there.
         return 0.0
     limit = verdict.limit_of(continued_mu)
-    upper_mu = verdict.searched_to if np.isnan(continued_mu) else continued_mu
-    return limit if limit < upper_mu else None
+    # Without a safe μ by continuation, no μ that was searched may have a limit cycle.
+    required_mu = verdict.searched_to if np.isnan(continued_mu) else continued_mu
+    return limit if limit < required_mu else None

@@ -15,7 +15,7 @@ _DIGITS = 4
 
 
 class UncertaintyProgress(SweepProgress):
-    """Progress of a study on stderr, with the present probabilities and their errors."""
+    """Progress of a study on stderr, with the probabilities so far and their errors."""
 
     def __init__(self, members: int) -> None:
         super().__init__(members)
@@ -24,7 +24,7 @@ class UncertaintyProgress(SweepProgress):
     def show_estimates(self, members: int, text: str) -> None:
         """Show `text` beside the progress; a new number of members restarts the measured rate."""
         if members != self._members:
-            self._members, self._first = members, None
+            self._members, self._start = members, None
         self._estimates = text
 
     def _display(self, fraction: float, text: str, time_s: float) -> None:

@@ -1,4 +1,8 @@
-"""Run uncertainty studies in memory or into a file, up to a number of samples or to an error."""
+"""Run uncertainty studies in memory or into a file, up to a number of samples or to an error.
+
+The members of a study are those of a scattered sweep, which an engine computes in pieces. A study
+up to an error doubles its samples in stages; each stage keeps the members of the one before.
+"""
 
 from collections.abc import Callable, Generator, Iterable, Mapping
 from dataclasses import replace
@@ -43,6 +47,7 @@ from .result import Uncertainty, evaluate, event_flags, scatter_of
 from .statistics import probability_from_counts
 
 Floats = NDArray[np.float64]
+# Called with the number of members and the estimates so far as text.
 EstimatesCallback = Callable[[int, str], object]
 
 
@@ -158,9 +163,13 @@ def compute_uncertainty(
     progress: OnProgress | None = None,
     on_estimates: EstimatesCallback | None = None,
 ) -> Uncertainty:
-    """Compute a scattered sweep, up to the error `until` if given, and return its result."""
+    """Compute a scattered sweep and return its result.
+
+    If `until` is given, samples are doubled until the error of every probability is at most that.
+    """
     if on_estimates is not None and SAFE_MU in study.outputs:
         on_estimates(study.members, "following branches of limit cycles")
+    # The table of safe μ has no share of the progress, but can be cancelled.
     cancel_check = None if progress is None else lambda _fraction: progress(0.0)
     study = add_safe_table(study, cancel_check)
     if until is None:
@@ -180,6 +189,7 @@ def compute_uncertainty(
 
 
 def _double_samples(result: Uncertainty, tolerance: float) -> Study:
+    # The study of the next stage; `ComputationError` if it does not fit in memory.
     study = _with_count(result.study, 2 * result.scatter.count)
     try:
         check_memory_limit(study)
@@ -194,14 +204,15 @@ def _double_samples(result: Uncertainty, tolerance: float) -> Study:
 
 
 def _with_count(study: Study, count: int) -> Study:
+    # The study with `count` points in every scrambling.
     return replace(study, design=replace(scatter_of(study), count=count))
 
 
 def _resume_stage(
     study: Study, file: MembersFile | None
 ) -> tuple[Study, Rows | None, MembersFile | None]:
-    # Resume an earlier run: the study with its number of samples, its stored rows, and the file.
-    # The file is replaced if it has fewer samples.
+    # Where an earlier run of the same study stopped: the study with the samples of its last stage,
+    # the rows of its last complete stage, and the file, which is replaced by a larger stage.
     if file is None or is_replaceable(file.out):
         return study, None, file
     stored, unfinished = (
@@ -258,29 +269,28 @@ def _with_reports(engine: Engine, on_estimates: EstimatesCallback | None) -> Eng
 
     def compute(study: Study, pieces: Iterable[SweepPiece]) -> Generator[tuple[SweepPiece, Rows]]:
         scatter = scatter_of(study)
-        sums: dict[str, tuple[Floats, Floats]] = {}
+        # Numbers of hits and of samples in each scrambling, by event.
+        totals: dict[str, tuple[Floats, Floats]] = {}
         for piece, rows in engine(study, pieces):
             members = np.arange(piece.first, piece.stop)
-            point, block = np.divmod(members, scatter.blocks)
+            point, index_in_point = np.divmod(members, scatter.point_members)
             for name, flags in event_flags(study, rows.numbers).items():
-                counted = (block < 2) & ~np.isnan(flags)
-                scrambling = point[counted] % scatter.repeats
-                hits, counts = (
-                    np.bincount(scrambling, weights, scatter.repeats)
-                    for weights in (flags[counted], np.ones(scrambling.size))
-                )
-                previous = sums.get(name, (np.zeros(1), np.zeros(1)))
-                sums[name] = (previous[0] + hits, previous[1] + counts)
-            on_estimates(study.members, _probability_text(sums))
+                is_counted = (index_in_point < scatter.point_samples) & ~np.isnan(flags)
+                scrambling = point[is_counted] % scatter.repeats
+                new_hits = np.bincount(scrambling, flags[is_counted], scatter.repeats)
+                new_samples = np.bincount(scrambling, minlength=scatter.repeats)
+                hits, samples = totals.get(name, (np.zeros(1), np.zeros(1)))
+                totals[name] = (hits + new_hits, samples + new_samples)
+            on_estimates(study.members, _probability_text(totals))
             yield piece, rows
 
     return compute
 
 
-def _probability_text(sums: Mapping[str, tuple[Floats, Floats]]) -> str:
-    parts = []
-    for name, (hits, counts) in sums.items():
-        if counts.all():
-            estimate = probability_from_counts(hits, counts)
-            parts.append(f"P({name}) = {estimate.value:.4g} ± {estimate.error:.1g}")
-    return ", ".join(parts)
+def _probability_text(totals: Mapping[str, tuple[Floats, Floats]]) -> str:
+    texts = []
+    for name, (hits, samples) in totals.items():
+        if samples.all():
+            estimate = probability_from_counts(hits, samples)
+            texts.append(f"P({name}) = {estimate.value:.4g} ± {estimate.error:.1g}")
+    return ", ".join(texts)

@@ -17,40 +17,53 @@ from fivtui.model import Parameters
 from .design import Design, Range
 from .rows import compute_rows
 from .scatter import Scatter
-from .study import CRITICAL, SAFE, STABILITY, STICK, TRANSIENT, Study
+from .study import (
+    CRITICAL_MU_COLUMN,
+    SAFE_MU_COLUMN,
+    STABILITY_COLUMNS,
+    STICK_COLUMNS,
+    TRANSIENT_COLUMNS,
+    Study,
+)
 
 _DIGEST_DIGITS: Final = 32
-_TRANSIENT_OUTPUTS: Final = tuple(column.name for column in TRANSIENT)
-_RUN_OUTPUTS: Final = tuple(column.name for column in (*TRANSIENT, *STICK))
-_STABILITY_OUTPUTS: Final = tuple(column.name for column in STABILITY)
+_TRANSIENT_OUTPUTS: Final = tuple(column.name for column in TRANSIENT_COLUMNS)
+_RUN_OUTPUTS: Final = tuple(column.name for column in (*TRANSIENT_COLUMNS, *STICK_COLUMNS))
+_STABILITY_OUTPUTS: Final = tuple(column.name for column in STABILITY_COLUMNS)
 # Different code computes the extremes of all quantities and those of y alone.
 _TRIAL_OUTPUTS: Final[Mapping[str, tuple[tuple[str, ...], ...]]] = {
     "transients": (_TRANSIENT_OUTPUTS, ("y_abs",)),
     "stability": (_STABILITY_OUTPUTS,),
-    "critical": ((CRITICAL.name,),),
+    "critical": ((CRITICAL_MU_COLUMN.name,),),
 }
-# Trial members of branches, whose last bits depend on the linear algebra library.
-_BRANCHES: Final = Design({"F": (50.0, 80.0)})
+# Trial members for safe μ: the last bits of branches depend on the linear algebra library.
+_BRANCH_DESIGN: Final = Design({"F": (50.0, 80.0)})
 # Number of points of a scattered design that enter the digest.
-_TRIAL_POINTS: Final = 256
+_SCATTERED_POINTS: Final = 256
+# With separation considered and ignored.
 _BOTH_CASES: Final = (True, False)
-_LOAD: Final = Range(10.0, 120.0)
-_FRICTION: Final = Range(0.1, 1.5, log=True)
+_PRELOADS: Final = Range(10.0, 120.0)
+_FRICTION_COEFFICIENTS: Final = Range(0.1, 1.5, log=True)
+_CUBIC_STIFFNESSES: Final = Range(1.0, 500.0, log=True)
+_VARIED: Final = {"F": _PRELOADS, "mu": _FRICTION_COEFFICIENTS}
 # Trial members with cubic and with linear contact.
 _TRIAL_DESIGNS: Final = (
-    Design({"F": _LOAD, "mu": _FRICTION, "k_nl": Range(1.0, 500.0, log=True)}, "sobol", 32),
-    Design({"F": _LOAD, "mu": _FRICTION}, "sobol", 16),
+    Design({**_VARIED, "k_nl": _CUBIC_STIFFNESSES}, "sobol", count=32),
+    Design(_VARIED, "sobol", count=16),
 )
 _LINEAR_PARAMETERS: Final = Parameters(k_nl=0.0)
+# Horizon of the trial members, s.
 _T_END: Final = 20.0
+# Kernel of files without the key "kernel": versions before that key had no other.
+_KERNEL_BEFORE_KEY: Final = "compiled by numba"
 
 
 def arithmetic_digests(study: Study) -> dict[str, Any]:
     """Digests of the arithmetic of this machine that a study depends on.
 
-    ``kernel`` names the kernel. ``transients``, ``stability`` and ``critical`` are digests of trial
-    rows, ``safe`` of branches, ``samples`` of the first points of a scattered design. Equal digests
-    mean equal rows.
+    ``kernel`` names the kernel. ``transients``, ``stability``, ``critical`` and ``safe`` are
+    digests of trial rows, ``samples`` is one of the first points of a scattered design. Equal
+    digests mean equal rows.
     """
     digests: dict[str, Any] = {}
     if study.accuracy or not set(study.outputs).isdisjoint(_RUN_OUTPUTS):
@@ -58,13 +71,13 @@ def arithmetic_digests(study: Study) -> dict[str, Any]:
         digests["kernel"] = stepping_kernel()
     if not set(study.outputs).isdisjoint(_STABILITY_OUTPUTS):
         digests["stability"] = _row_digest("stability")
-    if CRITICAL.name in study.outputs:
+    if CRITICAL_MU_COLUMN.name in study.outputs:
         digests["critical"] = _row_digest("critical")
-    if SAFE.name in study.outputs:
+    if SAFE_MU_COLUMN.name in study.outputs:
         digests["safe"] = _branch_digest()
     if isinstance(study.design, Scatter):
-        # Quantiles depend on the mathematical library.
-        samples = study.design.columns(np.arange(min(_TRIAL_POINTS, study.design.size)))
+        # Quantiles of distributions depend on the mathematical library.
+        samples = study.design.columns(np.arange(min(_SCATTERED_POINTS, study.design.size)))
         digest = hashlib.sha256(b"".join(values.tobytes() for values in samples.values()))
         digests["samples"] = digest.hexdigest()[:_DIGEST_DIGITS]
     return digests
@@ -77,15 +90,16 @@ def arithmetic_difference(stored: object, local: Mapping[str, Any]) -> str:
     if all(stored.get(key) == value for key, value in local.items()):
         return ""
     if stored.get("kernel") != local.get("kernel"):
-        kernel = stored.get("kernel", "compiled by numba")
+        kernel = stored.get("kernel", _KERNEL_BEFORE_KEY)
         return f"the kernel is {kernel} there, {local.get('kernel')} here"
     return "rows of the same trial members differ in their last bits"
 
 
 @lru_cache
 def _branch_digest() -> str:
-    rows = compute_rows(Study(_BRANCHES, Parameters(), outputs=(SAFE.name,)), 0, _BRANCHES.size)
-    return hashlib.sha256(rows.numbers[SAFE.name].tobytes()).hexdigest()[:_DIGEST_DIGITS]
+    study = Study(_BRANCH_DESIGN, Parameters(), outputs=(SAFE_MU_COLUMN.name,))
+    rows = compute_rows(study, 0, study.members)
+    return hashlib.sha256(rows.numbers[SAFE_MU_COLUMN.name].tobytes()).hexdigest()[:_DIGEST_DIGITS]
 
 
 @lru_cache

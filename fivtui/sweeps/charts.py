@@ -1,4 +1,7 @@
-"""Charts of sweeps: outputs over one or two varied quantities."""
+"""Charts of sweeps: outputs over one or two varied quantities.
+
+A case is True if separation is considered and False if it is ignored.
+"""
 
 from typing import Final
 
@@ -25,11 +28,11 @@ from .run import Sweep
 from .study import OUTPUTS, Study
 
 _SIZE: Final = (FIGURE_WIDTH, 3.2)
-_CASES: Final = {True: "separation considered", False: "separation ignored"}
-# Outputs that curves show: labels in the terminal, and roles in figures.
+_CASE_NAMES: Final = {True: "separation considered", False: "separation ignored"}
+# Outputs that curves show if they were computed: labels in the terminal, and roles in figures.
 _AMPLITUDES: Final = {"y_abs": "peak", "y_half_range": "±y 2nd half"}
 _ROLES: Final = {"y_abs": "peak", "y_half_range": "half range"}
-# Marks by index of the output and by separation.
+# Marks by index of the output and by case.
 _MARKS: Final = ({True: "●", False: "○"}, {True: "◆", False: "◇"})
 
 
@@ -59,7 +62,10 @@ def sweep_curves(study: Study) -> list[tuple[str, bool]]:
 
 
 def sweep_chart(result: Sweep, present: float | None = None) -> Chart:
-    """Outputs over the varied quantity, a trace per output and case; a line marks `present`."""
+    """Outputs over the varied quantity, a trace per output and case.
+
+    A line marks `present`, the value in the edited scene.
+    """
     study, rows = result.study, result.table
     (name,) = study.design.axes
     order = np.argsort(rows.numbers[name], kind="stable")
@@ -71,8 +77,8 @@ def sweep_chart(result: Sweep, present: float | None = None) -> Chart:
         traces.append(
             Trace(
                 Label(
-                    f"{_AMPLITUDES.get(output, output)}, {_CASES[case]}",
-                    f"{OUTPUTS[output].meaning}, {_CASES[case]}",
+                    f"{_AMPLITUDES.get(output, output)}, {_CASE_NAMES[case]}",
+                    f"{OUTPUTS[output].meaning}, {_CASE_NAMES[case]}",
                 ),
                 rows.numbers[name][members],
                 rows.numbers[output][members],
@@ -85,20 +91,20 @@ def sweep_chart(result: Sweep, present: float | None = None) -> Chart:
     for case in study.cases:
         row = result.fast_belt(case)
         if row is not None:
-            text = f"always faster, {_CASES[case]}"
+            belt_text = f"always faster, {_CASE_NAMES[case]}"
             value = float(rows.numbers[outputs[0]][row])
-            label = Label(text, f"belt that is {text}")
+            label = Label(belt_text, f"belt that is {belt_text}")
             guides.append(Guide(value, label, vertical=False, role=_role("limit", case)))
-    label = _output_label(outputs[0])
+    y_label = _output_label(outputs[0])
     if outputs[0] in _AMPLITUDES:
-        label = Label("|y| peak, ±y 2nd half (m)", "Amplitude (m)")
+        y_label = Label("|y| peak, ±y 2nd half (m)", "Amplitude (m)")
     return Chart(
         axis_label(VARIABLES[name]),
-        label,
+        y_label,
         tuple(traces),
         guides=tuple(guides),
         tight=False,
-        log="x" * _is_log(study, name),
+        log=_log_axes(study, x=name),
         legend="inside",
     )
 
@@ -106,38 +112,41 @@ def sweep_chart(result: Sweep, present: float | None = None) -> Chart:
 def grid_chart(result: Sweep, case: bool, present: tuple[float, float] | None = None) -> Chart:
     """A map of a sweep over two quantities: the peak, or without it the first output.
 
-    If `case` (whether separation is considered) was not computed, the other case is shown. Points
-    that form no grid are drawn only in figures.
+    If `case` was not computed, the other case is shown. `present` is the point of the edited scene.
+    Points that form no grid are drawn only in figures.
     """
     study, rows = result.study, result.table
     first, second = study.design.axes
     output = next((name for name in _AMPLITUDES if name in study.outputs), study.outputs[0])
     shown_case = case if case in study.cases else study.cases[0]
     members = rows.separation == shown_case
-    x, i = np.unique(rows.numbers[first][members], return_inverse=True)
-    y, j = np.unique(rows.numbers[second][members], return_inverse=True)
+    x, x_indices = np.unique(rows.numbers[first][members], return_inverse=True)
+    y, y_indices = np.unique(rows.numbers[second][members], return_inverse=True)
     results = rows.numbers[output]
     label = _output_label(output)
     traces, backdrop = [], None
     if study.design.kind == "product":
         values = np.full((x.size, y.size), np.nan)
-        values[i, j] = results[members]
+        values[x_indices, y_indices] = results[members]
         levels, shades = grade_values(values)
         backdrop = Backdrop(x, y, levels, label_shades(levels, shades, values), values, label)
     else:
-        traces.append(Trace("", x[i], y[j], look="points", ordered=False, values=results[members]))
+        point_x, point_y = x[x_indices], y[y_indices]
+        traces.append(
+            Trace("", point_x, point_y, look="points", ordered=False, values=results[members])
+        )
     if present is not None:
-        point = np.array(present[:1]), np.array(present[1:])
-        traces.append(Trace("now", *point, look="points", ordered=False, mark="◆"))
+        present_x, present_y = (np.array([value]) for value in present)
+        traces.append(Trace("now", present_x, present_y, look="points", ordered=False, mark="◆"))
     return Chart(
         axis_label(VARIABLES[first]),
         axis_label(VARIABLES[second]),
         tuple(traces),
         backdrop=backdrop,
         colour_scale=colour_scale_of(label, results),
-        note=f"{label}, {_CASES[shown_case]}",
-        title=_CASES[shown_case],
-        log="x" * _is_log(study, first) + "y" * _is_log(study, second),
+        note=f"{label}, {_CASE_NAMES[shown_case]}",
+        title=_CASE_NAMES[shown_case],
+        log=_log_axes(study, x=first, y=second),
     )
 
 
@@ -145,9 +154,10 @@ def _role(name: str, case: bool) -> str:
     return f"{name}, {'considered' if case else 'ignored'}"
 
 
-def _is_log(study: Study, name: str) -> bool:
-    axis = study.design.axes[name]
-    return isinstance(axis, Range) and axis.log
+def _log_axes(study: Study, **names: str) -> str:
+    # The letters of the axes whose quantity has logarithmic spacing; `names` maps x and y to names.
+    axes = {letter: study.design.axes[name] for letter, name in names.items()}
+    return "".join(letter for letter, axis in axes.items() if isinstance(axis, Range) and axis.log)
 
 
 def _output_label(name: str) -> Label:

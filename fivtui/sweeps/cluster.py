@@ -1,4 +1,7 @@
-"""Sweeps on a Dask cluster: workers compute pieces, this machine stores them."""
+"""Sweeps on a Dask cluster: workers compute pieces, this machine stores them.
+
+A piece is a range of members. An engine computes pieces of a study and yields their rows.
+"""
 
 import asyncio
 import logging
@@ -30,7 +33,10 @@ _CONNECT_S: Final = 10.0
 # Interval at which the threads of the workers are counted, s.
 _COUNT_INTERVAL_S: Final = 5.0
 _LOGGERS: Final = ("distributed", "distributed.client")
+# Advice at the end of errors: a sweep that was stopped can be continued.
 _CONTINUE: Final = "the same command continues"
+# What a worker returns for a piece: its versions, its arithmetic, and the rows.
+_WorkerResult = tuple[dict[str, str], object, Any]
 
 
 @contextmanager
@@ -55,7 +61,7 @@ def cluster_engine(address: str) -> Iterator[Engine]:
             client.wait_for_workers(1, timeout=_CONNECT_S)
         except TimeoutError:
             raise InputError(f"--scheduler {address}: the scheduler has no workers") from None
-        yield _engine(client, address)
+        yield _make_engine(client, address)
 
 
 async def _check_connection(address: str) -> None:
@@ -82,7 +88,7 @@ def _silence_loggers() -> Iterator[None]:
             logger.setLevel(level)
 
 
-def _engine(client: "Client", address: str) -> Engine:
+def _make_engine(client: "Client", address: str) -> Engine:
     from distributed import as_completed
 
     def compute(pickled_request: bytes) -> Any:
@@ -108,7 +114,8 @@ def _engine(client: "Client", address: str) -> Engine:
         )
 
     def engine(study: Study, pieces: Iterable[SweepPiece]) -> Generator[tuple[SweepPiece, Rows]]:
-        local_versions, digests, pending = versions(), arithmetic_digests(study), iter(pieces)
+        local_versions, local_arithmetic = versions(), arithmetic_digests(study)
+        pending = iter(pieces)
         submitted: dict[Any, SweepPiece] = {}
         completed = as_completed(loop=client.loop)
         threads, counted_at = 0, -math.inf
@@ -124,35 +131,36 @@ def _engine(client: "Client", address: str) -> Engine:
             if not submitted:
                 return
             future = next(completed)
-            worker_versions, worker_arithmetic, rows = _result(future, address)
+            worker_versions, worker_arithmetic, rows = _worker_result(future, address)
             _check_versions(worker_versions, local_versions)
-            _check_arithmetic(worker_arithmetic, digests)
+            _check_arithmetic(worker_arithmetic, local_arithmetic)
             yield submitted.pop(future.key), rows
 
     return engine
 
 
 def _count_threads(client: "Client", address: str) -> int:
-    # At least 1, because lost workers may come back.
+    # Threads of all workers; at least 1, because lost workers may come back.
     try:
         return max(int(sum(client.nthreads().values())), 1)
     except OSError:
-        raise _lost_error(address) from None
+        raise _lost_scheduler_error(address) from None
 
 
-def _lost_error(address: str) -> ComputationError:
+def _lost_scheduler_error(address: str) -> ComputationError:
     return ComputationError(f"the scheduler at {address} is lost", f"start it again; {_CONTINUE}")
 
 
-def _result(future: Any, address: str) -> tuple[dict[str, str], object, Any]:
+def _worker_result(future: Any, address: str) -> _WorkerResult:
+    # The result of a future; failures of workers and scheduler become a `ComputationError`.
     from distributed import CancelledError
     from distributed.comm.core import CommClosedError
     from distributed.scheduler import KilledWorker
 
     try:
-        result: tuple[dict[str, str], object, Any] = future.result()
+        result: _WorkerResult = future.result()
     except (CancelledError, CommClosedError):
-        raise _lost_error(address) from None
+        raise _lost_scheduler_error(address) from None
     except KilledWorker as error:
         raise ComputationError(
             f"several workers ended while computing a piece: {error}",
@@ -174,8 +182,8 @@ def _check_versions(worker_versions: dict[str, str], local_versions: dict[str, s
             )
 
 
-def _check_arithmetic(worker_arithmetic: object, digests: Mapping[str, Any]) -> None:
-    difference = arithmetic_difference(worker_arithmetic, digests)
+def _check_arithmetic(worker_arithmetic: object, local_arithmetic: Mapping[str, Any]) -> None:
+    difference = arithmetic_difference(worker_arithmetic, local_arithmetic)
     if difference:
         raise ComputationError(
             f"rows of a worker would differ in their last bits from those of this machine "

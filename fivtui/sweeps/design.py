@@ -1,4 +1,7 @@
-"""Designs: the points of a sweep, which are computed from their indices."""
+"""Designs: the points of a sweep, which are computed from their indices.
+
+A point is a value for each varied name. An axis has the values of one name: a range or a list.
+"""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -12,8 +15,8 @@ from fivtui.model import ALL_PARAMETERS, InputError, ParameterSpec, check_known
 from fivtui.ranges import log_spaced, parse_range
 from fivtui.transient import START_SPECS
 
-Kind = Literal["product", "list", "random", "sobol"]
-KINDS: Final[Mapping[str, str]] = {
+DesignKind = Literal["product", "list", "random", "sobol"]
+DESIGN_KINDS: Final[Mapping[str, str]] = {
     "product": "all combinations of values, the last name varying fastest",
     "list": "the first value of each name, then the second value of each, and so on",
     "random": "points drawn uniformly between the ends",
@@ -24,12 +27,15 @@ MAX_MEMBERS: Final = 2**62
 # Bits of a coordinate of a Sobol point; they limit the number of points.
 SOBOL_BITS: Final = 32
 MAX_SOBOL: Final = 2**SOBOL_BITS
-# Number of sequences whose directions are cached.
+# Number of cached Sobol sequences.
 _CACHED_SEQUENCES: Final = 128
-# Numbers of 64 bits in a block of the Philox generator, and bits in the mantissa of a double.
+# Bits of a random number of the Philox generator, numbers in its block, and bits in the mantissa of
+# a double.
+_WORD_BITS: Final = 64
 _PHILOX_BLOCK: Final = 4
 _MANTISSA_BITS: Final = 53
 
+# Everything that can vary: parameters and the components of the start.
 VARIABLES: Final[Mapping[str, ParameterSpec]] = {**ALL_PARAMETERS, **START_SPECS}
 
 
@@ -77,8 +83,8 @@ class Range:
         count = "" if self.count is None else f":{self.count}"
         return f"{self.start:g}:{self.stop:g}{count}{':log' if self.log else ''}"
 
-    def between(self, steps: NDArray[np.float64], last_step: int = 1) -> NDArray[np.float64]:
-        """Values at `steps` between 0 (at `start`) and `last_step` (at `stop`), shape (n,)."""
+    def interpolate(self, steps: NDArray[np.float64], last_step: int = 1) -> NDArray[np.float64]:
+        """Interpolate: step 0 is at `start`, `last_step` at `stop`; shape (n,)."""
         if self.log:
             values = log_spaced(self.start, self.stop, steps, last_step)
         else:
@@ -86,10 +92,10 @@ class Range:
         low, high = sorted((self.start, self.stop))
         return np.clip(values, low, high)
 
-    def at(self, indices: NDArray[np.int64]) -> NDArray[np.float64]:
+    def values_at(self, indices: NDArray[np.int64]) -> NDArray[np.float64]:
         """Values at indices 0 to count - 1, shape (n,); the ends are exact."""
         last_index = max((self.count or 1) - 1, 1)
-        values = self.between(indices.astype(float), last_index)
+        values = self.interpolate(indices.astype(float), last_index)
         values[indices == 0] = self.start
         values[indices == last_index] = self.stop
         return values
@@ -132,13 +138,13 @@ class Design:
     """
 
     axes: Mapping[str, Axis]
-    kind: Kind = "product"
+    kind: DesignKind = "product"
     count: int | None = None
     seed: int | None = None
     size: int = field(init=False)
 
     def __post_init__(self) -> None:
-        check_known("design", self.kind, KINDS)
+        check_known("design", self.kind, DESIGN_KINDS)
         if not self.axes:
             raise InputError("sweep: nothing varies; at least one name must vary")
         axes = {name: _check_axis(name, axis) for name, axis in self.axes.items()}
@@ -154,11 +160,11 @@ class Design:
     def _listed_size(self) -> int:
         if self.count is not None or self.seed is not None:
             raise InputError(f"count and seed must not be given for the design {self.kind}")
-        counts = {name: _length(name, axis) for name, axis in self.axes.items()}
+        counts = {name: _value_count(name, axis) for name, axis in self.axes.items()}
         if self.kind == "list":
             if len(set(counts.values())) > 1:
-                text = ", ".join(f"{name} has {count}" for name, count in counts.items())
-                raise InputError(f"list: must have equally many values of each name; {text}")
+                counts_text = ", ".join(f"{name} has {count}" for name, count in counts.items())
+                raise InputError(f"list: must have equally many values of each name; {counts_text}")
             return next(iter(counts.values()))
         size = 1
         for count in counts.values():
@@ -181,27 +187,28 @@ class Design:
         return self.count
 
     def columns(self, indices: NDArray[np.int64]) -> dict[str, NDArray[np.float64]]:
-        """Values by name at ascending indices, which may repeat but not skip, shape (n,) each."""
+        """Values by name at ascending indices without gaps, shape (n,) each; indices may repeat."""
         if self.kind in ("random", "sobol"):
             points = self._unit_points(int(indices[0]), int(indices[-1]) + 1)
             fractions = points[indices - indices[0]].T
             return {
-                name: axis.between(fraction)
+                name: axis.interpolate(fraction)
                 for (name, axis), fraction in zip(self._ranges(), fractions, strict=True)
             }
         if self.kind == "list":
-            return {name: _values(axis, indices) for name, axis in self.axes.items()}
-        shape = [_length(name, axis) for name, axis in self.axes.items()]
-        axis_indices = np.unravel_index(indices, shape)
+            return {name: _axis_values(axis, indices) for name, axis in self.axes.items()}
+        shape = [_value_count(name, axis) for name, axis in self.axes.items()]
+        indices_by_axis = np.unravel_index(indices, shape)
         return {
-            name: _values(axis, row_indices.astype(np.int64))
-            for (name, axis), row_indices in zip(self.axes.items(), axis_indices, strict=True)
+            name: _axis_values(axis, axis_indices.astype(np.int64))
+            for (name, axis), axis_indices in zip(self.axes.items(), indices_by_axis, strict=True)
         }
 
     def _ranges(self) -> Iterator[tuple[str, Range]]:
         return ((name, axis) for name, axis in self.axes.items() if isinstance(axis, Range))
 
     def _unit_points(self, first: int, stop: int) -> NDArray[np.float64]:
+        # Random or Sobol points `first` to `stop` - 1 in the unit cube, a row each.
         dimensions, seed = len(self.axes), self.seed or 0
         if self.kind == "sobol":
             # Directions are slow to compute, so limit them to those that the points need.
@@ -221,7 +228,7 @@ def _check_axis(name: str, axis: object) -> Axis:
     return tuple(spec.check(value) for value in values.tolist())
 
 
-def _length(name: str, axis: Axis) -> int:
+def _value_count(name: str, axis: Axis) -> int:
     if not isinstance(axis, Range):
         return len(axis)
     if axis.count is None:
@@ -229,27 +236,31 @@ def _length(name: str, axis: Axis) -> int:
     return axis.count
 
 
-def _values(axis: Axis, indices: NDArray[np.int64]) -> NDArray[np.float64]:
+def _axis_values(axis: Axis, indices: NDArray[np.int64]) -> NDArray[np.float64]:
     if isinstance(axis, Range):
-        return axis.at(indices)
+        return axis.values_at(indices)
     return np.array([axis[index] for index in indices.tolist()])
 
 
 def _random_points(seed: int, dimensions: int, first: int, stop: int) -> NDArray[np.float64]:
-    # Philox is a function of key and counter, so the generator can skip to any point.
+    # Philox computes its numbers from a key and a counter, so it can skip to any point.
     generator = np.random.Philox(key=seed)
     blocks, skipped = divmod(first * dimensions, _PHILOX_BLOCK)
     generator.advance(blocks)
     words = generator.random_raw(skipped + (stop - first) * dimensions)[skipped:]
-    fractions = (words >> np.uint64(64 - _MANTISSA_BITS)).astype(np.float64) * 2.0**-_MANTISSA_BITS
+    mantissas = (words >> np.uint64(_WORD_BITS - _MANTISSA_BITS)).astype(np.float64)
+    fractions = mantissas * 2.0**-_MANTISSA_BITS
     return fractions.reshape(stop - first, dimensions)
 
 
 @lru_cache(maxsize=_CACHED_SEQUENCES)
 def sobol_directions(dimensions: int, seed: int, bits: int) -> NDArray[np.uint64]:
-    """Scrambled directions of the first 2^`bits` points of a Sobol sequence, for `sobol_points`."""
-    # Point i is point 0 XOR the directions at the set bits of the Gray code of i, so points 0, 1,
-    # 2, 4, 8, … give all directions. Row 0 holds point 0, row k + 1 direction k.
+    """Scrambled direction numbers for the first 2^`bits` points of a Sobol sequence.
+
+    Row 0 is point 0, row k + 1 the direction number of bit k; `sobol_points` uses them.
+    """
+    # Point i is point 0 XOR the direction numbers at the set bits of the Gray code of i. Points 1,
+    # 2, 4, 8, … therefore give all direction numbers.
     from scipy.stats import qmc
 
     engine = qmc.Sobol(dimensions, scramble=True, bits=SOBOL_BITS, rng=seed)
@@ -280,7 +291,7 @@ def sobol_points(directions: NDArray[np.uint64], first: int, stop: int) -> NDArr
 
 
 def parse_design(
-    texts: Sequence[str], kind: Kind, count: int | None = None, seed: int | None = None
+    texts: Sequence[str], kind: DesignKind, count: int | None = None, seed: int | None = None
 ) -> Design:
     """Parse the texts of ``--vary``.
 

@@ -1,4 +1,7 @@
-"""Write and read complete sweeps, and read incomplete ones."""
+"""Write and read complete sweeps, and read incomplete ones.
+
+The rows of an incomplete sweep are in the files of its pieces, in a folder ``FILE.parts``.
+"""
 
 import tempfile
 from contextlib import suppress
@@ -73,6 +76,7 @@ def read_stored_studies(out: Path) -> tuple[Study | None, Study | None]:
 
 
 def _parse_study(provenance: Any) -> Study | None:
+    # The study in a provenance; None if it is not complete.
     try:
         return study_from_dict(provenance["sweep"])
     except (InputError, KeyError, TypeError):
@@ -80,6 +84,7 @@ def _parse_study(provenance: Any) -> Study | None:
 
 
 def _read_file(path: Path, file_format: SweepFormat) -> tuple[Sweep, int]:
+    # Read a complete sweep; also the number of its members.
     provenance = file_format.provenance(path)
     if provenance is None or "sweep" not in provenance:
         raise InputError("not a sweep that fivtui wrote")
@@ -89,7 +94,7 @@ def _read_file(path: Path, file_format: SweepFormat) -> tuple[Sweep, int]:
 
 
 def _read_folder(folder: Path) -> tuple[Sweep, int]:
-    # Read the rows of the valid pieces in ``FILE.parts``, and their number.
+    # Read the rows of the valid pieces; also the number of their members.
     try:
         manifest, file_format = read_manifest(folder), sweep_format(Path(folder.stem))
         study = study_from_dict(manifest.provenance["sweep"])

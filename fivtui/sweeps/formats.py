@@ -1,4 +1,7 @@
-"""File formats of sweeps: pieces of rows are written first, then merged into one file."""
+"""File formats of sweeps: pieces of rows are written first, then merged into one file.
+
+The provenance in the header of the file describes the sweep and how its rows were computed.
+"""
 
 import shutil
 from collections.abc import Callable, Iterable, Mapping
@@ -23,7 +26,7 @@ from fivtui.model import InputError
 from .rows import Rows
 from .study import ColumnKind, Study
 
-# How the rows of a file were computed: JSON values by key.
+# JSON values by key, see `fivtui.sweeps.provenance`.
 Provenance = Mapping[str, Any]
 
 _TRUTH_TEXTS: Final[Mapping[bool, str]] = {True: "true", False: "false"}
@@ -32,7 +35,8 @@ _NO_PROVENANCE: Final[Provenance] = {}
 _GROUP_ROWS: Final = 131_072
 # Bytes that are read at a time to count rows.
 _READ_BYTES: Final = 1 << 20
-# Bytes of a Parquet file besides its columns and their metadata.
+# Bytes of a Parquet file besides its columns and metadata: a mark of 4 bytes at both ends, and the
+# length of the metadata.
 _PARQUET_FRAME_BYTES: Final = 12
 _ARROW_TYPES: Final[Mapping[ColumnKind, str]] = {
     "number": "double",
@@ -46,7 +50,7 @@ _ARROW_TYPES: Final[Mapping[ColumnKind, str]] = {
 class SweepFormat:
     """A file format of a sweep's rows."""
 
-    # The format of the complete file.
+    # The format of the complete file as a table.
     table: Format
     # Writes a piece: some rows of a study.
     write_piece: Callable[[BinaryIO, Study, Rows], None]
@@ -82,7 +86,7 @@ def sweep_format(path: Path) -> SweepFormat:
     return SWEEP_FORMATS[path.suffix.lower()]
 
 
-def _cell(value: object) -> str:
+def _cell_text(value: object) -> str:
     return _TRUTH_TEXTS[value] if isinstance(value, bool) else csv_cell(value)
 
 
@@ -90,7 +94,7 @@ def _write_csv_piece(file: BinaryIO, study: Study, rows: Rows) -> None:
     cells = (
         [quote_csv(text) if text else "" for text in rows.reasons]
         if column.name == "reason"
-        else map(_cell, rows.values(column))
+        else map(_cell_text, rows.values(column))
         for column in study.columns
     )
     write_csv_rows(file, cells)
@@ -171,9 +175,9 @@ def _count_parquet_rows(path: Path, study: Study) -> int:
     column_bytes = sum(chunk.total_compressed_size for chunk in chunks)
     if metadata.schema.names != [column.name for column in study.columns]:
         return 0
-    # The metadata at the end give the size of a complete file; a damaged file is shorter.
-    is_whole = path.stat().st_size >= column_bytes + metadata.serialized_size + _PARQUET_FRAME_BYTES
-    return int(metadata.num_rows) if is_whole else 0
+    # A file that lost bytes in the middle is shorter than its metadata say.
+    expected_bytes = column_bytes + metadata.serialized_size + _PARQUET_FRAME_BYTES
+    return int(metadata.num_rows) if path.stat().st_size >= expected_bytes else 0
 
 
 SWEEP_FORMATS: Final[Mapping[str, SweepFormat]] = {

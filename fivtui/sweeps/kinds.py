@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from .study import Study
 
 files, report = lazy_modules(__name__, "files", "report")
+# Approximate size of a value in a file of rows.
 _CELL_BYTES: Final = 20
 
 
@@ -27,7 +28,7 @@ def _command(study: "Study") -> Command:
     from .design import Design
     from .study import DEFAULT_OUTPUTS
 
-    design, both = study.design, len(study.cases) > 1
+    design, has_both_cases = study.design, len(study.cases) > 1
     if not isinstance(design, Design):
         raise InputError("a scattered sweep: fivtui uncertainty computes it")
     options = SweepOptions(
@@ -35,14 +36,14 @@ def _command(study: "Study") -> Command:
         design=design.kind,
         count=design.count,
         seed=None if design.count is None else design.seed,
-        both=both,
+        both=has_both_cases,
         outputs=() if study.outputs == DEFAULT_OUTPUTS else study.outputs,
     )
     return command_for(
         "sweep",
         study,
         options,
-        varied=("separation",) if both else (),
+        varied=("separation",) if has_both_cases else (),
         needed={"over_time": study.over_time},
         separation=study.cases[0],
     )

@@ -11,7 +11,7 @@ from fivtui.options import ANY_INTEGER, Option, flag, option, option_field, opti
 from fivtui.transient import OVER_TIME, START_SPECS, setting
 
 if TYPE_CHECKING:
-    from .design import Kind
+    from .design import DesignKind
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,7 +68,7 @@ class SweepOptions:
         metavar="NAME",
         completions=lambda: SWEEP_PRESETS,
     )
-    design: "Kind" = option(
+    design: "DesignKind" = option(
         "--design",
         "product: all combinations; list: first values, then second values, …; random, sobol: "
         "--count points between START and STOP.",

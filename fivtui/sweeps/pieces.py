@@ -1,8 +1,9 @@
 """Pieces of an incomplete sweep on disk: file names, checksums and manifest.
 
-The manifest has the study, the versions, and the number of members per piece. A piece's file has a
-name such as ``000000012.3.09ab….5f1c….parquet``: the number of the piece and of its failed members,
-the digest of the manifest, and a checksum of these and the content.
+A piece has the rows of a range of members. The manifest has the study, the versions, and the number
+of members per piece. A piece's file has a name such as ``000000012.3.09ab….5f1c….parquet``: the
+number of the piece and of its failed members, the digest of the manifest, and a checksum of these
+and the content.
 """
 
 import hashlib
@@ -16,13 +17,14 @@ from typing import Any, Final, NamedTuple
 from fivtui.model import InputError
 
 MANIFEST: Final = "manifest.json"
-# Keys of a manifest that are not in the header of the complete file.
+# Keys of a manifest that are not part of the provenance.
 PIECE_MEMBERS: Final = "piece_members"
 COLUMNS: Final = "columns"
 _DIGEST_DIGITS: Final = 32
 _NAME: Final = re.compile(r"(\d{9,})\.(\d+)\.([0-9a-f]{32})\.([0-9a-f]{32})\.\w+")
 # File names of pieces by older versions, without the digest of a manifest.
 _OLD_NAME: Final = re.compile(r"\d{9,}\.\d+\.[0-9a-f]{32}\.\w+")
+# First letters of the names of files that are being written.
 _TEMPORARY_PREFIXES: Final = (".fivtui-", "merged.")
 
 
@@ -114,7 +116,7 @@ def old_piece_files(folder: Path) -> list[Path]:
 
 
 def is_sweep_file(path: Path) -> bool:
-    """Whether a file is a piece, or an incomplete file that a killed run left."""
+    """Whether a file in a folder of pieces is a piece, or incomplete because its run was killed."""
     match = _NAME.fullmatch(path.name) or _OLD_NAME.fullmatch(path.name)
     return match is not None or path.name.startswith(_TEMPORARY_PREFIXES)
 

@@ -1,4 +1,7 @@
-"""Provenance of the file of a sweep: study, versions and arithmetic of the computation."""
+"""Provenance of the file of a sweep: study, versions and arithmetic of the computation.
+
+The arithmetic is a set of digests that are equal on machines with the same last bits of results.
+"""
 
 from collections.abc import Mapping
 from importlib.metadata import version
@@ -72,7 +75,9 @@ def _design_from_data(data: Any) -> StudyDesign:
         seed=int(data["seed"]),
         repeats=int(data["repeats"]),
         indices=bool(data["indices"]),
-        correlations=tuple((str(x), str(y), float(r)) for x, y, r in data["correlations"]),
+        correlations=tuple(
+            (str(first), str(second), float(value)) for first, second, value in data["correlations"]
+        ),
     )
 
 
@@ -119,7 +124,7 @@ def _axis_from_data(data: Any) -> Any:
 
 
 def study_header(study: Study, file_format: SweepFormat) -> dict[str, Any]:
-    """Format version, study and versions, as data for JSON."""
+    """The provenance without the arithmetic: format version, study and versions."""
     is_scattered = isinstance(study.design, Scatter)
     return {
         "fivtui_sweep": FORMAT_VERSION,

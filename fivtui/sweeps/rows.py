@@ -1,5 +1,9 @@
-"""Compute the rows of a sweep in batches, or run by run."""
+"""Compute the rows of a sweep: transients in batches or run by run, stability, critical and safe μ.
 
+A member is one parameter set with its start and its case: separation considered or ignored.
+"""
+
+import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from operator import attrgetter
@@ -31,14 +35,14 @@ from fivtui.transient import (
 )
 
 from .study import (
-    CRITICAL,
+    CRITICAL_MU_COLUMN,
     DONE,
-    ERRORS,
+    ERROR_COLUMNS,
     FAILED,
-    SAFE,
-    STABILITY,
-    STICK,
-    TRANSIENT,
+    SAFE_MU_COLUMN,
+    STABILITY_COLUMNS,
+    STICK_COLUMNS,
+    TRANSIENT_COLUMNS,
     Study,
     SweepColumn,
 )
@@ -46,15 +50,18 @@ from .study import (
 Indices = NDArray[np.int64]
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
+# Start states of a block of members, shape (n, 4).
 BlockStart = Literal["static"] | Floats
 
-_RUN_COLUMNS: Final = (*TRANSIENT, *STICK)
-_X_PEAKS: Final = ("x_abs", "vx_max")
+_RUN_COLUMNS: Final = (*TRANSIENT_COLUMNS, *STICK_COLUMNS)
+# Outputs for which a batch must record the extremes of x and ẋ beside those of y.
+_X_OUTPUTS: Final = ("x_abs", "vx_max")
+# Attribute of `Transient` with the extremes of P; batches do not have it.
 _FORCE: Final = "contact_force"
-# Number of intervals of a run in which the divergence of two runs is located.
-_INTERVALS: Final = 8
+# Number of intervals of a run, in one of which the divergence of two runs is located.
+_INTERVAL_COUNT: Final = 8
 # Number of members between two calls of `progress`.
-_CHUNK: Final = 8192
+_CHUNK_MEMBERS: Final = 8192
 _FORCE_OVERFLOW: Final = (
     "the contact force grows beyond the floating-point range; consider separation or a shorter run"
 )
@@ -104,7 +111,7 @@ class Rows:
             return [bool(value) for value in self.separation]
         convert = _CONVERSIONS[column.kind]
         numbers = self.numbers[column.name].tolist()
-        return [convert(value) if value == value else None for value in numbers]  # noqa: PLR0124
+        return [None if math.isnan(value) else convert(value) for value in numbers]
 
     def array(self, column: SweepColumn) -> NDArray[Any]:
         """A column as an array, NaN where a member has no value; counts are int if all have one."""
@@ -138,31 +145,31 @@ def compute_rows(study: Study, first: int, stop: int, progress: OnProgress | Non
     A row does not depend on other rows or on earlier calls.
     """
     members = np.arange(first, stop, dtype=np.int64)
-    points, case = np.divmod(members, len(study.cases))
-    block = _Block(
+    points, case_indices = np.divmod(members, len(study.cases))
+    block = _MemberBlock(
         study,
         varied=study.design.columns(points),
-        separation=np.array(study.cases)[case],
+        separation=np.array(study.cases)[case_indices],
         results={
             name: np.full(members.size, np.nan)
-            for name in (*study.outputs, *(ERRORS[name].name for name, _ in study.accuracy))
+            for name in (*study.outputs, *(ERROR_COLUMNS[name].name for name, _ in study.accuracy))
         },
         reasons=[""] * members.size,
     )
     if study.accuracy or any(column.name in study.outputs for column in _RUN_COLUMNS):
         block.integrate(progress)
-    if any(column.name in study.outputs for column in STABILITY):
+    if any(column.name in study.outputs for column in STABILITY_COLUMNS):
         block.find_stability(progress)
-    if CRITICAL.name in study.outputs:
-        block.find_critical(progress)
-    if SAFE.name in study.outputs:
-        block.find_safe(progress)
+    if CRITICAL_MU_COLUMN.name in study.outputs:
+        block.find_critical_mu(progress)
+    if SAFE_MU_COLUMN.name in study.outputs:
+        block.find_safe_mu(progress)
     return Rows({**block.varied, **block.results}, block.separation, tuple(block.reasons))
 
 
 @dataclass(frozen=True, slots=True)
-class _Block:
-    # Members computed together; the methods fill `results` and `reasons`.
+class _MemberBlock:
+    # Members computed together; the methods fill `results` and `reasons`, why members failed.
     study: Study
     varied: dict[str, NDArray[np.float64]]
     separation: NDArray[np.bool_]
@@ -170,10 +177,17 @@ class _Block:
     reasons: list[str]
 
     def parameters(self, index: int) -> Parameters:
-        values = {
-            name: float(c[index]) for name, c in self.varied.items() if name in ALL_PARAMETERS
-        }
+        values = {name: float(column[index]) for name, column in self._varied_parameters.items()}
         return self.study.parameters.with_values(values)
+
+    @property
+    def _varied_parameters(self) -> dict[str, Floats]:
+        # The columns of varied parameters, without components of the start.
+        return {name: column for name, column in self.varied.items() if name in ALL_PARAMETERS}
+
+    def _parameter_column(self, name: str) -> Floats:
+        fixed_value = getattr(self.study.parameters, name)
+        return self.varied.get(name, np.full(len(self.reasons), fixed_value))
 
     def integrate(self, progress: OnProgress | None) -> None:
         start = self._start()
@@ -187,11 +201,12 @@ class _Block:
 
     def _simulate(self, indices: Indices, start: BlockStart, progress: OnProgress | None) -> None:
         # Simulate members one by one, for features that batches do not have.
-        study, requested = self.study, {c.name: attrgetter(c.path) for c in self._requested}
-        for count, index in enumerate(indices.tolist()):
+        study = self.study
+        readers = {column.name: attrgetter(column.path) for column in self._requested}
+        for position, index in enumerate(indices.tolist()):
 
-            def report(fraction: float, count: int = count) -> bool:
-                return progress is None or progress((count + fraction) / indices.size)
+            def report(fraction: float, position: int = position) -> bool:
+                return progress is None or progress((position + fraction) / indices.size)
 
             try:
                 run = simulate(
@@ -207,58 +222,57 @@ class _Block:
             except ComputationError as error:
                 self.reasons[index] = str(error)
             else:
-                for name, value_of in requested.items():
-                    self.results[name][index] = value_of(run)
+                for name, read_output in readers.items():
+                    self.results[name][index] = read_output(run)
 
     def _refine(self, indices: Indices, start: BlockStart, progress: OnProgress) -> None:
         # Refine the tolerance of each member until a run differs from the coarser run by less than
         # the error targets and does not diverge from it.
-        targets, base = dict(self.study.accuracy), 0.0
+        targets, begin = dict(self.study.accuracy), 0.0
 
         def report(fraction: float) -> bool:
-            return progress(base + 0.5 * fraction)
+            # The number of runs is not known: the first one is half of the progress.
+            return progress(begin + 0.5 * fraction)
 
         tol = first_tol(targets)
         if indices.size > 0:
             coarse = _observe(self._run(indices, start, tol, report))
         while indices.size > 0:
-            previous_tol, tol, base = tol, finer_tol(tol), 0.5
+            previous_tol, tol, begin = tol, finer_tol(tol), 0.5
             batch = self._run(indices, start, tol, report)
             fine = _observe(batch)
-            errors = {name: _error(name, coarse, fine) for name in targets}
+            errors = {name: _relative_error(name, coarse, fine) for name in targets}
             is_missed = ~np.all([errors[name] <= targets[name] for name in targets], axis=0)
             is_diverged = _is_diverged(coarse, fine, self._time_scales(indices))
             is_missed |= is_diverged
             is_missed[batch.failed] = is_diverged[batch.failed] = False
             if tol == TOL_RANGE[0]:
-                for index in np.flatnonzero(is_missed & ~is_diverged).tolist():
-                    values = {name: float(error[index]) for name, error in errors.items()}
-                    self.reasons[indices[index]] = _missed_target_reason(values, targets)
+                for row in np.flatnonzero(is_missed & ~is_diverged).tolist():
+                    member_errors = {name: float(error[row]) for name, error in errors.items()}
+                    self.reasons[indices[row]] = _missed_target_reason(member_errors, targets)
                 self._explain_divergence(indices[is_diverged], start, (previous_tol, tol), report)
                 is_missed[:] = False
             for name, error in errors.items():
-                self.results[ERRORS[name].name][indices] = error
+                self.results[ERROR_COLUMNS[name].name][indices] = error
             self._store(indices, batch)
             indices, coarse = indices[is_missed], {name: fine[name][is_missed] for name in fine}
 
     def _time_scales(self, indices: Indices) -> Floats:
-        m, k1, k2, k3 = (
-            self.varied.get(name, np.full(len(self.reasons), getattr(self.study.parameters, name)))
-            for name in ("m", "k1", "k2", "k3")
-        )
-        scales: Floats = np.sqrt(m / (k1 + k2 + k3))[indices]
+        # √(m/stiffness) of members, s, as `time_scale`.
+        m, k1, k2, k3 = (self._parameter_column(name)[indices] for name in ("m", "k1", "k2", "k3"))
+        scales: Floats = np.sqrt(m / (k1 + k2 + k3))
         return scales
 
     def _explain_divergence(
         self, indices: Indices, start: BlockStart, tols: tuple[float, float], progress: OnProgress
     ) -> None:
         # Set the reason of members whose runs diverge: the interval of the divergence.
-        for count in range(1, _INTERVALS + 1):
+        for number in range(1, _INTERVAL_COUNT + 1):
             if indices.size == 0:
                 return
-            begin, end = ((n / _INTERVALS) * self.study.t_end for n in (count - 1, count))
+            begin, end = ((n / _INTERVAL_COUNT) * self.study.t_end for n in (number - 1, number))
             is_diverged = np.ones(indices.size, dtype=bool)
-            if count < _INTERVALS:
+            if number < _INTERVAL_COUNT:
                 coarse, fine = (
                     _observe(self._run(indices, start, tol, progress, end)) for tol in tols
                 )
@@ -279,7 +293,7 @@ class _Block:
         t_end: float | None = None,
     ) -> Batch:
         study = self.study
-        parameters = {name: c[indices] for name, c in self.varied.items() if name in ALL_PARAMETERS}
+        parameters = {name: column[indices] for name, column in self._varied_parameters.items()}
         # If no parameter varies, an array of F sets the size of the batch.
         parameters.setdefault("F", np.full(indices.size, study.parameters.F))
         return simulate_batch(
@@ -295,11 +309,12 @@ class _Block:
         )
 
     def _requirements(self) -> set[Requirement]:
+        # The results that a batch must compute for the requested outputs and the error targets.
         accuracy = dict(self.study.accuracy)
         # The extremes of y alone take less time.
-        extremes = "peak" if any(name in self.study.outputs for name in _X_PEAKS) else "amplitude"
-        parts = {column.path.partition(".")[0] for column in self._requested}
-        required = {extremes if part in ("peak", _FORCE) else part for part in parts}
+        extremes = "peak" if any(name in self.study.outputs for name in _X_OUTPUTS) else "amplitude"
+        attributes = {column.path.partition(".")[0] for column in self._requested}
+        required = {extremes if name in ("peak", _FORCE) else name for name in attributes}
         if accuracy:
             # `_is_diverged` needs these to compare two runs.
             required |= {"final", "events", extremes}
@@ -309,22 +324,22 @@ class _Block:
 
     @property
     def _requested(self) -> list[SweepColumn]:
+        # The columns of requested outputs that come from runs.
         return [column for column in _RUN_COLUMNS if column.name in self.study.outputs]
 
     def _store(self, indices: Indices, batch: Batch) -> None:
-        for index in batch.failed.tolist():
-            self.reasons[indices[index]] = str(batch.failure(index))
+        # Copy the results of a batch of members; failed members have no results.
+        for batch_member in batch.failed.tolist():
+            self.reasons[indices[batch_member]] = str(batch.failure(batch_member))
         requested, columns = self._requested, batch.to_columns()
         for column in requested:
             if not column.path.startswith(_FORCE):
                 self.results[column.name][indices] = columns[column.name]
         self._store_forces(indices, columns)
         failed = [bool(reason) for reason in self.reasons]
-        for name in (
-            *(c.name for c in requested),
-            *(ERRORS[n].name for n, _ in self.study.accuracy),
-        ):
-            self.results[name][failed] = np.nan
+        error_columns = [ERROR_COLUMNS[quantity] for quantity, _ in self.study.accuracy]
+        for column in (*requested, *error_columns):
+            self.results[column.name][failed] = np.nan
 
     def _start(self) -> BlockStart:
         # Components that do not vary come from the start of the study, which may be static.
@@ -350,19 +365,14 @@ class _Block:
 
     def _store_forces(self, indices: Indices, columns: Mapping[str, Floats]) -> None:
         # P decreases with y, so the extremes of P follow from those of y. Off the belt, P = 0.
-        p, size = self.study.parameters, len(self.reasons)
-        springs = _Springs(
-            *(
-                self.varied.get(name, np.full(size, getattr(p, name)))[indices]
-                for name in _Springs._fields
-            )
-        )
+        springs = _Springs(*(self._parameter_column(name)[indices] for name in _Springs._fields))
         for name, extreme in (("P_min", "y_max"), ("P_max", "y_min")):
             if name not in self.results:
                 continue
             y = columns[extreme]
             y = np.where(self.separation[indices], np.minimum(y, 0.0), y)
             with np.errstate(over="ignore", invalid="ignore"):
+                # Adding 0 turns -0 into 0.
                 force = spring_force(springs, y) + 0.0
             self.results[name][indices] = force
             for index in indices[np.isinf(force)].tolist():
@@ -370,31 +380,33 @@ class _Block:
 
     def _chunks(self, progress: OnProgress | None) -> Iterator[tuple[slice, dict[str, Floats]]]:
         # Chunks of members, with the varied parameters of each.
-        parameters = {name: c for name, c in self.varied.items() if name in ALL_PARAMETERS}
-        size, work = len(self.reasons), Progress(progress)
-        for first in range(0, size, _CHUNK):
+        parameters, size, work = self._varied_parameters, len(self.reasons), Progress(progress)
+        for first in range(0, size, _CHUNK_MEMBERS):
             work.report(first / size)
-            chunk = slice(first, first + _CHUNK)
+            chunk = slice(first, first + _CHUNK_MEMBERS)
             yield chunk, {name: column[chunk] for name, column in parameters.items()}
 
-    def find_critical(self, progress: OnProgress | None) -> None:
+    def find_critical_mu(self, progress: OnProgress | None) -> None:
         for chunk, parameters in self._chunks(progress):
-            self.results[CRITICAL.name][chunk] = critical_mus(
+            self.results[CRITICAL_MU_COLUMN.name][chunk] = critical_mus(
                 self.study.parameters, parameters, self.separation[chunk]
             )
 
-    def find_safe(self, progress: OnProgress | None) -> None:
+    def find_safe_mu(self, progress: OnProgress | None) -> None:
         for chunk, parameters in self._chunks(progress):
             arguments = self.study.parameters, parameters, self.separation[chunk]
-            self.results[SAFE.name][chunk] = safe_mus(*arguments, self.study.safe, progress)
+            self.results[SAFE_MU_COLUMN.name][chunk] = safe_mus(
+                *arguments, self.study.safe, progress
+            )
 
     def find_stability(self, progress: OnProgress | None) -> None:
         for chunk, parameters in self._chunks(progress):
             growth, stable, reasons = judge_stability(
                 self.study.parameters, parameters, self.separation[chunk]
             )
-            for index, reason in reasons.items():
-                self.reasons[chunk.start + index] = self.reasons[chunk.start + index] or reason
+            for offset, reason in reasons.items():
+                member = chunk.start + offset
+                self.reasons[member] = self.reasons[member] or reason
             verdicts = np.where(np.isnan(growth), np.nan, stable)
             for name, values in (("growth_rate", growth), ("stable", verdicts)):
                 if name in self.results:
@@ -402,7 +414,7 @@ class _Block:
 
 
 def _observe(batch: Batch) -> dict[str, Floats]:
-    # Quantities by which two runs are compared, members along the first axis.
+    # Quantities by which two runs of each member are compared; members are the first axis.
     columns = batch.to_columns()
     return {
         "final": batch.final,
@@ -413,7 +425,8 @@ def _observe(batch: Batch) -> dict[str, Floats]:
 
 
 def _is_diverged(coarse: Mapping[str, Floats], fine: Mapping[str, Floats], scales: Floats) -> Flags:
-    # Whether two runs of each member diverge, as in `divergence`.
+    # Whether two runs of each member diverge, as in `divergence`. `scales`, s, turn velocities into
+    # lengths.
     weights = np.stack([np.ones_like(scales), scales] * 2, axis=1)
     distance = (np.abs(coarse["final"] - fine["final"]) * weights).max(axis=1)
     size = np.maximum((np.abs(fine["final"]) * weights).max(axis=1), fine["peak"])
@@ -423,8 +436,10 @@ def _is_diverged(coarse: Mapping[str, Floats], fine: Mapping[str, Floats], scale
     return diverged
 
 
-def _error(quantity: str, coarse: Mapping[str, Floats], fine: Mapping[str, Floats]) -> Floats:
-    # Errors as in `deviation`.
+def _relative_error(
+    quantity: str, coarse: Mapping[str, Floats], fine: Mapping[str, Floats]
+) -> Floats:
+    # Errors of members relative to the final state or the peak, as in `deviation`.
     distance = np.abs(coarse[quantity] - fine[quantity])
     if quantity == "final":
         distance, size = distance.max(axis=1), np.abs(fine[quantity]).max(axis=1)
@@ -435,9 +450,9 @@ def _error(quantity: str, coarse: Mapping[str, Floats], fine: Mapping[str, Float
     return error
 
 
-def _missed_target_reason(values: Mapping[str, float], targets: Mapping[str, float]) -> str:
-    name = next(name for name in targets if not values[name] <= targets[name])
+def _missed_target_reason(errors: Mapping[str, float], targets: Mapping[str, float]) -> str:
+    name = next(name for name in targets if not errors[name] <= targets[name])
     return (
-        f"the error of {name} is about {values[name]:.1e} at the finest tolerance, not "
+        f"the error of {name} is about {errors[name]:.1e} at the finest tolerance, not "
         f"{targets[name]:g}; allow a larger error or take a shorter horizon"
     )

@@ -1,4 +1,7 @@
-"""Run sweeps: in memory or into a file, on this machine or on a cluster."""
+"""Run sweeps: in memory or into a file, on this machine or on a cluster.
+
+The members of a sweep are computed in pieces, ranges of members, by an engine.
+"""
 
 import os
 import threading
@@ -27,7 +30,7 @@ from fivtui.model import (
 from fivtui.results import Plottable, Result, Table, Tabular, scene_text
 from fivtui.transient import DEFAULT_T_END, DEFAULT_TOL, Start
 
-from .design import Axis, Design, Kind
+from .design import Axis, Design, DesignKind
 from .formats import sweep_format
 from .pieces import SweepPiece, piece_count, sweep_piece
 from .rows import Rows, compute_rows, concatenate
@@ -40,13 +43,7 @@ if TYPE_CHECKING:
 
 # A function that computes pieces of a study and yields them in any order.
 Engine = Callable[[Study, Iterable[SweepPiece]], Generator[tuple[SweepPiece, Rows]]]
-Cases = Literal["considered", "ignored", "both"]
 
-CASES: Final[Mapping[Cases, tuple[bool, ...]]] = {
-    "considered": (True,),
-    "ignored": (False,),
-    "both": (True, False),
-}
 MAX_IN_MEMORY: Final = 1_000_000
 # Greatest number of members of a scattered sweep in memory; its rows are not printed.
 _MAX_SCATTERED: Final = 20_000_000
@@ -113,21 +110,23 @@ class Sweep(Result, Tabular, Plottable):
         return rows
 
     def fast_belt(self, case: bool) -> int | None:
-        """Row of the slowest belt such that it and all faster belts always outrun the slider.
+        """Row of the slowest belt that is always faster than the slider, as all faster belts are.
 
-        `case` is whether separation is considered. The motion in that row is as without `v_belt`.
-        None if there is no such row, or friction depends on the speed of the belt.
+        `case` is whether separation is considered. The motion in that row is the same as without
+        `v_belt`. None if there is no such row, or friction depends on the sliding speed.
         """
         study, numbers = self.study, self.table.numbers
         if list(study.design.axes) != ["v_belt"] or study.parameters.speed_law is not None:
             return None
+        # The greatest velocity of the slider.
         if "vx_max" not in numbers:
             return None
         speeds, peak_velocities = numbers["v_belt"], numbers["vx_max"]
         rows = np.flatnonzero(self.table.separation == case)
         by_falling_speed = rows[np.argsort(-speeds[rows], kind="stable")]
-        is_faster = np.cumprod(speeds[by_falling_speed] > peak_velocities[by_falling_speed])
-        count = int(is_faster.sum())
+        is_faster = speeds[by_falling_speed] > peak_velocities[by_falling_speed]
+        # Number of rows before the first belt that is not faster.
+        count = int(np.cumprod(is_faster).sum())
         return int(by_falling_speed[count - 1]) if count else None
 
     def to_dict(self) -> dict[str, Any]:
@@ -164,7 +163,7 @@ def sweep(
     parameters: Parameters | None = None,
     *,
     vary: Mapping[str, Axis | Sequence[float]],
-    design: Kind = "product",
+    design: DesignKind = "product",
     count: int | None = None,
     seed: int | None = None,
     separation: bool | Literal["both"] = True,
@@ -231,7 +230,7 @@ def sweep(
     study = Study(
         design=Design(dict(vary), design, count, seed),  # type: ignore[arg-type]
         parameters=Parameters() if parameters is None else parameters,
-        cases=CASES["both"] if separation == "both" else (separation,),
+        cases=(True, False) if separation == "both" else (separation,),
         start=start,
         t_end=t_end,
         tol=tol,
@@ -290,7 +289,7 @@ def sweep_to_file(
     size: int | None = None,
     progress: OnProgress | None = None,
 ) -> WriteSummary:
-    """Compute a sweep into a file, or continue one that was stopped.
+    """Compute a sweep into a file with `size` members per piece, or continue one that was stopped.
 
     Rows are stored in pieces beside the file. After a stop the same call continues, and the file
     gets the same bytes as without the stop. A complete file is left unchanged.

@@ -1,4 +1,7 @@
-"""Scattered designs: points that follow distributions, in several independent scramblings."""
+"""Scattered designs: points that follow distributions, in several independent scramblings.
+
+A scrambling is one randomisation of the whole set of points.
+"""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -26,20 +29,21 @@ _LEAST_REPEATS: Final = 2
 _MOST_REPEATS: Final = 256
 # Number of cached hypercubes.
 _CACHED_HYPERCUBES: Final = 128
-# Offset to the middle of a cell of a Sobol sequence, since the quantile at 0 is infinite.
+# Half the spacing of Sobol coordinates: offsets them from 0, at which a quantile may be infinite.
 _HALF_CELL: Final = 2.0 ** -(SOBOL_BITS + 1)
-_LEAST_FRACTION: Final = 2.0**-54
+# Least coordinate of a point of a Latin hypercube, for the same reason.
+_MIN_COORDINATE: Final = 2.0**-54
 
 
 @dataclass(frozen=True, slots=True)
 class Scatter:
     """Points that follow distributions.
 
-    Estimates from different scramblings are independent; their spread gives the error. For Sobol
-    indices, each point consists of points A and B, and of a mixed point for every name: A with the
-    value of B for that name (Saltelli 2010).
+    Estimates from different scramblings are independent; their spread gives the error. A point is
+    one member. For Sobol indices it is several: samples A and B, and a mixed member for every name,
+    which is A with the value of B for that name (Saltelli 2010).
 
-    Members are ordered by point, then scrambling, then A, B and the mixed points. With Sobol
+    Members are ordered by point, then scrambling, then A, B and the mixed members. With Sobol
     sequences, the members of a design are the first members of every larger design.
 
     Parameters
@@ -105,12 +109,17 @@ class Scatter:
                 + " are correlated; leave the indices out (--no-indices)"
             )
         _cholesky_factor(tuple(self.axes), self.correlations)
-        object.__setattr__(self, "size", self.count * self.repeats * self.blocks)
+        object.__setattr__(self, "size", self.count * self.repeats * self.point_members)
 
     @property
-    def blocks(self) -> int:
+    def point_members(self) -> int:
         """Number of members per point: 1, or for Sobol indices 2 and one for every name."""
         return len(self.axes) + 2 if self.indices else 1
+
+    @property
+    def point_samples(self) -> int:
+        """Number of samples per point: its first members, which follow the distributions."""
+        return 2 if self.indices else 1
 
     @property
     def seeds(self) -> list[int]:
@@ -120,29 +129,31 @@ class Scatter:
     @property
     def samples(self) -> int:
         """Number of members that follow the distributions."""
-        return self.count * self.repeats * min(self.blocks, 2)
+        return self.count * self.repeats * self.point_samples
 
     def sample_values(self, values: NDArray[Any]) -> NDArray[Any]:
         """Select the samples from values of the first or all members; a row per scrambling.
 
         Points that are not complete in every scrambling are left out.
         """
-        parts = self.split_values(values)[:, :, : min(self.blocks, 2)]
-        return parts.transpose(1, 0, 2).reshape(self.repeats, -1)
+        samples = self.split_values(values)[:, :, : self.point_samples]
+        return samples.transpose(1, 0, 2).reshape(self.repeats, -1)
 
     def split_values(self, values: NDArray[Any]) -> NDArray[Any]:
-        """Reshape values to point, scrambling, and A, B or mixed point: (n, repeats, blocks)."""
-        complete_points = values.size // (self.repeats * self.blocks)
-        complete = values[: complete_points * self.repeats * self.blocks]
-        return complete.reshape(complete_points, self.repeats, self.blocks)
+        """Reshape values to (n, repeats, m) for n points with m members in every scrambling."""
+        stride = self.repeats * self.point_members
+        complete_points = values.size // stride
+        complete = values[: complete_points * stride]
+        return complete.reshape(complete_points, self.repeats, self.point_members)
 
     def columns(self, indices: NDArray[np.int64]) -> dict[str, Floats]:
         """Values by name at ascending indices without gaps, shape (n,) each."""
-        stride = self.repeats * self.blocks
+        stride = self.repeats * self.point_members
         first, stop = (int(indices[0]) // stride, int(indices[-1]) // stride + 1)
         fractions = self._fractions(first, stop)[indices - first * stride]
         factor = _cholesky_factor(tuple(self.axes), self.correlations)
         if factor is not None:
+            # Correlate the normal scores of the fractions: `ndtr` is the normal distribution.
             from scipy.special import ndtr, ndtri
 
             fractions = ndtr(ndtri(fractions) @ factor.T)
@@ -154,17 +165,22 @@ class Scatter:
     def _fractions(self, first: int, stop: int) -> Floats:
         # Arguments of the quantile functions, for all members of points `first` to `stop` - 1.
         dims = len(self.axes)
-        fractions = np.empty((stop - first, self.repeats, self.blocks, dims))
-        for index, seed in enumerate(self.seeds):
+        fractions = np.empty((stop - first, self.repeats, self.point_members, dims))
+        for scrambling, seed in enumerate(self.seeds):
             points = self._points(seed, first, stop)
-            fractions[:, index, : min(self.blocks, 2)] = points.reshape(stop - first, -1, dims)
-        for index in range(self.blocks - 2):
-            fractions[:, :, index + 2] = fractions[:, :, 0]
-            fractions[:, :, index + 2, index] = fractions[:, :, 1, index]
+            fractions[:, scrambling, : self.point_samples] = points.reshape(
+                stop - first, self.point_samples, dims
+            )
+        if self.indices:
+            samples_a, samples_b = fractions[:, :, 0], fractions[:, :, 1]
+            for name_index in range(dims):
+                fractions[:, :, 2 + name_index] = samples_a
+                fractions[:, :, 2 + name_index, name_index] = samples_b[..., name_index]
         return fractions.reshape(-1, dims)
 
     def _points(self, seed: int, first: int, stop: int) -> Floats:
-        dims = len(self.axes) * min(self.blocks, 2)
+        # Points `first` to `stop` - 1 of one scrambling in the unit cube: A, then B, in a row.
+        dims = len(self.axes) * self.point_samples
         if self.kind == "sobol":
             directions = sobol_directions(dims, seed, (self.count - 1).bit_length())
             return sobol_points(directions, first, stop) + _HALF_CELL
@@ -190,7 +206,7 @@ def _hypercube(dims: int, count: int, seed: int) -> Floats:
     from scipy.stats import qmc
 
     points: Floats = qmc.LatinHypercube(dims, rng=seed).random(count)
-    return np.maximum(points, _LEAST_FRACTION)
+    return np.maximum(points, _MIN_COORDINATE)
 
 
 @lru_cache(maxsize=8)
@@ -215,6 +231,6 @@ def _cholesky_factor(names: tuple[str, ...], correlations: Correlations) -> Floa
         factor = np.linalg.cholesky(matrix).astype(np.float64)
     except np.linalg.LinAlgError:
         raise InputError(
-            "correlations: the matrix must be positive definite; these cannot occur together"
+            "correlations: the matrix must be positive definite; these values contradict each other"
         ) from None
     return factor

@@ -1,6 +1,7 @@
 """Storage of a sweep: pieces that remain after a stop, merged into one file at the end.
 
-Until ``out.parquet`` is complete, the folder ``out.parquet.parts`` beside it holds the pieces.
+Until ``out.parquet`` is complete, the folder ``out.parquet.parts`` beside it holds the pieces, and
+a manifest that identifies their sweep. Rows of two sweeps, or with other last bits, are not mixed.
 """
 
 import io
@@ -45,13 +46,14 @@ from .provenance import ARITHMETIC, VERSIONS, make_provenance, study_header
 from .rows import Rows
 from .study import Study
 
+# File in the folder of pieces that one process at a time may lock.
 _LOCK: Final = "lock"
 # Greatest length of a value in a message.
 _MAX_LENGTH: Final = 100
-# Simulated time of a piece, s, in batches and in single runs: about a second of work. Then the
-# bounds of the number of members per piece.
+# Simulated time of a piece, s, in batches and in single runs: about a second of work.
 _BATCH_SIMULATED_S: Final = 1_000_000
 _SINGLE_SIMULATED_S: Final = 100
+# Bounds of the number of members per piece.
 _PIECE_MEMBER_BOUNDS: Final = (1, 20_000)
 
 
@@ -71,14 +73,17 @@ class SweepStore:
 
     def __init__(self, out: Path, study: Study, *, size: int | None) -> None:
         self._format: SweepFormat = sweep_format(out)
-        self._out, self._study = out, study
-        self._target = resolve_path(out)
+        # The path as it was given, and the file that it names.
+        self._out, self._target = out, resolve_path(out)
+        self._study = study
         self.folder = parts_folder(out)
+        # The folder of pieces in messages.
         self._label = out.with_name(self.folder.name)
         self._study_header = study_header(study, self._format)
         self._provenance: dict[str, Any] = {}
         self._requested_size = size
         self.size = size or default_piece_size(study)
+        # Digest of the manifest, and the stored pieces by number.
         self._digest = ""
         self._pieces: dict[int, Path] = {}
         self.stored_members = self.failed = 0
@@ -148,9 +153,9 @@ class SweepStore:
             return ""
         try:
             _, size, provenance = read_manifest(self.folder)
-            difference = _difference(
+            difference = _first_difference(
                 _without_arithmetic(provenance), self._study_header
-            ) or _difference(size, self._requested_size or size, "members of a piece")
+            ) or _first_difference(size, self._requested_size or size, "members of a piece")
         except InputError as error:
             difference = str(error)
         if difference:
@@ -243,6 +248,7 @@ class SweepStore:
 
     @contextmanager
     def _with_advice(self) -> Iterator[None]:
+        # Turn an error of writing into one that says how to continue.
         try:
             yield
         except InputError as error:
@@ -289,6 +295,7 @@ def open_store(out: Path, study: Study, *, size: int | None = None) -> Iterator[
 
 @contextmanager
 def _wrap_read_errors(path: Path) -> Iterator[None]:
+    # Turn operating system errors into an `InputError`.
     try:
         yield
     except OSError as error:
@@ -309,13 +316,14 @@ def _without_arithmetic(provenance: dict[str, Any]) -> dict[str, Any]:
     return {key: value for key, value in provenance.items() if key != ARITHMETIC}
 
 
-def _difference(stored: Any, expected: Any, name: str = "") -> str:
-    # Describe the first difference of two manifests; empty if there is none.
+def _first_difference(stored: Any, expected: Any, name: str = "") -> str:
+    # Describe the first difference of two values called `name`; empty if they are equal.
     if isinstance(stored, dict) and isinstance(expected, dict):
         for key in {**expected, **stored}:
-            inner = _difference(stored.get(key), expected.get(key), f"{name}.{key}".lstrip("."))
-            if inner:
-                return inner
+            key_name = f"{name}.{key}".lstrip(".")
+            difference = _first_difference(stored.get(key), expected.get(key), key_name)
+            if difference:
+                return difference
         return ""
     if stored == expected:
         return ""
@@ -323,6 +331,7 @@ def _difference(stored: Any, expected: Any, name: str = "") -> str:
 
 
 def _other_sweep_text(difference: str) -> str:
+    # Why pieces of another sweep cannot be continued, as in `_conflict`.
     if difference.startswith(VERSIONS):
         return (
             f"was begun with other versions, which may give other last bits ({difference}); "

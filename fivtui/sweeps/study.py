@@ -1,4 +1,8 @@
-"""The study of a sweep: parameters, design and the columns of the rows."""
+"""The study of a sweep: parameters, design and the columns of the rows.
+
+A member is a point of the design in one case: Case 1 considers separation, Case 2 ignores it. Each
+member has a row.
+"""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -42,7 +46,7 @@ FAILED: Final = "failed"
 
 @dataclass(frozen=True, slots=True)
 class SweepColumn(Column):
-    """A column of a sweep; `path` is the attribute of `Transient` in the column, or empty."""
+    """A column of a sweep; `path` is an attribute of `Transient`, empty if no run has the value."""
 
     kind: ColumnKind = "number"
     path: str = ""
@@ -53,7 +57,7 @@ def _batch_column(name: str, path: str, kind: ColumnKind = "number") -> SweepCol
     return SweepColumn(column.name, column.unit, column.meaning, kind, path)
 
 
-TRANSIENT: Final = (
+TRANSIENT_COLUMNS: Final = (
     *(_batch_column(name, f"peak.{name}") for name in ("y_abs", "y_max", "y_min")),
     *(_batch_column(name, f"peak.{name}") for name in ("x_abs", "vx_max")),
     _batch_column("y_half_range", "steady.y_half_range"),
@@ -64,25 +68,32 @@ TRANSIENT: Final = (
     _batch_column("separated_time", "events.separated_time"),
     *(_batch_column(f"{name}_end", f"final.{name}") for name in ("x", "vx", "y", "vy")),
 )
-STICK: Final = (
+STICK_COLUMNS: Final = (
     SweepColumn("sticks", "", "number of sticks", "count", "events.sticks"),
     SweepColumn("stick_time", "s", "time of stick", path="events.stick_time"),
     SweepColumn("final_stick", "s", "beginning of the final stick", path="final_stick"),
 )
-# Outputs that batches do not have.
-_SINGLE_RUN_OUTPUTS: Final = frozenset(column.name for column in STICK)
-STABILITY: Final = (
+# Outputs of single runs that batches do not have.
+_SINGLE_RUN_OUTPUTS: Final = frozenset(column.name for column in STICK_COLUMNS)
+STABILITY_COLUMNS: Final = (
     SweepColumn("growth_rate", "1/s", "greatest real part of the eigenvalues"),
     SweepColumn("stable", "", "whether the equilibrium is stable", "truth"),
 )
-CRITICAL: Final = SweepColumn("critical_mu", "", "critical friction coefficient")
-SAFE: Final = SweepColumn("safe_mu", "", "safe friction coefficient")
+CRITICAL_MU_COLUMN: Final = SweepColumn("critical_mu", "", "critical friction coefficient")
+SAFE_MU_COLUMN: Final = SweepColumn("safe_mu", "", "safe friction coefficient")
 OUTPUTS: Final[Mapping[str, SweepColumn]] = {
-    column.name: column for column in (*TRANSIENT, *STICK, *STABILITY, CRITICAL, SAFE)
+    column.name: column
+    for column in (
+        *TRANSIENT_COLUMNS,
+        *STICK_COLUMNS,
+        *STABILITY_COLUMNS,
+        CRITICAL_MU_COLUMN,
+        SAFE_MU_COLUMN,
+    )
 }
-DEFAULT_OUTPUTS: Final = tuple(column.name for column in TRANSIENT)
+DEFAULT_OUTPUTS: Final = tuple(column.name for column in TRANSIENT_COLUMNS)
 # Columns of errors by quantity. Rows have no switch times, hence no error of events.
-ERRORS: Final[Mapping[str, SweepColumn]] = {
+ERROR_COLUMNS: Final[Mapping[str, SweepColumn]] = {
     name: SweepColumn(f"{name}_error", "", f"error of the {QUANTITIES[name]}")
     for name in ("final", "peak", "half_range")
 }
@@ -105,7 +116,8 @@ class Study:
     parameters : Parameters
         The other parameters.
     cases : tuple of bool
-        Whether separation is considered; ``(True, False)`` gives two members per point.
+        The computed cases: True considers separation, False ignores it. Both give two members per
+        point.
     start, t_end, tol
         As in `simulate`.
     accuracy : tuple of (str, float)
@@ -114,7 +126,8 @@ class Study:
     outputs : tuple of str
         Names in `OUTPUTS`; transients are only computed if an output needs them.
     safe : SafeTable, optional
-        Table in which ``safe_mu`` is interpolated; without it, each member is continued.
+        Table in which ``safe_mu`` is interpolated; without it, a branch of limit cycles is followed
+        for each member.
     method : str
         ``taylor``, or ``fmu`` or ``fmu-native``: then each member is a run of the FMU by fmpy.
     over_time : tuple of (str, TimeTable)
@@ -149,10 +162,11 @@ class Study:
         if self.method not in METHODS:
             raise InputError(f"method = {self.method}: must be {', '.join(METHODS)} for a sweep")
         self._check_over_time()
-        targets = self._error_targets()
+        targets = self._checked_targets()
         object.__setattr__(self, "accuracy", tuple(targets.items()))
         p = check_parameters(self.parameters)
         if self.over_time:
+            # The parameters just after t = 0, where a table may jump.
             p, _ = build_course(p, dict(self.over_time)).after(0.0)
             object.__setattr__(self, "parameters", p)
         check_effect(p, (*dict(self.over_time), *self.design.axes))
@@ -161,8 +175,8 @@ class Study:
         object.__setattr__(self, "tol", DEFAULT_TOL if targets else tol)
         object.__setattr__(self, "start", check_start(self.start))
 
-    def _error_targets(self) -> dict[str, float]:
-        # Check the error targets.
+    def _checked_targets(self) -> dict[str, float]:
+        # The error targets by quantity; `InputError` if the study cannot be refined to them.
         targets = check_accuracy(dict(self.accuracy))
         if self.method != BATCH_METHOD and (targets or isinstance(self.design, Scatter)):
             feature = "error targets" if targets else "a scattered sweep"
@@ -172,14 +186,13 @@ class Study:
                 f"{_join_names(self.over_time)} over time: must be constant for error targets; "
                 "give a tolerance"
             )
-        if targets and self._run_outputs:
-            raise InputError(
-                f"output {self._run_outputs[0]}: must be without error targets; give a tolerance"
-            )
+        if targets and self._single_run_outputs:
+            output = self._single_run_outputs[0]
+            raise InputError(f"output {output}: must be without error targets; give a tolerance")
         for name in targets:
-            if name not in ERRORS:
+            if name not in ERROR_COLUMNS:
                 raise InputError(
-                    f"accuracy of {name}: must be one of {', '.join(ERRORS)}; "
+                    f"accuracy of {name}: must be one of {', '.join(ERROR_COLUMNS)}; "
                     "a sweep does not store switch times"
                 )
         return targets
@@ -198,13 +211,13 @@ class Study:
                 )
 
     @property
-    def _run_outputs(self) -> list[str]:
+    def _single_run_outputs(self) -> list[str]:
         return [name for name in self.outputs if name in _SINGLE_RUN_OUTPUTS]
 
     @property
     def is_run_by_run(self) -> bool:
         """Whether members are computed as single runs and not in batches."""
-        return self.method != BATCH_METHOD or bool(self.over_time) or bool(self._run_outputs)
+        return self.method != BATCH_METHOD or bool(self.over_time or self._single_run_outputs)
 
     @property
     def members(self) -> int:
@@ -219,7 +232,7 @@ class Study:
             for name in self.design.axes
         ]
         outputs = [OUTPUTS[name] for name in self.outputs]
-        errors = [ERRORS[name] for name, _ in self.accuracy]
+        errors = [ERROR_COLUMNS[name] for name, _ in self.accuracy]
         return (*varied, _SEPARATION, *outputs, *errors, *_STATUS_COLUMNS)
 
 

@@ -18,7 +18,7 @@ from fivtui.model.errors import InputError
 from fivtui.model.parameters import Parameters
 from fivtui.sweeps import parse_design
 from fivtui.sweeps.charts import check_drawable
-from fivtui.sweeps.design import KINDS, Design, Kind, Range
+from fivtui.sweeps.design import DESIGN_KINDS, Design, DesignKind, Range
 from fivtui.sweeps.report import SweepProgress, progress_text
 from fivtui.sweeps.run import local_engine, sweep_in_memory
 from fivtui.sweeps.study import Study
@@ -236,7 +236,7 @@ def test_without_a_terminal_progress_is_printed_as_occasional_lines(
 def test_the_choices_of_design_are_the_implemented_kinds() -> None:
     (option,) = [param for param in commands.commands["sweep"].params if param.name == "design"]
     assert isinstance(option.type, click.Choice)
-    assert list(option.type.choices) == list(KINDS)
+    assert list(option.type.choices) == list(DESIGN_KINDS)
 
 
 def test_a_design_is_read_from_text() -> None:
@@ -248,7 +248,7 @@ def test_a_design_is_read_from_text() -> None:
 
 
 def draw_sweep(
-    axes: dict[str, Any], kind: Kind = "product", count: int | None = None, **options: Any
+    axes: dict[str, Any], kind: DesignKind = "product", count: int | None = None, **options: Any
 ) -> Figure:
     study = Study(Design(axes, kind, count), Parameters(), t_end=5.0, **options)
     return sweep_in_memory(study, local_engine(1)).figure()

@@ -23,7 +23,7 @@ from fivtui.model.slider_belt import (
     time_scale,
 )
 from fivtui.sweeps.design import Design
-from fivtui.sweeps.rows import _Block
+from fivtui.sweeps.rows import _MemberBlock
 from fivtui.sweeps.run import sweep
 from fivtui.sweeps.study import Study
 from fivtui.taylor.series import coefficient_function, right_hand_side
@@ -142,6 +142,6 @@ def test_approximate_powers_and_logarithms_are_within_the_stated_error(
 def test_the_time_scales_of_a_sweep_are_those_of_its_members(sets: list[Parameters]) -> None:
     varied = {name: np.array([getattr(p, name) for p in sets]) for name in PARAMETERS}
     study = Study(Design({"F": (1.0, 2.0)}), Parameters())
-    block = _Block(study, varied, np.ones(len(sets), dtype=bool), {}, [""] * len(sets))
+    block = _MemberBlock(study, varied, np.ones(len(sets), dtype=bool), {}, [""] * len(sets))
     scales = block._time_scales(np.arange(len(sets)))
     assert scales.tolist() == pytest.approx([time_scale(p) for p in sets], rel=1e-15)

@@ -343,6 +343,15 @@ def test_progress_shows_the_present_estimate(capsys: pytest.CaptureFixture[str])
     assert messages == "fivtui: P(unstable) = 0.5 ± 0.01; 500 of 2000 members (25.0%)\n"
 
 
+def test_more_samples_restart_the_measured_rate() -> None:
+    with UncertaintyProgress(1000) as progress:
+        progress(0.5)
+        progress.show_estimates(1000, "the same number")
+        assert progress._start is not None
+        progress.show_estimates(2000, "twice the number")
+        assert progress._start is None
+
+
 def test_latin_hypercubes_cannot_be_extended() -> None:
     with pytest.raises(InputError, match="must be given with the design sobol"):
         uncertainty(vary={"mu": "uniform:0:1"}, design="lhs", until=0.1)

@@ -211,7 +211,7 @@ def test_pieces_are_handed_out_by_the_threads_of_the_last_few_seconds(
     monkeypatch.setattr("distributed.as_completed", InOrder)
     monkeypatch.setattr(cluster_module, "time", SimpleNamespace(monotonic=lambda: clock[0]))
     pieces = (sweep_piece(number, STUDY.members, 1) for number in range(STUDY.members))
-    rows = cluster_module._engine(client, "address")(STUDY, pieces)  # type: ignore[arg-type]
+    rows = cluster_module._make_engine(client, "address")(STUDY, pieces)  # type: ignore[arg-type]
     waiting = []
     for seconds, threads in ((0.0, 1), (1.0, 4), (10.0, 4), (10.5, 1), (20.0, 1)):
         clock[0], client.threads = seconds, threads

@@ -20,7 +20,7 @@ from fivtui.model import System
 from fivtui.model.errors import Cancelled, ComputationError, InputError
 from fivtui.scene.verified import simulate_to
 from fivtui.studies import build_command, load_study
-from fivtui.sweeps.design import Design, Kind, Range
+from fivtui.sweeps.design import Design, DesignKind, Range
 from fivtui.sweeps.rows import Rows, compute_rows, concatenate
 from fivtui.sweeps.run import check_memory_limit, local_engine, sweep_in_memory
 from fivtui.sweeps.study import DEFAULT_OUTPUTS, OUTPUTS, Study
@@ -47,7 +47,7 @@ def test_a_list_has_values_side_by_side() -> None:
 def test_a_range_has_its_ends_exactly_and_even_spacing(
     start: float, stop: float, count: int, log: bool
 ) -> None:
-    values = Range(start, stop, count, log).at(np.arange(count))
+    values = Range(start, stop, count, log).values_at(np.arange(count))
     assert (values[0], values[-1]) == (start, stop)
     expected = np.geomspace(start, stop, count) if log else np.linspace(start, stop, count)
     np.testing.assert_allclose(values, expected, rtol=1e-9)
@@ -420,9 +420,9 @@ def test_empty_values_are_none() -> None:
 def test_the_kinds_of_design_are_those_that_are_typed() -> None:
     from typing import get_args
 
-    from fivtui.sweeps.design import KINDS
+    from fivtui.sweeps.design import DESIGN_KINDS
 
-    assert get_args(Kind) == tuple(KINDS)
+    assert get_args(DesignKind) == tuple(DESIGN_KINDS)
 
 
 def test_every_row_is_judged_however_many_there_are() -> None:

@@ -13,7 +13,7 @@ from fivtui.model import Parameters
 from fivtui.ranges import log_spaced
 from fivtui.sweeps.arithmetic import _TRIAL_DESIGNS
 from fivtui.sweeps.rows import compute_rows
-from fivtui.sweeps.study import STABILITY, TRANSIENT, Study
+from fivtui.sweeps.study import STABILITY_COLUMNS, TRANSIENT_COLUMNS, Study
 from tests.support.processes import run_python
 
 ROOT = Path(__file__).parents[2]
@@ -24,7 +24,7 @@ def digests() -> str:
     """Digests of rows with all outputs, of growth rates, and of logarithmic spacings."""
     digest_input = []
     for design in _TRIAL_DESIGNS:
-        outputs = tuple(column.name for column in (*TRANSIENT, *STABILITY))
+        outputs = tuple(column.name for column in (*TRANSIENT_COLUMNS, *STABILITY_COLUMNS))
         study = Study(design, Parameters(), (True, False), t_end=10.0, outputs=outputs)
         rows = compute_rows(study, 0, study.members)
         digest_input += [values.tobytes() for values in rows.numbers.values()]
