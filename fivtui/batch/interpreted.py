@@ -1,6 +1,7 @@
 """Compute the members of a batch in Python, if there is no compiled kernel."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,11 +13,16 @@ from fivtui.transient import Recorder, Request
 
 from .result import Floats
 
-# Parameter sets (n, 9), whether each considers separation (n,), start states (n, 4).
-Members = tuple[Floats, NDArray[np.bool_], Floats]
+
+class Members(NamedTuple):
+    """Parameter sets (n, 9), whether each considers separation (n,), and start states (n, 4)."""
+
+    parameters: Floats
+    separation: NDArray[np.bool_]
+    starts: Floats
 
 
-def _parameters(row: Floats) -> Parameters:
+def _to_parameters(row: Floats) -> Parameters:
     return Parameters(**dict(zip(PARAMETERS, row.tolist(), strict=True)))
 
 
@@ -25,7 +31,7 @@ def interpreted_starts(parameters: Floats, separation: NDArray[np.bool_]) -> Flo
     starts = np.full((len(parameters), 4), np.inf)
     for index, (row, considers_separation) in enumerate(zip(parameters, separation, strict=True)):
         try:
-            starts[index] = static_start(System(_parameters(row), bool(considers_separation)))
+            starts[index] = static_start(System(_to_parameters(row), bool(considers_separation)))
         except ComputationError:
             continue
     return starts
@@ -45,24 +51,25 @@ def interpret_members(
     `belt_columns` has the belt parameters by name. `proceed` is called after every member; the
     batch stops if it returns False.
     """
-    results = np.full((len(members[0]), len(RunColumns._fields)), np.nan)
+    results = np.full((len(members.starts), len(RunColumns._fields)), np.nan)
     for index, (row, separation, start) in enumerate(zip(*members, strict=True)):
         if np.isfinite(start).all():
             belt_values = {name: float(column[index]) for name, column in belt_columns.items()}
-            p = _parameters(row).with_values(belt_values)
+            p = _to_parameters(row).with_values(belt_values)
             request = Request(
                 System(p, bool(separation)), t_end=t_end, tol=tol, start=start.tolist()
             )
-            results[index] = _run_columns(request, max_steps)
+            results[index] = _integrate(request, max_steps)
         else:
             # Status OVERFLOW and no steps mark a member without a static start.
-            results[index, :9] = *start, 0.0, Status.OVERFLOW, 0.0, 0.0, 0.0
+            results[index] = _incomplete_columns(start.tolist(), 0.0, Status.OVERFLOW, 0)
         if not proceed():
             break
     return results
 
 
-def _run_columns(request: Request, max_steps: int) -> RunColumns:
+def _integrate(request: Request, max_steps: int) -> RunColumns:
+    # The columns of one member, as those of the compiled kernel.
     recorder = Recorder(request)
     stepper = taylor_stepper(request.system, request.initial, tol=request.tol)
     steps, status = 0, Status.STEP_LIMIT
@@ -77,8 +84,7 @@ def _run_columns(request: Request, max_steps: int) -> RunColumns:
         run, status = None, Status.STALLED if isinstance(error, StallError) else Status.OVERFLOW
     if run is None:
         snapshot = stepper.snapshot
-        missing = [np.nan] * (len(RunColumns._fields) - 9)
-        return RunColumns(*snapshot.state, snapshot.t, status, steps, 0, 0, *missing)
+        return _incomplete_columns(snapshot.state, snapshot.t, status, steps)
     peak, events, final = run.peak, run.events, run.final
     return RunColumns(
         x=final.x,
@@ -93,6 +99,7 @@ def _run_columns(request: Request, max_steps: int) -> RunColumns:
         separated=events.separated_time,
         first=np.nan if events.first is None else events.first,
         last=np.nan if events.last is None else events.last,
+        # Batches use only the peak of |x| and the range of y in the second half of the run.
         x_min=-peak.x_abs,
         y_min=peak.y_min,
         x_max=peak.x_abs,
@@ -100,4 +107,13 @@ def _run_columns(request: Request, max_steps: int) -> RunColumns:
         vx_max=peak.vx_max,
         y_low=0.0,
         y_high=2.0 * run.steady.y_half_range,
+    )
+
+
+def _incomplete_columns(state: Sequence[float], t: float, status: Status, steps: int) -> RunColumns:
+    # The columns of a member whose integration ended at t; NaN for values of the whole run.
+    x, vx, y, vy = state
+    no_values = RunColumns(*[np.nan] * len(RunColumns._fields))
+    return no_values._replace(
+        x=x, vx=vx, y=y, vy=vy, t=t, status=status, steps=steps, separations=0, reattachments=0
     )

@@ -1,4 +1,7 @@
-"""Check and convert the arguments of a batch: parameter sets, start states, separation."""
+"""Check and convert the arguments of a batch: parameter sets, start states, separation.
+
+A member is one transient of the batch; arrays have a row or an element per member.
+"""
 
 from collections.abc import Mapping
 
@@ -31,10 +34,11 @@ def member_columns(
             raise InputError(f"parameters: shapes do not fit each other ({shapes})") from None
         if len(shape) != 1:
             raise InputError(f"parameters: shape {shape}; must have one axis")
-        complete = {name: np.asarray(value) for name, value in base.as_dict().items()} | named
-        accepted = ALL_PARAMETERS if "v_belt" in complete else {**PARAMETERS, **named}
-        names = [name for name in ALL_PARAMETERS if name in complete and name in accepted]
-        columns = {name: np.broadcast_to(complete[name], shape) for name in names}
+        values = {name: np.asarray(value) for name, value in base.as_dict().items()} | named
+        # Without v_belt, parameters of belts have no effect and are refused below if named.
+        used = ALL_PARAMETERS if "v_belt" in values else {**PARAMETERS, **named}
+        names = [name for name in ALL_PARAMETERS if name in values and name in used]
+        columns = {name: np.broadcast_to(values[name], shape) for name in names}
     else:
         table = _numbers("parameters", parameters)
         if table.ndim != 2 or table.shape[1] != len(PARAMETERS):
@@ -58,11 +62,16 @@ def belt_rows(columns: Mapping[str, Floats]) -> Floats | None:
     """
     if "v_belt" not in columns:
         return None
-    static = columns.get("mu_s", columns["mu"])
-    is_falling = (static > columns["mu"]) & ("v_s" in columns)
-    return np.column_stack(
-        [columns["v_belt"], static, np.where(is_falling, columns.get("v_s", 0.0), 0.0)]
-    )
+    mu_s = columns.get("mu_s", columns["mu"])
+    is_falling = (mu_s > columns["mu"]) & ("v_s" in columns)
+    v_s = np.where(is_falling, columns.get("v_s", 0.0), 0.0)
+    return np.column_stack([columns["v_belt"], mu_s, v_s])
+
+
+def falling_friction(belts: Floats) -> NDArray[np.bool_]:
+    """Whether friction falls with the sliding speed, from the rows of `belt_rows`, shape (n,)."""
+    _, _, v_s = belts.T
+    return np.asarray(v_s > 0.0)
 
 
 def _check_belt(columns: Mapping[str, Floats]) -> None:

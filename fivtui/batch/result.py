@@ -47,6 +47,9 @@ BATCH_COLUMNS: Final[Mapping[str, Column]] = {
         Column("vy_end", "m/s", "vertical velocity at the end"),
     )
 }
+# Columns of the failures of a batch: index of the member, last state, whether separation is
+# considered, and parameters, NaN if not used.
+FAILURE_COLUMNS: Final = ("member", "x", "vx", "y", "vy", "separation", *ALL_PARAMETERS)
 # Attributes of `BatchEvents` whose columns have another name.
 _EVENT_COLUMNS: Final = {"first": "first_switch", "last": "last_switch"}
 
@@ -123,7 +126,7 @@ class Batch(Result, Tabular):
     steps: NDArray[np.int64]
     # The required results by name.
     _parts: Mapping[str, Any] = field(repr=False)
-    # A row for each member that failed: its index, last state, separation and parameters.
+    # A row of `FAILURE_COLUMNS` for each member that failed, in ascending order of members.
     _failures: Floats = field(repr=False)
 
     @property
@@ -152,6 +155,7 @@ class Batch(Result, Tabular):
         return cast("BatchEvents", self._required("events"))
 
     def _required(self, name: str) -> Any:
+        # A part of the results; `InputError` if it was not computed.
         if name not in self._parts:
             raise InputError(f"{name}: not required of this batch; add it to require")
         return self._parts[name]
@@ -159,18 +163,21 @@ class Batch(Result, Tabular):
     @property
     def failed(self) -> NDArray[np.int64]:
         """The members that failed, in ascending order."""
-        return self._failures[:, 0].astype(np.int64)
+        return self._failures[:, FAILURE_COLUMNS.index("member")].astype(np.int64)
 
     def failure(self, member: int) -> ComputationError | None:
-        """The error of a member, counted from 0, with advice; None if it did not fail."""
+        """The error of a member, counted from 0 or backwards from -1; None if it did not fail."""
         status, t = Status(self.status[member]), float(self.t[member])
         if status is Status.DONE:
             return None
-        index = member % self.status.size
-        row = self._failures[np.searchsorted(self._failures[:, 0], index)].tolist()
-        _, x, vx, y, vy, separation, *values = row
-        pairs = zip(ALL_PARAMETERS, values, strict=True)
-        p = Parameters().with_values({name: v for name, v in pairs if not math.isnan(v)})
+        row = np.searchsorted(self.failed, member % self.status.size)
+        _, x, vx, y, vy, separation, *values = self._failures[row].tolist()
+        used = {
+            name: value
+            for name, value in zip(ALL_PARAMETERS, values, strict=True)
+            if not math.isnan(value)
+        }
+        p = Parameters().with_values(used)
         if status is Status.OVERFLOW:
             return overflow_error(t, (x, vx, y, vy), System(p, separation=bool(separation)))
         if status is Status.STALLED:
@@ -199,6 +206,7 @@ class Batch(Result, Tabular):
         return {BATCH_COLUMNS[name]: values for name, values in self._named_values()}
 
     def _named_values(self) -> Iterator[tuple[str, NDArray[Any]]]:
+        # Name and values of every computed column.
         yield from (("status", self.status), ("t", self.t), ("steps", self.steps))
         for name, part in self._parts.items():
             if name == "final":

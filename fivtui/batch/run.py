@@ -1,4 +1,7 @@
-"""Compute many transients on all processor cores; memory does not grow with the horizon."""
+"""Compute many transients on all processor cores; memory does not grow with the horizon.
+
+A member is one transient. Workers are threads, each of which computes chunks of members.
+"""
 
 import os
 import threading
@@ -33,8 +36,8 @@ from fivtui.transient import (
 )
 
 from .interpreted import Members, interpret_members, interpreted_starts
-from .request import belt_rows, member_columns, separation_flags, start_states
-from .result import ALLOCATORS, Batch, Floats
+from .request import belt_rows, falling_friction, member_columns, separation_flags, start_states
+from .result import ALLOCATORS, FAILURE_COLUMNS, Batch, Floats
 
 Requirement = Literal["final", "amplitude", "peak", "steady", "events"]
 
@@ -160,8 +163,10 @@ class _BatchRun:
         self._t, self._steps = np.empty(size), np.empty(size, np.int64)
         self._parts = {name: make(size) for name, make in ALLOCATORS.items() if name in require}
         self._failures: list[Floats] = []
+        # Guards the attributes below and `_failures`, which all workers change.
         self._lock = threading.Lock()
-        self._next_member, self._progress_units = 0, 0.0
+        # First member of the next chunk; computed members, with fractions of unfinished ones.
+        self._next_member, self._computed_members = 0, 0.0
         self._stop = False
 
     def run(self, kernel: Kernel | None, workers: int, progress: Progress) -> None:
@@ -173,7 +178,7 @@ class _BatchRun:
             for future in running:
                 if future.done():
                     future.result()
-            progress.report(min(self._progress_units / self._size, 1.0))
+            progress.report(min(self._computed_members / self._size, 1.0))
 
         if workers > 0:
             report()
@@ -193,12 +198,13 @@ class _BatchRun:
         progress.advance(1.0)
 
     def _worker(self, kernel: Kernel | None, workers: int, report: Callable[[], None]) -> None:
+        # A chunk is this share of the remaining members, within its bounds.
         divisor = 1 if workers == 1 else 2 * workers
         while not self._stop:
             with self._lock:
                 first = self._next_member
-                size = (self._size - first) // divisor
-                stop = first + min(max(size, _LEAST_CHUNK), _GREATEST_CHUNK)
+                share = (self._size - first) // divisor
+                stop = first + min(max(share, _LEAST_CHUNK), _GREATEST_CHUNK)
                 self._next_member = stop = min(stop, self._size)
             if first == stop:
                 return
@@ -215,7 +221,7 @@ class _BatchRun:
             start = interpreted_starts(parameters, separation)
         else:
             start = kernel.static_starts(parameters, separation)
-        members = parameters, separation, start
+        members = Members(parameters, separation, start)
         if kernel is None:
             results = self._interpret(members, columns, report)
         else:
@@ -224,10 +230,10 @@ class _BatchRun:
             # friction law.
             code_paths = (columns["k_nl"] > 0.0).astype(int)
             if belt is not None:
-                code_paths += 2 * (belt[:, 2] > 0.0)
+                code_paths += 2 * falling_friction(belt)
             for code_path in np.unique(code_paths):
                 rows = np.flatnonzero(code_paths == code_path)
-                subset = parameters[rows], separation[rows], start[rows]
+                subset = Members(parameters[rows], separation[rows], start[rows])
                 subset_belts = None if belt is None else belt[rows]
                 results[rows] = self._integrate(kernel, subset, subset_belts, report)
                 if self._stop:
@@ -238,35 +244,33 @@ class _BatchRun:
     def _integrate(
         self, kernel: Kernel, members: Members, belt: Floats | None, report: Callable[[], None]
     ) -> Floats:
-        parameters, separation, starts = members
         tol = local_tolerance(self._tol)
         peak, steady = "peak" in self._require, "steady" in self._require
         kernel_work = kernel.begin_batch(
-            parameters=parameters,
-            separation=separation,
-            starts=starts,
+            **members._asdict(),
             t_end=self._t_end,
             tol=tol,
-            order=order_for(tol, by_law=belt is not None and bool((belt[:, 2] > 0.0).any())),
+            order=order_for(tol, by_law=belt is not None and bool(falling_friction(belt).any())),
             max_steps=self._max_steps,
             observed=(peak or "amplitude" in self._require, peak, steady),
             belts=belt,
         )
-        reported_units = 0.0
+        counted = 0.0
         while not kernel_work.done and not self._stop:
-            units = kernel_work.advance(_STEPS_PER_CHECK)
+            computed = kernel_work.advance(_STEPS_PER_CHECK)
             with self._lock:
-                self._progress_units += units - reported_units
-            reported_units = units
+                self._computed_members += computed - counted
+            counted = computed
             report()
         return kernel_work.results
 
     def _interpret(
         self, members: Members, columns: dict[str, Floats], report: Callable[[], None]
     ) -> Floats:
+        # As `_integrate`, without a kernel.
         def proceed() -> bool:
             with self._lock:
-                self._progress_units += 1.0
+                self._computed_members += 1.0
             report()
             return not self._stop
 
@@ -283,7 +287,8 @@ class _BatchRun:
         # Copy the results of a chunk into the arrays of the batch.
         status = results.status.astype(np.int8)
         state = np.column_stack([results.x, results.vx, results.y, results.vy])
-        status[(results.steps == 0.0) & ~np.isfinite(state).all(axis=1)] = Status.NO_START
+        has_no_start = (results.steps == 0.0) & ~np.isfinite(state).all(axis=1)
+        status[has_no_start] = Status.NO_START
         failed = status != Status.DONE
         self._status[chunk], self._t[chunk], self._steps[chunk] = (status, results.t, results.steps)
         if failed.any():
@@ -320,7 +325,7 @@ class _BatchRun:
 
     def result(self) -> Batch:
         """The result of the batch."""
-        failures = np.concatenate([np.empty((0, 6 + len(ALL_PARAMETERS))), *self._failures])
+        failures = np.concatenate([np.empty((0, len(FAILURE_COLUMNS))), *self._failures])
         return Batch(
             t_end=self._t_end,
             tol=self._tol,
@@ -328,5 +333,5 @@ class _BatchRun:
             t=self._t,
             steps=self._steps,
             _parts=self._parts,
-            _failures=failures[np.argsort(failures[:, 0])],
+            _failures=failures[np.argsort(failures[:, FAILURE_COLUMNS.index("member")])],
         )
