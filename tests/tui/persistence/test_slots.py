@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fivtui.io import locks
+from fivtui.io import writing
 from fivtui.maps import stability_map
 from fivtui.model.errors import InputError
 from fivtui.scene.presets import PRESETS
@@ -210,7 +210,7 @@ def test_without_a_lock_a_session_is_read_and_not_changed(
         raise OSError(number, os.strerror(number))
 
     with monkeypatch.context() as patched:
-        patched.setattr(locks, "lock_file", raise_os_error)
+        patched.setattr(writing, "lock_file", raise_os_error)
         autosave, state = load_session(path)
         assert os.strerror(number) in autosave.save_error
         assert check_map_and_read_preload(autosave, state) == "11"
