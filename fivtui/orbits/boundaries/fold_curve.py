@@ -1,4 +1,9 @@
-"""Curves of folds of limit cycles over two parameters."""
+"""Curves of folds of limit cycles over two parameters.
+
+The unknowns are state, period and both parameters, each divided by its unit. The closure error is
+the end of a period less its start. At a fold the closure error's derivatives by state and period,
+with a row that fixes the phase, are singular. A border of one row and one column detects this.
+"""
 
 from dataclasses import dataclass, fields, replace
 from typing import Final, NamedTuple
@@ -17,16 +22,27 @@ from fivtui.orbits.curves.arclength import (
 from fivtui.orbits.curves.events import EventKind
 from fivtui.orbits.curves.flow import FloatArray, MotionEnd, SliderBeltFlow
 
-from .plane import FIRST, SECOND, ParameterPlane
+from .plane import (
+    FIRST,
+    SECOND,
+    STATE,
+    STATE_AND_PERIOD,
+    UNKNOWN_COUNT,
+    ParameterPlane,
+)
 
-# Unknowns are the state, the period and two parameters; null vectors have the first five alone.
-_UNKNOWN_COUNT: Final = 7
-_NULL: Final = 5
+_STATE_COUNT: Final = 4
+# Null vectors have a component for each state variable and for the period.
+_NULL_SIZE: Final = 5
+# Rows of the equations: the orbit closes, its phase is fixed, it is at a fold, and it is in the
+# plane in which it is sought.
+_CLOSURE_ROWS: Final = slice(0, 4)
+_PHASE_ROW, _FOLD_ROW, _PLANE_ROW = 4, 5, 6
 _NEWTON_LIMITS: Final = NewtonLimits(iterations=12, negligible=3e-13, accepted=1e-9)
 # Step of the differences for second derivatives, relative to the state. With separation it is at
-# most a part of the distance of the highest point from y = 0.
-_DIFFERENCE: Final = 1e-5
-_HEIGHT_PART: Final = 0.05
+# most this part of the distance of the highest point from y = 0.
+_DIFFERENCE_STEP: Final = 1e-5
+_STEP_PER_HEIGHT: Final = 0.05
 # Height of the highest point, relative to the length, at which a curve of separating cycles ends:
 # the curve has a corner at zero height.
 _CORNER_HEIGHT: Final = 1e-4
@@ -36,26 +52,37 @@ _CORNER_HEIGHT: Final = 1e-4
 class FoldOnCurve(OrbitOnCurve):
     """A limit cycle at a fold: null vectors of the Jacobian, and second derivative along them."""
 
-    null: FloatArray
-    left_null: FloatArray
+    null_vector: FloatArray
+    left_null_vector: FloatArray
     curvature: float
 
 
 class _Border(NamedTuple):
     # Vectors of a fold nearby that border the Jacobian: direction of the motion, and null vectors.
     flow_direction: FloatArray
-    null: FloatArray
-    left_null: FloatArray
+    null_vector: FloatArray
+    left_null_vector: FloatArray
 
 
 class _Fold(NamedTuple):
+    # Motion over a period, and null vectors of the Jacobian.
     motion: MotionEnd
-    null: FloatArray
-    left_null: FloatArray
+    null_vector: FloatArray
+    left_null_vector: FloatArray
+
+
+class _FoldTest(NamedTuple):
+    # A function of the unknowns that is zero at folds, its derivatives, the closure error's
+    # derivatives, and the null vectors.
+    value: float
+    derivatives: FloatArray
+    closure_derivatives: FloatArray
+    null_vector: FloatArray
+    left_null_vector: FloatArray
 
 
 class FoldCurve(CycleCurve[FoldOnCurve]):
-    """The equations of folds: closure, and a bordered determinant that vanishes at folds.
+    """The equations of folds: closure, and a function of the bordered matrix that is zero there.
 
     Second derivatives of the flow are differences of first derivatives along the null vector.
     """
@@ -74,7 +101,7 @@ class FoldCurve(CycleCurve[FoldOnCurve]):
         corner_height = _CORNER_HEIGHT * length if separation else 0.0
         self.tests = {EventKind.CUSP: lambda fold: fold.curvature}
         if plane.system.separation:
-            self.tests[EventKind.TOUCH] = lambda fold: float(fold.extremes[3]) - corner_height
+            self.tests[EventKind.TOUCH] = lambda fold: fold.y_max - corner_height
         flow = SliderBeltFlow(replace(plane.system, separation=separation), plane.names)
         self._orbits, self._work = OrbitCurve(flow, scales, work), work
         self._separation = separation
@@ -82,92 +109,108 @@ class FoldCurve(CycleCurve[FoldOnCurve]):
     def correct(
         self,
         guess: FloatArray,
-        near: FoldOnCurve,
-        along: FloatArray,
-        tangent: FloatArray | None = None,
+        neighbour: FoldOnCurve,
+        normal: FloatArray,
+        heading: FloatArray | None = None,
     ) -> FoldOnCurve | None:
-        """The fold near a guess in the plane with the normal `along`: see `Curve`."""
-        border = _Border(near.flow_direction, near.null, near.left_null)
-        return self._solve(guess, along, along if tangent is None else tangent, border)
+        """The fold near a guess, in the plane through it with this normal: see `Curve`."""
+        border = _Border(
+            neighbour.flow_direction, neighbour.null_vector, neighbour.left_null_vector
+        )
+        return self._solve(guess, normal, normal if heading is None else heading, border)
 
-    def fold_at(self, unknowns: FloatArray, index: int) -> FoldOnCurve | None:
+    def fold_at(self, unknowns: FloatArray, fixed_index: int) -> FoldOnCurve | None:
         """The fold near a limit cycle at the same value of the unknown with this index."""
         motion = self._orbits.motion(unknowns)
         if motion is None:
             return None
-        direction = motion.rate / self.scales[:4]
+        direction = motion.rate / self.scales[STATE]
         direction /= np.linalg.norm(direction)
-        matrix = np.vstack([self._orbits.jacobian(motion)[:, :_NULL], [*direction, 0.0]])
-        lefts, _, rights = np.linalg.svd(matrix)
-        fixed = np.eye(_UNKNOWN_COUNT)[index]
-        return self._solve(unknowns, fixed, fixed, _Border(direction, rights[-1], lefts[:, -1]))
+        jacobian = self._orbits.jacobian(motion)[:, STATE_AND_PERIOD]
+        left_vectors, _, right_vectors = np.linalg.svd(np.vstack([jacobian, [*direction, 0.0]]))
+        # The last singular vectors belong to the least singular value, zero at a fold.
+        border = _Border(direction, right_vectors[-1], left_vectors[:, -1])
+        normal = np.eye(UNKNOWN_COUNT)[fixed_index]
+        return self._solve(unknowns, normal, normal, border)
 
     def _solve(
-        self, guess: FloatArray, along: FloatArray, tangent: FloatArray, border: _Border
+        self, guess: FloatArray, normal: FloatArray, heading: FloatArray, border: _Border
     ) -> FoldOnCurve | None:
         self._work.check()
 
         def equations(unknowns: FloatArray) -> tuple[FloatArray, FloatArray, _Fold] | None:
             motion = self._orbits.motion(unknowns)
-            solved = None if motion is None else self._solve_bordered(unknowns, motion, border)
-            if motion is None or solved is None:
+            fold_test = None if motion is None else self._fold_test(unknowns, motion, border)
+            if motion is None or fold_test is None:
                 return None
-            system, determinant, null, left_null = solved
-            system[4, :4], system[6] = border.flow_direction, along
+            derivatives = np.zeros((UNKNOWN_COUNT, UNKNOWN_COUNT))
+            derivatives[_CLOSURE_ROWS] = fold_test.closure_derivatives
+            derivatives[_PHASE_ROW, STATE] = border.flow_direction
+            derivatives[_FOLD_ROW] = fold_test.derivatives
+            derivatives[_PLANE_ROW] = normal
             deviation = unknowns - guess
-            error = self._orbits.closure_error(unknowns, motion)
-            phase, advance = float(border.flow_direction @ deviation[:4]), float(along @ deviation)
-            return (
-                np.append(error, [phase, determinant, advance]),
-                system,
-                _Fold(motion, null, left_null),
+            phase_error = float(border.flow_direction @ deviation[STATE])
+            residuals = np.append(
+                self._orbits.closure_error(unknowns, motion),
+                [phase_error, fold_test.value, float(normal @ deviation)],
             )
+            fold = _Fold(motion, fold_test.null_vector, fold_test.left_null_vector)
+            return residuals, derivatives, fold
 
-        root = find_root(equations, guess, 4, _NEWTON_LIMITS)
+        root = find_root(equations, guess, _STATE_COUNT, _NEWTON_LIMITS)
         if root is None:
             return None
-        motion, null, left_null = root.data
-        orbit = self._orbits.orbit_with_tangent(root, motion, tangent)
+        motion, null_vector, left_null_vector = root.data
+        orbit = self._orbits.orbit_with_tangent(root, motion, heading)
         if orbit is None:
             return None
-        curvature = float(root.derivatives[5, :_NULL] @ null)
-        values = {field.name: getattr(orbit, field.name) for field in fields(orbit)}
-        return FoldOnCurve(**values, null=null, left_null=left_null, curvature=curvature)
+        return FoldOnCurve(
+            **{field.name: getattr(orbit, field.name) for field in fields(orbit)},
+            null_vector=null_vector,
+            left_null_vector=left_null_vector,
+            curvature=float(root.derivatives[_FOLD_ROW, STATE_AND_PERIOD] @ null_vector),
+        )
 
-    def _solve_bordered(
+    def _fold_test(
         self, unknowns: FloatArray, motion: MotionEnd, border: _Border
-    ) -> tuple[FloatArray, float, FloatArray, FloatArray] | None:
-        # Derivatives of the equations, the last element of the inverse bordered matrix, which is
-        # zero at folds, and the null vectors.
-        system = np.zeros((_UNKNOWN_COUNT, _UNKNOWN_COUNT))
-        system[:4] = self._orbits.jacobian(motion)
-        bordered = np.zeros((_NULL + 1, _NULL + 1))
-        bordered[:4, :_NULL] = system[:4, :_NULL]
-        bordered[4, :4] = border.flow_direction
-        bordered[:_NULL, _NULL], bordered[_NULL, :_NULL] = border.left_null, border.null
-        corner = np.eye(_NULL + 1)[-1]
+    ) -> _FoldTest | None:
+        # The test is the last element of the inverse of the bordered matrix. This is zero if and
+        # only if the Jacobian by state and period, with the row that fixes the phase, is singular.
+        closure_derivatives = self._orbits.jacobian(motion)
+        bordered = np.zeros((_NULL_SIZE + 1, _NULL_SIZE + 1))
+        bordered[_CLOSURE_ROWS, :_NULL_SIZE] = closure_derivatives[:, STATE_AND_PERIOD]
+        bordered[_PHASE_ROW, STATE] = border.flow_direction
+        bordered[:_NULL_SIZE, -1] = border.left_null_vector
+        bordered[-1, :_NULL_SIZE] = border.null_vector
+        last_unit_vector = np.eye(_NULL_SIZE + 1)[-1]
         try:
-            null, left_null = np.linalg.solve(bordered, corner), np.linalg.solve(bordered.T, corner)
+            right = np.linalg.solve(bordered, last_unit_vector)
+            left = np.linalg.solve(bordered.T, last_unit_vector)[:_NULL_SIZE]
         except np.linalg.LinAlgError:
             return None
-        determinant, scale = float(null[-1]), float(np.linalg.norm(null[:_NULL]))
-        right_null, left_null = null[:_NULL] / scale, left_null[:_NULL]
-        derivative = self._jacobian_derivative(unknowns, right_null, motion)
-        if derivative is None:
+        scale = float(np.linalg.norm(right[:_NULL_SIZE]))
+        null_vector = right[:_NULL_SIZE] / scale
+        jacobian_derivative = self._jacobian_derivative(unknowns, null_vector, motion)
+        if jacobian_derivative is None:
             return None
-        system[5] = -scale * (left_null[:4] @ derivative)
-        return system, determinant, right_null, left_null / np.linalg.norm(left_null)
+        return _FoldTest(
+            value=float(right[-1]),
+            derivatives=-scale * (left[_CLOSURE_ROWS] @ jacobian_derivative),
+            closure_derivatives=closure_derivatives,
+            null_vector=null_vector,
+            left_null_vector=left / np.linalg.norm(left),
+        )
 
     def _jacobian_derivative(
         self, unknowns: FloatArray, direction: FloatArray, motion: MotionEnd
     ) -> FloatArray | None:
         # Derivative of the closure's Jacobian in a direction of state and period.
-        step = _DIFFERENCE * float(np.abs(unknowns[:4]).max())
+        step = _DIFFERENCE_STEP * float(np.abs(unknowns[STATE]).max())
         if self._separation:
-            height = abs(float(motion.extremes[3])) / float(self.scales[0])
-            step = min(step, _HEIGHT_PART * height) or step
-        change = np.zeros(_UNKNOWN_COUNT)
-        change[:_NULL] = step * direction
+            height = abs(motion.y_max) / float(self.scales[0])
+            step = min(step, _STEP_PER_HEIGHT * height) or step
+        change = np.zeros(UNKNOWN_COUNT)
+        change[STATE_AND_PERIOD] = step * direction
         ahead, behind = (self._orbits.motion(unknowns + sign * change) for sign in (1.0, -1.0))
         if ahead is None or behind is None:
             return None

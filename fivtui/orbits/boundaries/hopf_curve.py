@@ -1,4 +1,7 @@
-"""Curves of Hopf points over two parameters, from their closed form."""
+"""Curves of Hopf points over two parameters, where μ equals the critical friction coefficient.
+
+The unknowns are both parameters, each divided by its unit.
+"""
 
 from dataclasses import dataclass
 from typing import Final
@@ -14,13 +17,14 @@ from fivtui.orbits.curves.hopf import HopfPoint, hopf_point
 
 from .plane import ParameterPlane
 
-_MAX_ITERATIONS: Final = 20
+# Newton's method ends at a step below this, relative to the unknowns.
 _CONVERGED: Final = 1e-13
+_MAX_ITERATIONS: Final = 20
 
 
 @dataclass(frozen=True, slots=True)
 class HopfOnCurve(PointOnCurve):
-    """A Hopf point on a curve."""
+    """A Hopf point on a curve, with its frequency and Lyapunov coefficient."""
 
     hopf: HopfPoint
 
@@ -33,42 +37,48 @@ class HopfCurve(Curve[HopfOnCurve]):
         self.scales, self.bounds = plane.units, plane.bounds((0, 1))
         self.tests = {EventKind.BAUTIN: lambda point: point.hopf.lyapunov}
 
-    def point_at(self, values: tuple[float, float], index: int) -> HopfOnCurve | None:
-        """The Hopf point near values of both parameters; the one at this index stays fixed."""
-        return self.correct(np.array(values) / self.scales, None, np.eye(2)[index])
+    def point_at(self, values: tuple[float, float], fixed_index: int) -> HopfOnCurve | None:
+        """The Hopf point near values of both parameters; the one at `fixed_index` keeps its value.
+
+        The values are in SI units.
+        """
+        return self.correct(np.array(values) / self.scales, None, np.eye(2)[fixed_index])
 
     def correct(
         self,
         guess: FloatArray,
-        near: HopfOnCurve | None,  # noqa: ARG002
-        along: FloatArray,
-        tangent: FloatArray | None = None,
+        neighbour: HopfOnCurve | None,  # noqa: ARG002
+        normal: FloatArray,
+        heading: FloatArray | None = None,
     ) -> HopfOnCurve | None:
-        """The Hopf point near a guess, on the line with the normal `along`: see `Curve`."""
+        """The Hopf point near a guess, on the line through it with this normal: see `Curve`."""
         self._work.check()
-        direction, unknowns = np.array([-along[1], along[0]]), guess.copy()
-        iterations, change = 0, np.inf
-        while abs(change) > _CONVERGED * float(np.abs(unknowns).max()):
-            excess = self._excess(unknowns)
-            if excess is None or not excess[1] @ direction or iterations == _MAX_ITERATIONS:
+        line_direction, unknowns = _turn_left(normal), guess.copy()
+        iterations, step = 0, np.inf
+        while abs(step) > _CONVERGED * float(np.abs(unknowns).max()):
+            if iterations == _MAX_ITERATIONS or (excess := self._excess(unknowns)) is None:
                 return None
-            difference, slope = excess
-            change = difference / float(slope @ direction)
-            unknowns = unknowns - change * direction
+            difference, gradient = excess
+            slope = float(gradient @ line_direction)
+            if slope == 0.0:
+                return None
+            step = difference / slope
+            unknowns = unknowns - step * line_direction
             iterations += 1
-        curve_direction = np.array([-slope[1], slope[0]]) / np.linalg.norm(slope)
-        if curve_direction @ (along if tangent is None else tangent) < 0.0:
-            curve_direction = -curve_direction
+        tangent = _turn_left(gradient) / np.linalg.norm(gradient)
+        if tangent @ (normal if heading is None else heading) < 0.0:
+            tangent = -tangent
         try:
             system = self._plane.system_at((unknowns * self.scales).tolist())
         except InputError:
             return None
         return HopfOnCurve(
-            unknowns, curve_direction, iterations - 1, hopf_point(system, self._plane.names[0])
+            unknowns, tangent, iterations - 1, hopf_point(system, self._plane.names[0])
         )
 
     def _excess(self, unknowns: FloatArray) -> tuple[float, FloatArray] | None:
-        # Friction coefficient less the critical one, and derivatives; None without a critical one.
+        # Friction coefficient less the critical one, and its derivatives by the unknowns; None
+        # without a critical one.
         names = self._plane.names
         try:
             system = self._plane.system_at((unknowns * self.scales).tolist())
@@ -77,5 +87,10 @@ class HopfCurve(Curve[HopfOnCurve]):
             return None
         if critical is None or slopes is None:
             return None
-        slope = np.array([float(name == "mu") - slopes.get(name, 0.0) for name in names])
-        return system.parameters.mu - critical, slope * self.scales
+        gradient = np.array([float(name == "mu") - slopes.get(name, 0.0) for name in names])
+        return system.parameters.mu - critical, gradient * self.scales
+
+
+def _turn_left(vector: FloatArray) -> FloatArray:
+    # The vector turned by 90°.
+    return np.array([-vector[1], vector[0]])

@@ -1,4 +1,4 @@
-"""The plane of two parameters that vary, with their ranges and units."""
+"""The plane of two parameters that vary, and the unknowns of an orbit at a point of it."""
 
 import math
 from collections.abc import Sequence
@@ -11,9 +11,13 @@ from fivtui.model import System
 from fivtui.orbits.curves.flow import FloatArray
 from fivtui.orbits.curves.following import Bound
 
-# Indices of the parameters among the unknowns of an orbit.
+# An orbit has seven unknowns: state, period and the two parameters. Their indices:
+STATE: Final = slice(0, 4)
+STATE_AND_PERIOD: Final = slice(0, 5)
 FIRST: Final = 5
 SECOND: Final = 6
+IN_PLANE: Final = slice(5, 7)
+UNKNOWN_COUNT: Final = 7
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,7 +35,7 @@ class ParameterPlane:
         return np.array([2.0 ** math.floor(math.log2(span) - 1.0) for span in spans])
 
     def bounds(self, indices: Sequence[int]) -> tuple[Bound, Bound]:
-        """The ranges in units of the parameters, with the indices of the unknowns."""
+        """The ranges in units of the parameters, which are the unknowns with these indices."""
         first, second = (
             Bound(index, low / float(unit), high / float(unit))
             for index, (low, high), unit in zip(indices, self.ranges, self.units, strict=True)

@@ -1,8 +1,12 @@
-"""Boundaries over two parameters: search for points to begin at, and their curves."""
+"""Boundaries: curves over two parameters on which Hopf points, folds or touching cycles lie.
+
+They begin at events on branches of limit cycles along one of the parameters.
+"""
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
+from itertools import chain
 from typing import Final, TypeVar
 
 import numpy as np
@@ -43,11 +47,14 @@ from .tracing import FoldTracer
 
 # Number of values of one parameter, besides the set's, at which branches along the other begin.
 _LINE_COUNT: Final = 8
-# Distance from a curve below which a point is on it: relative to the curve's segment, and absolute.
+# A point is on a curve if it is within this distance of it: relative to the chord between the two
+# nearest points of the curve, and absolute. All are scaled.
 _RELATIVE_DISTANCE: Final = 0.1
 _DISTANCE: Final = 1e-6
-_MIN_SEGMENT: Final = 1e-100
-# Greatest number of points from a fold curve to its Bautin point, and length of the first step.
+# Least length of a chord, so that it can divide.
+_MIN_CHORD: Final = 1e-100
+# A curve of Hopf points is followed from the end of a fold curve to its Bautin point: greatest
+# number of points, and length of the first step.
 _MAX_POINTS_TO_BAUTIN: Final = 40
 _FIRST_STEP: Final = 1e-4
 
@@ -116,6 +123,7 @@ def boundary(
     return Boundary(plane.system, kind, plane.names, plane.ranges, tuple(curves))
 
 
+# Names of the points, for messages.
 _LABELS: Final = {"hopf": "Hopf point", "fold": "fold", "touch": "touch of y = 0"}
 
 
@@ -142,10 +150,11 @@ def _check_plane(
 
 def _systems_to_follow(plane: ParameterPlane, work: Progress) -> Iterator[tuple[System, str, int]]:
     # Systems at values of one parameter, and name and index of the other, along which branches are
-    # followed. This is μ if μ is one of the two: along μ there is at most one Hopf point.
-    varied_index = 0 if plane.names[0] == "mu" else 1
-    low, high = plane.ranges[1 - varied_index]
-    name = plane.names[1 - varied_index]
+    # followed.
+    varied_index = _varied_index(plane)
+    fixed_index = 1 - varied_index
+    low, high = plane.ranges[fixed_index]
+    name = plane.names[fixed_index]
     set_value = getattr(plane.system.parameters, name)
     values = [low + (high - low) * (index + 0.5) / _LINE_COUNT for index in range(_LINE_COUNT)]
     for count, value in enumerate([*([set_value] if low <= set_value <= high else []), *values]):
@@ -153,10 +162,16 @@ def _systems_to_follow(plane: ParameterPlane, work: Progress) -> Iterator[tuple[
         yield plane.system.with_values({name: value}), plane.names[varied_index], varied_index
 
 
+def _varied_index(plane: ParameterPlane) -> int:
+    # Index of the parameter along which branches are followed: μ if it is one of the two, as along
+    # μ there is at most one Hopf point.
+    return 0 if plane.names[0] == "mu" else 1
+
+
 def _branch_events(
     plane: ParameterPlane, kind: EventKind, work: Progress
 ) -> Iterator[tuple[System, CyclePoint, FloatArray]]:
-    # The system, the cycle and the values of both parameters at every event of a kind on branches.
+    # The system, the cycle and the values of both parameters at each event of a kind on branches.
     for system, name, varied_index in _systems_to_follow(plane, work):
         p = system.parameters
         low, high = plane.ranges[varied_index]
@@ -228,27 +243,31 @@ def _curve_through(
 
 def _add_bautin(plane: ParameterPlane, curve: BoundaryCurve, work: Progress) -> BoundaryCurve:
     # Add the Bautin points in which a fold curve ends: Hopf points of zero Lyapunov coefficient.
-    ends_in_equilibrium = [end is End.EQUILIBRIUM for end in curve.ends]
-    at_start = _bautin_near(plane, curve.points[0], work) if ends_in_equilibrium[0] else []
-    at_end = _bautin_near(plane, curve.points[-1], work) if ends_in_equilibrium[1] else []
-    before, after = (
-        [_event(EventKind.BAUTIN, point) for point in points] for points in (at_start, at_end)
-    )
-    return BoundaryCurve(
-        (*at_start, *curve.points, *at_end), (*before, *curve.events, *after), curve.ends
-    )
+    points, events = [curve.points], [curve.events]
+    first_end, last_end = curve.ends
+    if first_end is End.EQUILIBRIUM:
+        bautin = _bautin_points(plane, curve.points[0], work)
+        points.insert(0, bautin)
+        events.insert(0, tuple(_event(EventKind.BAUTIN, point) for point in bautin))
+    if last_end is End.EQUILIBRIUM:
+        bautin = _bautin_points(plane, curve.points[-1], work)
+        points.append(bautin)
+        events.append(tuple(_event(EventKind.BAUTIN, point) for point in bautin))
+    return BoundaryCurve(tuple(chain(*points)), tuple(chain(*events)), curve.ends)
 
 
-def _bautin_near(plane: ParameterPlane, near: BoundaryPoint, work: Progress) -> list[BoundaryPoint]:
+def _bautin_points(
+    plane: ParameterPlane, fold: BoundaryPoint, work: Progress
+) -> tuple[BoundaryPoint, ...]:
+    # The Bautin point nearest to a fold of small amplitude; empty if it is not found.
     curve = HopfCurve(plane, work)
-    varied_index = 0 if plane.names[0] == "mu" else 1
-    start = curve.point_at(near.values, 1 - varied_index)
+    start = curve.point_at(fold.values, 1 - _varied_index(plane))
     if start is None:
-        return []
+        return ()
     follower = Follower(curve, max_points=_MAX_POINTS_TO_BAUTIN)
     points = follower.events_both_ways(start, EventKind.BAUTIN, _FIRST_STEP)
     points.sort(key=lambda point: float(np.linalg.norm(point.unknowns - start.unknowns)))
-    return [_hopf_point(plane, point) for point in points[:1]]
+    return tuple(_hopf_point(plane, point) for point in points[:1])
 
 
 def _event(kind: EventKind, point: BoundaryPoint) -> BoundaryEvent:
@@ -257,9 +276,10 @@ def _event(kind: EventKind, point: BoundaryPoint) -> BoundaryEvent:
 
 def _cycle_point(scales: FloatArray, orbit: OrbitOnCurve) -> BoundaryPoint:
     x, vx, y, vy, period, first, second = (orbit.unknowns * scales).tolist()
-    low, high = orbit.extremes[2:4].tolist()
     multipliers = tuple(orbit.multipliers.tolist())
-    return BoundaryPoint((first, second), period, (x, vx, y, vy), low, high, multipliers)
+    return BoundaryPoint(
+        (first, second), period, (x, vx, y, vy), orbit.y_min, orbit.y_max, multipliers
+    )
 
 
 def _hopf_point(plane: ParameterPlane, point: HopfOnCurve) -> BoundaryPoint:
@@ -290,10 +310,10 @@ def _is_on_a_curve(
             [[*point.values, point.period, point.y_min, point.y_max] for point in curve.points]
         )
         polyline /= units
-        segments = np.diff(polyline, axis=0)
-        lengths = np.maximum(np.linalg.norm(segments, axis=1), _MIN_SEGMENT)
-        shares = np.clip(((target - polyline[:-1]) * segments).sum(axis=1) / lengths**2, 0.0, 1.0)
-        distances = np.linalg.norm(polyline[:-1] + shares[:, None] * segments - target, axis=1)
+        chords = np.diff(polyline, axis=0)
+        lengths = np.maximum(np.linalg.norm(chords, axis=1), _MIN_CHORD)
+        shares = np.clip(((target - polyline[:-1]) * chords).sum(axis=1) / lengths**2, 0.0, 1.0)
+        distances = np.linalg.norm(polyline[:-1] + shares[:, None] * chords - target, axis=1)
         if (distances < _RELATIVE_DISTANCE * lengths + _DISTANCE).any():
             return True
     return False

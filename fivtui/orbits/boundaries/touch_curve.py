@@ -1,4 +1,7 @@
-"""Curves of limit cycles that touch y = 0 from the belt's side, over two parameters."""
+"""Curves of touching cycles over two parameters: limit cycles in contact that just reach y = 0.
+
+The unknowns are state, period and both parameters, each divided by its unit.
+"""
 
 from dataclasses import replace
 from typing import Final
@@ -8,12 +11,14 @@ import numpy as np
 from fivtui.model import Progress
 from fivtui.orbits.curves.arclength import CycleCurve, OrbitCurve, OrbitOnCurve, cycle_scales
 from fivtui.orbits.curves.events import EventKind
-from fivtui.orbits.curves.flow import FLOW_TOL, FloatArray, SliderBeltFlow
+from fivtui.orbits.curves.flow import FLOW_TOL, Y_MAX, FloatArray, SliderBeltFlow
 from fivtui.transient import START_SEEDS, Request, vary
 
-from .plane import FIRST, SECOND, ParameterPlane
+from .plane import FIRST, IN_PLANE, SECOND, UNKNOWN_COUNT, ParameterPlane
 
-_UNKNOWN_COUNT: Final = 7
+# Unit vectors of the unknowns. A touching cycle starts at its highest point, where y = ẏ = 0.
+_UNIT_VECTORS: Final = np.eye(UNKNOWN_COUNT)
+_Y_AXIS, _VY_AXIS = _UNIT_VECTORS[2], _UNIT_VECTORS[3]
 # Greatest height of a touching cycle's highest point, relative to the depth of its lowest point.
 _MAX_HEIGHT: Final = 1e-9
 
@@ -27,6 +32,7 @@ class TouchCurve(CycleCurve[OrbitOnCurve]):
     def __init__(self, plane: ParameterPlane, length: float, period: float, work: Progress) -> None:
         scales = cycle_scales(length, period, *plane.units)
         super().__init__(scales, plane.bounds((FIRST, SECOND)))
+        # At a fold one of the three multipliers is 1.
         self.tests = {
             EventKind.FOLD: lambda orbit: float(np.linalg.det(orbit.monodromy - np.eye(3)))
         }
@@ -35,34 +41,33 @@ class TouchCurve(CycleCurve[OrbitOnCurve]):
         self._orbits = OrbitCurve(flow, scales, work)
 
     def touching_cycle(
-        self, cycle: FloatArray, index: int = FIRST, values: FloatArray | None = None
+        self, cycle: FloatArray, fixed_index: int = FIRST, values: FloatArray | None = None
     ) -> OrbitOnCurve | None:
-        """The touching cycle near a cycle in contact, with the value of one unknown fixed.
+        """The touching cycle near a cycle in contact.
 
-        `cycle` are the unknowns of that cycle; `values`, scaled, replace its parameters.
+        `cycle` are the unknowns of that cycle in SI units. The scaled `values` replace its
+        parameters, if given. The unknown with the index `fixed_index` keeps its value.
         """
         x, vx = self._highest_point(cycle)
-        guess = np.array([x, vx, 0.0, 0.0, *cycle[4:]]) / self.scales
+        _, _, _, _, *period_and_values = cycle
+        guess = np.array([x, vx, 0.0, 0.0, *period_and_values]) / self.scales
         if values is not None:
-            guess[FIRST:] = values
-        return self.correct(guess, None, np.eye(_UNKNOWN_COUNT)[index])
+            guess[IN_PLANE] = values
+        return self.correct(guess, None, _UNIT_VECTORS[fixed_index])
 
     def correct(
         self,
         guess: FloatArray,
-        near: OrbitOnCurve | None,  # noqa: ARG002
-        along: FloatArray,
-        tangent: FloatArray | None = None,
+        neighbour: OrbitOnCurve | None,  # noqa: ARG002
+        normal: FloatArray,
+        heading: FloatArray | None = None,
     ) -> OrbitOnCurve | None:
-        """The cycle near a guess in the plane with the normal `along`: see `Curve`."""
-        planes = np.zeros((3, _UNKNOWN_COUNT))
-        planes[0, 2] = planes[1, 3] = 1.0
-        planes[2] = along
-        orbit = self._orbits.solve(guess, planes, tangent, tangent_across=False)
-        if orbit is None:
+        """The cycle near a guess, in the plane through it with this normal: see `Curve`."""
+        normals = np.array([_Y_AXIS, _VY_AXIS, normal])
+        orbit = self._orbits.solve(guess, normals, heading, tangent_across=False)
+        if orbit is None or orbit.y_max > _MAX_HEIGHT * abs(orbit.y_min):
             return None
-        low, high = orbit.extremes[2:4].tolist()
-        return None if high > _MAX_HEIGHT * abs(low) else orbit
+        return orbit
 
     def _highest_point(self, cycle: FloatArray) -> tuple[float, float]:
         # x and ẋ at the highest point of a cycle.
@@ -70,8 +75,8 @@ class TouchCurve(CycleCurve[OrbitOnCurve]):
         state = (x, vx, y, vy)
         system = replace(self._plane.system_at(values), separation=False)
         cycle_run = Request(system, t_end=period, tol=FLOW_TOL, start=state)
-        moment = float(vary(cycle_run, START_SEEDS[:1]).extreme_times[3])
-        if 0.0 < moment < period:
-            rise = Request(system, t_end=moment, tol=FLOW_TOL, start=state)
-            state = vary(rise, START_SEEDS[:1]).final
-        return state[0], state[1]
+        time = float(vary(cycle_run, START_SEEDS[:1]).extreme_times[Y_MAX])
+        if 0.0 < time < period:
+            rise = Request(system, t_end=time, tol=FLOW_TOL, start=state)
+            x, vx, _, _ = vary(rise, START_SEEDS[:1]).final
+        return x, vx

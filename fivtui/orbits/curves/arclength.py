@@ -18,10 +18,20 @@ from fivtui.model import PARAMETERS, Progress
 from fivtui.taylor import local_tolerance, order_for
 from fivtui.transient import MAX_T_END
 
-from .flow import FLOW_TOL, MAX_FLOW_STEPS, FloatArray, Flow, MotionEnd, SliderBeltFlow
+from .flow import (
+    FLOW_TOL,
+    MAX_FLOW_STEPS,
+    POSITION_EXTREMES,
+    Y_MAX,
+    Y_MIN,
+    FloatArray,
+    Flow,
+    MotionEnd,
+    SliderBeltFlow,
+)
 from .following import Bound, Curve, PointOnCurve
 
-# Indices of the parameter that varies and of the period, the last two unknowns.
+# Indices among the unknowns of an orbit along one parameter: the parameter, and the period.
 PARAMETER: Final = -1
 PERIOD: Final = -2
 NO_CALLBACK: Final = Progress(None)
@@ -31,12 +41,27 @@ T = TypeVar("T")
 
 @dataclass(frozen=True, slots=True)
 class OrbitOnCurve(PointOnCurve):
-    """A periodic orbit: unit vector along it, monodromy, extremes, determinant of the equations."""
+    """A periodic orbit on a curve.
+
+    `flow_direction` is the unit vector of the motion at its start, scaled. `monodromy` maps
+    deviations normal to it over a period. `extremes` are those of `MotionEnd`, in m and m/s;
+    `determinant` is that of the equations, with the tangent as last row.
+    """
 
     flow_direction: FloatArray
     monodromy: FloatArray
     extremes: FloatArray
     determinant: float
+
+    @property
+    def y_min(self) -> float:
+        """Lowest point, m."""
+        return float(self.extremes[Y_MIN])
+
+    @property
+    def y_max(self) -> float:
+        """Highest point, m."""
+        return float(self.extremes[Y_MAX])
 
     def reversed(self) -> Self:
         """The orbit with the tangent reversed."""
@@ -59,20 +84,25 @@ def cycle_scales(length: float, period: float, *units: float) -> FloatArray:
 
 
 class CycleCurve(Curve[Orbit]):
-    """A curve of limit cycles in units of its scales."""
+    """A curve of limit cycles; `scales` are the units of its unknowns."""
 
     def __init__(self, scales: FloatArray, bounds: Sequence[Bound]) -> None:
         self.scales, self.bounds = scales, bounds
 
     def size(self, point: Orbit) -> float:
-        """Amplitude of both displacements, scaled."""
-        x_min, x_max, y_min, y_max = (point.extremes[:4] / self.scales[0]).tolist()
+        """Amplitude of x and y together, scaled."""
+        x_min, x_max, y_min, y_max = self._scaled_extremes(point).tolist()
         return 0.5 * math.hypot(x_max - x_min, y_max - y_min)
 
     def features(self, point: Orbit) -> FloatArray:
         """Quantities that do not depend on the phase: period, parameters and extremes."""
         state_count = len(point.flow_direction)
-        return np.concatenate([point.unknowns[state_count:], point.extremes[:4] / self.scales[0]])
+        return np.concatenate([point.unknowns[state_count:], self._scaled_extremes(point)])
+
+    def _scaled_extremes(self, point: Orbit) -> FloatArray:
+        # Extremes of x and y in units of length.
+        extremes: FloatArray = point.extremes[:POSITION_EXTREMES] / self.scales[0]
+        return extremes
 
 
 class NewtonLimits(NamedTuple):
@@ -87,7 +117,10 @@ class NewtonLimits(NamedTuple):
 
 
 class Root(NamedTuple, Generic[T]):
-    """A root of equations, their derivatives and data at the root, and the iterations used."""
+    """A root of equations, with their derivatives and `data` there, and the iterations used.
+
+    `data` is what the equations return beside residuals and derivatives, such as the motion.
+    """
 
     unknowns: FloatArray
     derivatives: FloatArray
@@ -103,10 +136,13 @@ def find_root(
 ) -> Root[T] | None:
     """The root of equations near a guess by Newton's method; None if it does not converge.
 
-    `equations` returns residuals, derivatives and data of the root, or None where undefined.
+    `equations` returns residuals, derivatives and `data`, or None where undefined. The first
+    `state_count` unknowns are the state, whose size scales the limits.
     """
     # The compiled kernel has the same algorithm in `orbit_solve`.
-    unknowns, least_residual, best, tolerance = guess, np.inf, None, 0.0
+    unknowns, best = guess, None
+    # Residual at the best iterate, and the residual below which that one is accepted.
+    least_residual, tolerance = np.inf, 0.0
     for iteration in range(limits.iterations):
         values = equations(unknowns)
         if values is None:
@@ -129,7 +165,10 @@ def find_root(
 
 
 def normal_basis(direction: FloatArray) -> FloatArray:
-    """Orthonormal basis, in columns, of the plane normal to a unit vector, by a reflection."""
+    """Orthonormal basis, in columns, of the plane normal to a unit vector.
+
+    A reflection maps the first axis to the vector, and the further axes to the basis.
+    """
     normal = direction.copy()
     normal[0] += -1.0 if direction[0] < 0.0 else 1.0
     basis: FloatArray = (

@@ -16,10 +16,11 @@ from .events import End, EventKind
 from .flow import POSITION_EXTREMES, FloatArray, Flow, ModePattern, SliderBeltFlow
 from .following import Bound
 
-# Derivatives of the parameter along the curve that are zero to rounding.
+# Rounding of the parameter's derivative along the curve.
 _SLOPE_ROUNDING: Final = 1e-9
+# Greatest distance of multipliers at a torus from the unit circle, and least imaginary part.
 _CIRCLE_TOL: Final = 1e-6
-# Part of a stick in which a period may begin, relative to the length of the stick.
+# A period begins within this part of a stick, relative to the length of the stick.
 _INNER_PART: Final = (0.25, 0.75)
 # A stick vanishes below this part of the period, a speed gap below this part of the belt speed.
 _VANISHING: Final = 1e-3
@@ -29,8 +30,7 @@ _RANGE_PER_UNIT: Final = 64.0
 
 def touch_test(orbit: OrbitOnCurve) -> float:
     """Zero if the highest or the lowest point is at y = 0, positive if y changes its sign."""
-    low, high = orbit.extremes[2:4].tolist()
-    return float(-low * high)
+    return -orbit.y_min * orbit.y_max
 
 
 def fold_test(orbit: OrbitOnCurve) -> float:
@@ -47,19 +47,20 @@ def period_doubling_test(orbit: OrbitOnCurve) -> float:
 def torus_test(orbit: OrbitOnCurve) -> float:
     """Zero where the product of two multipliers is 1.
 
-    The products are the eigenvalues of the matrix of all minors of two rows and columns.
+    The products are the eigenvalues of the matrix of all minors of two rows and columns, so that
+    the determinant of this matrix less the identity vanishes.
     """
     rows = orbit.monodromy.tolist()
     pairs = list(combinations(range(len(rows)), 2))
-    minors = [
+    minors_less_identity = [
         [rows[i][k] * rows[j][n] - rows[i][n] * rows[j][k] - (i == k and j == n) for k, n in pairs]
         for i, j in pairs
     ]
-    return float(np.linalg.det(minors)) if pairs else 1.0
+    return float(np.linalg.det(minors_less_identity)) if pairs else 1.0
 
 
 def branch_test(orbit: OrbitOnCurve) -> float:
-    """Zero where another branch crosses."""
+    """Zero where another branch crosses: the equations are singular."""
     return orbit.determinant
 
 
@@ -73,7 +74,10 @@ _TESTS: Final[dict[EventKind, Callable[[OrbitOnCurve], float]]] = {
 
 
 class BranchCurve(CycleCurve[OrbitOnCurve]):
-    """Periodic orbits of a flow along one parameter; `untested` events are not searched."""
+    """Periodic orbits of a flow along one parameter; events of `untested` are not searched for.
+
+    Touches of y = 0 are searched for if `tests_touch`.
+    """
 
     may_hide_folds = True
     untested: frozenset[EventKind] = frozenset()
@@ -97,17 +101,18 @@ class BranchCurve(CycleCurve[OrbitOnCurve]):
     def correct(
         self,
         guess: FloatArray,
-        near: OrbitOnCurve,
-        along: FloatArray,
-        tangent: FloatArray | None = None,
+        neighbour: OrbitOnCurve,
+        normal: FloatArray,
+        heading: FloatArray | None = None,
     ) -> OrbitOnCurve | None:
-        """The orbit near a guess in the plane with the normal `along`: see `Curve`."""
-        planes = np.zeros((2, len(guess)))
-        planes[0, : len(near.flow_direction)], planes[1] = near.flow_direction, along
-        return self.orbits.solve(guess, planes, tangent)
+        """The orbit near a guess, in the plane through it with this normal: see `Curve`."""
+        flow_direction = neighbour.flow_direction
+        normals = np.zeros((2, len(guess)))
+        normals[0, : len(flow_direction)], normals[1] = flow_direction, normal
+        return self.orbits.solve(guess, normals, heading)
 
     def multipliers(self, orbits: Sequence[OrbitOnCurve]) -> NDArray[np.complex128]:
-        """Floquet multipliers of orbits by falling size, shape (n, states - 1)."""
+        """Floquet multipliers of orbits by falling size, one row each."""
         values = np.linalg.eigvals(np.array([orbit.monodromy for orbit in orbits]))
         order = np.argsort(-np.abs(values), axis=1, kind="stable")
         return np.take_along_axis(values.astype(np.complex128), order, axis=1)
@@ -164,17 +169,14 @@ class FiniteSpeedBranchCurve(BranchCurve):
         if pattern.sticks == 0.0 or _INNER_PART[0] < pattern.start_in_stick < _INNER_PART[1]:
             return point
         moved = self.orbits.restart_later(point, pattern.longest_stick_middle)
-        if moved is None:
+        if moved is None or self.pattern(moved) != self.pattern(point):
             return point
-        keeps_pattern = mode_pattern(moved).start_in_stick > 0.0 and self.pattern(
-            moved
-        ) == self.pattern(point)
-        return moved if keeps_pattern else point
+        return moved if mode_pattern(moved).start_in_stick > 0.0 else point
 
 
 @dataclass(frozen=True, slots=True)
 class ParameterLine:
-    """A parameter of a system, and the range in which it varies."""
+    """A parameter of a system, and the range in which it varies; `work` reports and cancels."""
 
     system: System
     name: str
@@ -192,7 +194,10 @@ class ParameterLine:
         return replace(self, system=self.system.with_values({self.name: value}))
 
     def curve(self, length: float, period: float) -> BranchCurve:
-        """The limit cycles along the parameter, scaled by a length, a period and a unit for it."""
+        """The limit cycles along the parameter.
+
+        State and period are scaled by a length, m, and a period, s; the parameter by a power of 2.
+        """
         low, high = self.bounds
         unit = 2.0 ** math.floor(math.log2(max(abs(self.value), (high - low) / _RANGE_PER_UNIT)))
         flow = SliderBeltFlow(self.system, (self.name,))

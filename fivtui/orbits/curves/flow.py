@@ -17,16 +17,28 @@ FLOW_TOL: Final = 1e-13
 MAX_FLOW_STEPS: Final = 20_000
 # On a belt of finite speed steps are slow, and a period takes less than a hundred.
 _MAX_BELT_STEPS: Final = 2_000
+# Extremes begin with those of x and y; on a belt of finite speed the `ModePattern` follows them.
+POSITION_EXTREMES: Final = 4
+Y_MIN: Final = EXTREMES.index("y_min")
+Y_MAX: Final = EXTREMES.index("y_max")
 
 
 @dataclass(frozen=True, slots=True)
 class MotionEnd:
-    """The end of a motion: state, rate, derivatives by state and parameters, and extremes."""
+    """The end of a motion: state, rate of change, and derivatives by start and parameters.
+
+    `extremes` are those over the motion, in the order of `EXTREMES`.
+    """
 
     final: FloatArray
     rate: FloatArray
     derivatives: FloatArray
     extremes: FloatArray
+
+    @property
+    def y_max(self) -> float:
+        """Highest point, m."""
+        return float(self.extremes[Y_MAX])
 
 
 class Flow(Protocol):
@@ -45,9 +57,10 @@ class Flow(Protocol):
 class ModePattern(NamedTuple):
     """Sticks and order of modes of a motion over a period on a belt of finite speed.
 
-    `sticks` and `reversals` are numbers of sticks and slips backward, `order` a code of the order.
-    Times are relative to the period, `speed_gap`, the least distance from the belt speed, to that
-    speed. `start_in_stick` is the part of a stick at which the period starts, -1 elsewhere.
+    `sticks` and `reversals` are numbers of sticks and slips backward; `order` is a number that
+    encodes the order of modes. Times are relative to the period. `speed_gap` is the least distance
+    of ẋ from the belt speed, relative to that speed. If the period starts within a stick,
+    `start_in_stick` is the part of the stick before the start, else -1.
     """
 
     sticks: float
@@ -59,19 +72,16 @@ class ModePattern(NamedTuple):
     longest_stick_middle: float
 
 
-# Number of extremes of x and y; on a belt of finite speed the `ModePattern` follows them.
-POSITION_EXTREMES: Final = 4
 _MODE_COUNT: Final = len(Mode)
 # Upper bound of encoded orders of modes: floats hold smaller integers exactly.
 _ORDER_BOUND: Final = 2**53
-# Distance from the belt speed, relative to the speeds, within which a start has the belt speed.
+# A start whose ẋ is within this of the belt speed, relative to the speeds, has the belt speed.
 _SPEED_TOL: Final = 1e-9
 
 
-def _mode_pattern(motion: Variation, period: float, speed: float) -> ModePattern:
-    # `speed` is that of the belt, m/s.
+def _mode_pattern(motion: Variation, period: float, belt_speed: float) -> ModePattern:
     times, modes = motion.changes[:, 0], [int(mode) for mode in motion.changes[:, 2]]
-    # The cyclic order of modes in contact.
+    # The order of modes in contact is cyclic: the least rotation makes it independent of the start.
     contact_modes = [mode for mode in modes if mode != Mode.SEPARATED]
     order = [mode for index, mode in enumerate(contact_modes) if contact_modes[index - 1] != mode]
     rotations = [order[index:] + order[:index] for index in range(len(order))] or [[]]
@@ -92,7 +102,7 @@ def _mode_pattern(motion: Variation, period: float, speed: float) -> ModePattern
         reversals=float(order.count(Mode.BACKWARD)),
         order=float(code),
         shortest_stick=min((length for length, _ in sticks), default=1.0),
-        speed_gap=(speed - vx_max) / speed if speed > 0.0 else 0.0,
+        speed_gap=(belt_speed - vx_max) / belt_speed if belt_speed > 0.0 else 0.0,
         start_in_stick=(1.0 - float(starts[-1])) / float(lengths[-1]) if starts_in_stick else -1.0,
         longest_stick_middle=(start + 0.5 * longest_stick) % 1.0 if sticks else -1.0,
     )
@@ -115,10 +125,12 @@ class SliderBeltFlow:
         start = state.tolist()
         try:
             system = self.system.with_values(dict(zip(self.names, values.tolist(), strict=True)))
-            speed = system.parameters.v_belt
-            if speed is not None and abs(start[1] - speed) <= _SPEED_TOL * (speed + abs(start[3])):
-                start[1] = speed
-            max_steps = MAX_FLOW_STEPS if speed is None else _MAX_BELT_STEPS
+            belt_speed = system.parameters.v_belt
+            if belt_speed is not None:
+                _, vx, _, vy = start
+                if abs(vx - belt_speed) <= _SPEED_TOL * (belt_speed + abs(vy)):
+                    start[1] = belt_speed
+            max_steps = MAX_FLOW_STEPS if belt_speed is None else _MAX_BELT_STEPS
             request = Request(
                 system, t_end=float(time), tol=FLOW_TOL, start=start, max_steps=max_steps
             )
@@ -126,7 +138,7 @@ class SliderBeltFlow:
         except (InputError, ComputationError):
             return None
         extremes = motion.extremes
-        if speed is not None:
-            pattern = _mode_pattern(motion, time, speed)
+        if belt_speed is not None:
+            pattern = _mode_pattern(motion, time, belt_speed)
             extremes = np.append(extremes[:POSITION_EXTREMES], pattern)
         return MotionEnd(np.array(motion.final), motion.final_rate, motion.derivatives, extremes)

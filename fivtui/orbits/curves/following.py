@@ -1,4 +1,7 @@
-"""Following a curve: step control, location of events, and ends."""
+"""Following a curve of solutions: step control, location of events, and ends.
+
+Lengths and sizes are those of the scaled unknowns of a point.
+"""
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
@@ -10,8 +13,8 @@ import numpy as np
 from .events import MAX_POINTS, End, EventKind
 from .flow import FloatArray
 
-# Upper bounds of a step relative to the point's size: one for all points, and a lower one for large
-# points, which allows at least a fixed length.
+# Upper bounds of a step, relative to the size of its first point. The second bounds long steps:
+# those above a fixed length.
 _STEP_PER_SIZE: Final = 0.4
 _STEP_PER_LARGE_SIZE: Final = 0.1
 _LARGE_STEP: Final = 0.25
@@ -26,16 +29,17 @@ _STEP_GROWTH: Final = 1.5
 _FEW_ITERATIONS: Final = 4
 # Least ratio of the sizes after and before a step.
 _MIN_SIZE_RATIO: Final = 0.3
+# Added to a component of a tangent, so that it can divide.
 _TANGENT_ROUNDING: Final = 1e-9
-# Least length of the previous step, relative to the present one, for extrapolation of the bend.
+# Least length of the previous step, relative to the present one, for quadratic extrapolation.
 _MIN_PREVIOUS_STEP: Final = 0.2
-# Distance from the curve, relative to a step, below which it may close, and relative tolerance of
-# equal points.
+# A curve may close if its first point is within this distance of a step, relative to the step; it
+# closes if a point on the step equals the first one within a relative tolerance.
 _CLOSING_DISTANCE: Final = 0.1
 _SAME_POINT: Final = 1e-6
 # Accuracy of the location of a change of pattern, relative to a step.
 _RESOLUTION: Final = 1e-9
-# Distance between two patterns, relative to the size of the cycle, above which motion jumps.
+# Distance between points of two patterns, relative to their size, above which the motion jumps.
 _JUMP_DISTANCE: Final = 1e-3
 # Distances from a corner, relative to the size of its cycle, at which the curve may continue.
 _CORNER_DISTANCES: Final = (1e-3, 1e-2, 1e-4, 0.1)
@@ -81,12 +85,16 @@ class Curve(ABC, Generic[P]):
 
     @abstractmethod
     def correct(
-        self, guess: FloatArray, near: P, along: FloatArray, tangent: FloatArray | None = None
+        self,
+        guess: FloatArray,
+        neighbour: P,
+        normal: FloatArray,
+        heading: FloatArray | None = None,
     ) -> P | None:
         """The point of the curve near a guess; None if there is none.
 
-        It is in the plane through the guess with the normal `along`. `near` is a known point of the
-        curve nearby. The new tangent points along `tangent`, by default along `along`.
+        It is in the plane through the guess with this normal. `neighbour` is a known point of the
+        curve nearby. The new tangent points to the side of `heading`, by default of the normal.
         """
 
     def size(self, point: P) -> float:  # noqa: ARG002
@@ -120,7 +128,7 @@ class Curve(ABC, Generic[P]):
 
 @dataclass(frozen=True, slots=True)
 class CurvePart(Generic[P]):
-    """A part of a curve: its points after the first, its events by index, and its end."""
+    """A part of a curve: its points after the first, its events by index of point, and its end."""
 
     points: tuple[P, ...]
     events: dict[int, EventKind]
@@ -129,7 +137,7 @@ class CurvePart(Generic[P]):
 
 @dataclass(frozen=True, slots=True)
 class WholeCurve(Generic[P]):
-    """A curve from end to end: its points, its events by index, and its ends."""
+    """A curve from end to end: its points, its events by index of point, and its ends."""
 
     points: tuple[P, ...]
     events: dict[int, EventKind]
@@ -139,7 +147,7 @@ class WholeCurve(Generic[P]):
 def follow_both_ways(
     follow: Callable[[P], CurvePart[P]], start: P, end_at_start: End | None = None
 ) -> WholeCurve[P]:
-    """The curve through a point, which is an end of the curve if `end_at_start` is given."""
+    """The curve through a point; the point is an end of the curve if `end_at_start` is given."""
     ahead = follow(start)
     if end_at_start is None and ahead.end is End.CLOSED:
         end_at_start = End.CLOSED
@@ -191,9 +199,9 @@ class Follower(Generic[P]):
         until: tuple[EventKind, ...] = (),
         start_event: EventKind | None = None,
     ) -> CurvePart[P]:
-        """Follow the curve from a point, in the direction of its tangent, to an event of `until`.
+        """Follow the curve from a point along its tangent, to its end or an event of `until`.
 
-        `start_event` is the event at the start.
+        `start_event` is the event at the start, if there is one: it is not located again.
         """
         points: list[P] = []
         events: dict[int, EventKind] = {}
@@ -303,8 +311,8 @@ class Follower(Generic[P]):
         return *self._find_first_event(node, successor, until), None
 
     def _hides_folds(self, node: _Node[P], successor: _Node[P]) -> bool:
-        # Whether the slope of the parameter has two zeros in the step. The parabola through the
-        # slopes at both ends with the mean slope of the step approximates it.
+        # Whether the slope of the parameter has two zeros in the step. A parabola approximates the
+        # slope: it has the same values at both ends of the step, and the same mean.
         begin_slope, end_slope = node.values[EventKind.FOLD], successor.values[EventKind.FOLD]
         if not begin_slope * end_slope > 0.0:
             return False
@@ -312,12 +320,14 @@ class Follower(Generic[P]):
         sign = np.sign(begin_slope)
         mean_slope = sign * float(change[self._parameter_index]) / float(np.linalg.norm(change))
         begin_slope, end_slope = begin_slope * sign, end_slope * sign
-        square = 3.0 * (begin_slope + end_slope - 2.0 * mean_slope)
-        if square <= 0.0:
+        # The parabola at a share s of the step is begin_slope + linear s + quadratic s².
+        quadratic = 3.0 * (begin_slope + end_slope - 2.0 * mean_slope)
+        if quadratic <= 0.0:
             return False
-        linear = end_slope - begin_slope - square
-        vertex = -0.5 * linear / square
-        return bool(0.0 < vertex < 1.0 and begin_slope - 0.25 * linear * linear / square < 0.0)
+        linear = end_slope - begin_slope - quadratic
+        vertex = -0.5 * linear / quadratic
+        least_slope = begin_slope - 0.25 * linear * linear / quadratic
+        return bool(0.0 < vertex < 1.0 and least_slope < 0.0)
 
     def _find_pattern_change(
         self, node: _Node[P], new: P, until: tuple[EventKind, ...]
@@ -328,7 +338,8 @@ class Follower(Generic[P]):
         old = point
         length = float(point.tangent @ (new.unknowns - point.unknowns))
         while (gap := float(point.tangent @ (new.unknowns - old.unknowns))) > _RESOLUTION * length:
-            # Guesses along the tangent before the change keep Newton's method on that side.
+            # Guesses along the tangent at the last point of the old pattern keep Newton's method
+            # on its side.
             direction = old.tangent / float(point.tangent @ old.tangent)
             middle = self._curve.correct(old.unknowns + 0.5 * gap * direction, point, point.tangent)
             if middle is None:
@@ -350,9 +361,9 @@ class Follower(Generic[P]):
         point, pattern = corner.point, self._curve.pattern
         normal = np.eye(len(point.unknowns))[self._parameter_index]
         for distance in _CORNER_DISTANCES:
-            away = distance * corner.size * point.tangent
-            away[self._parameter_index] = -away[self._parameter_index]
-            beyond = self._curve.correct(point.unknowns + away, point, normal, away)
+            step = distance * corner.size * point.tangent
+            step[self._parameter_index] = -step[self._parameter_index]
+            beyond = self._curve.correct(point.unknowns + step, point, normal, step)
             if beyond is not None and pattern(beyond) != pattern(point):
                 return beyond
         return None
@@ -388,7 +399,8 @@ class Follower(Generic[P]):
     def _find_first_event(
         self, node: _Node[P], successor: _Node[P], until: tuple[EventKind, ...]
     ) -> tuple[_Node[P], EventKind | None]:
-        # The next point, or the first event before it. Only events of `until` must be located.
+        # The next point, or the first event before it. Events of `until` must be located, if need
+        # be by a shorter step; others are left out where they cannot be located.
         events: list[tuple[float, EventKind, P]] = []
         for kind, test in self._curve.tests.items():
             if node.values[kind] * successor.values[kind] < 0.0:
@@ -415,11 +427,12 @@ class Follower(Generic[P]):
     def _locate_zero(
         self, begin: P, end: P, test: Callable[[P], float], value_at_begin: float
     ) -> tuple[float, P]:
-        # The distance s along the tangent at which a test is zero, and the point.
+        # The distance s along the first point's tangent at which a test is zero, and the point.
         from scipy.optimize import brentq
 
-        along = begin.tangent
-        step = float(along @ (end.unknowns - begin.unknowns))
+        tangent = begin.tangent
+        step = float(tangent @ (end.unknowns - begin.unknowns))
+        # Points by distance.
         points = {0.0: begin, step: end}
 
         def test_value(s: float) -> float:
@@ -428,8 +441,8 @@ class Follower(Generic[P]):
             if s not in points:
                 low = max(distance for distance in points if distance < s)
                 high = min(distance for distance in points if distance > s)
-                guess = _interpolate(points[low], points[high], along, (s - low) / (high - low))
-                point = self._curve.correct(guess, begin, along)
+                guess = _interpolate(points[low], points[high], tangent, (s - low) / (high - low))
+                point = self._curve.correct(guess, begin, tangent)
                 closest = low if s - low < high - s else high
                 if point is None and abs(s - closest) > _SINGULAR_DISTANCE * step:
                     raise _StepTooLongError
@@ -465,13 +478,14 @@ class Follower(Generic[P]):
 
 
 def _interpolate(
-    first: PointOnCurve, second: PointOnCurve, along: FloatArray, share: float
+    first: PointOnCurve, second: PointOnCurve, direction: FloatArray, share: float
 ) -> FloatArray:
-    # The cubic through two points with their tangents, at a share of the distance along `along`.
+    # The cubic through two points with their tangents, at a share of their distance in a direction.
     change = second.unknowns - first.unknowns
-    length = float(along @ change)
+    length = float(direction @ change)
+    # Derivatives of the unknowns by the share, at both points.
     begin, end = (
-        point.tangent * (length / float(along @ point.tangent)) for point in (first, second)
+        point.tangent * (length / float(direction @ point.tangent)) for point in (first, second)
     )
     remainder = 1.0 - share
     bend = share * remainder * (remainder * (begin - change) - share * (end - change))

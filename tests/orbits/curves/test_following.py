@@ -22,22 +22,22 @@ class Circle(Curve[PointOnCurve]):
     def correct(
         self,
         guess: FloatArray,
-        near: PointOnCurve,
-        along: FloatArray,
-        tangent: FloatArray | None = None,
+        neighbour: PointOnCurve,
+        normal: FloatArray,
+        heading: FloatArray | None = None,
     ) -> PointOnCurve | None:
         unknowns = guess.copy()
         for _ in range(20):
             radius = unknowns - (3.0, 2.0)
-            residuals = np.array([radius @ radius - 1.0, along @ (unknowns - guess)])
+            residuals = np.array([radius @ radius - 1.0, normal @ (unknowns - guess)])
             if np.abs(residuals).max() < 1e-14:
                 break
-            unknowns -= np.linalg.solve(np.array([2.0 * radius, along]), residuals)
+            unknowns -= np.linalg.solve(np.array([2.0 * radius, normal]), residuals)
         else:
             return None
-        direction = np.array([-radius[1], radius[0]])
-        direction *= np.sign(direction @ (along if tangent is None else tangent))
-        return PointOnCurve(unknowns, direction, 1)
+        tangent = np.array([-radius[1], radius[0]])
+        tangent *= np.sign(tangent @ (normal if heading is None else heading))
+        return PointOnCurve(unknowns, tangent, 1)
 
 
 def follow(angle: float, low: float, high: float) -> CurvePart[PointOnCurve]:
