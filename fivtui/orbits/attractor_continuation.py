@@ -1,4 +1,7 @@
-"""Attractors along a parameter, followed by transients upwards and downwards."""
+"""Attractors along a parameter, followed by transients from value to value, up and then down.
+
+An attractor is a limit cycle, the equilibrium, or another kind of motion on which transients end.
+"""
 
 from collections import Counter
 from collections.abc import Sequence
@@ -33,8 +36,10 @@ if TYPE_CHECKING:
 Direction = Literal["up", "down"]
 
 DIRECTIONS: Final[tuple[Direction, ...]] = ("up", "down")
+# Kinds of attractors, in the order of their numbers in tables.
 KINDS: Final = tuple(Kind)
-_QUANTITIES: Final = (
+# Columns of attractors, named after the attributes of their orbits.
+_MEASURE_COLUMNS: Final = (
     Column("period", "s", "period of the limit cycle"),
     Column("half_range", "m", "half peak-to-peak of y"),
     Column("y_min", "m", "lowest point"),
@@ -46,7 +51,7 @@ _QUANTITIES: Final = (
     Column("vx_max", "m/s", "greatest horizontal velocity"),
     Column("force_max", "N", "greatest contact force"),
 )
-# Offset, in characteristic lengths, with which motion leaves an unstable equilibrium.
+# Offset of a start from the equilibrium, in characteristic lengths: motion leaves an unstable one.
 _REST_OFFSET: Final = 1e-4
 
 
@@ -131,7 +136,10 @@ class Continuation(TableResult, Plottable):
                 for direction in DIRECTIONS
             },
             Column("kind", "1", "index in kinds"): kinds,
-            **{c: np.array([_quantity(p.attractor, c.name) for p in points]) for c in _QUANTITIES},
+            **{
+                column: np.array([_measure(point.attractor, column.name) for point in points])
+                for column in _MEASURE_COLUMNS
+            },
         }
 
     def _header(self) -> dict[str, Any]:
@@ -170,8 +178,8 @@ class Continuation(TableResult, Plottable):
         return continuation_sheet(self)
 
 
-def _quantity(attractor: Attractor, name: str) -> float:
-    # A quantity of an attractor; NaN where it does not apply.
+def _measure(attractor: Attractor, name: str) -> float:
+    # A measure of an attractor, of its orbit except for `half_range`; NaN where it does not apply.
     record = attractor if name == "half_range" else attractor.orbit
     value = getattr(record, name, None)
     return np.nan if value is None else float(value)
@@ -230,20 +238,21 @@ def continuation(
     """
     system = system_of(parameters, separation)
     spec = varied_spec(system.parameters, name)
-    grid = np.unique([spec.check(float(value)) for value in values])
-    if grid.size < 2:
+    ascending = np.unique([spec.check(float(value)) for value in values])
+    if ascending.size < 2:
         raise InputError(f"continuation: {name}: must be two or more different values")
-    for extreme in grid[[0, -1]].tolist():
+    for extreme in ascending[[0, -1]].tolist():
+        # Raises `InputError` where the other parameters do not allow the value.
         system.with_values({name: extreme})
-    reached_at: dict[float, list[Attractor]] = {value: [] for value in grid.tolist()}
-    directions_of: dict[float, list[list[Direction]]] = {value: [] for value in grid.tolist()}
+    # The attractors at every value, and the directions in which each was found.
+    reached_at: dict[float, list[Attractor]] = {value: [] for value in ascending.tolist()}
+    directions_at: dict[float, list[list[Direction]]] = {value: [] for value in reached_at}
     work = Progress(progress)
-    for sweep, direction in enumerate(DIRECTIONS):
+    for turn, direction in enumerate(DIRECTIONS):
         starts: list[State] | None = None
         for step, value in enumerate(reached_at if direction == "up" else reversed(reached_at)):
-            work.report((sweep + step / grid.size) / 2.0)
-            changed = system.with_values({name: value})
-            explorer = Explorer(changed, kernel=kernel, work=work)
+            work.report((turn + step / ascending.size) / len(DIRECTIONS))
+            explorer = Explorer(system.with_values({name: value}), kernel=kernel, work=work)
             if starts is None:
                 starts = standard_starts(explorer)
             reached: list[Attractor] = []
@@ -251,17 +260,17 @@ def continuation(
                 add_attractor(reached, explorer.reach(start))
             for attractor in reached:
                 index = add_attractor(reached_at[value], attractor)
-                if index == len(directions_of[value]):
-                    directions_of[value].append([])
-                directions_of[value][index].append(direction)
+                if index == len(directions_at[value]):
+                    directions_at[value].append([])
+                directions_at[value][index].append(direction)
             starts = [_next_start(explorer, attractor) for attractor in reached]
     work.advance(1.0)
     points = (
         BranchPoint(value, tuple(directions), attractor)
         for value in reached_at
-        for attractor, directions in zip(reached_at[value], directions_of[value], strict=True)
+        for attractor, directions in zip(reached_at[value], directions_at[value], strict=True)
     )
-    return Continuation(system, name, grid, tuple(points))
+    return Continuation(system, name, ascending, tuple(points))
 
 
 def varied_spec(p: Parameters, name: str) -> ParameterSpec:
@@ -277,7 +286,7 @@ def varied_spec(p: Parameters, name: str) -> ParameterSpec:
 
 
 def _next_start(explorer: Explorer, attractor: Attractor) -> State:
-    # Without an orbit the motion restarts next to the equilibrium.
+    # The start at the next value: on the orbit, or without one next to the equilibrium.
     if attractor.orbit is not None:
         return attractor.orbit.start
     x, vx, y, vy = explorer.rest

@@ -1,4 +1,8 @@
-"""Attractors of one parameter set, and whether vibration coexists with the equilibrium."""
+"""Attractors of one parameter set, found by transients from several starts.
+
+If the equilibrium is stable and other attractors exist, they coexist: a disturbance may lead from
+one to another.
+"""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -11,8 +15,9 @@ from fivtui.transient import Kernel
 from .basins import EscapeOffset, escape_offset
 from .explorer import AT_REST, Attractor, Explorer, Kind, add_attractor, standard_starts
 
-# Part of the progress that the search for attractors takes.
-_SEARCH_PART: Final = 0.3
+# Share of the progress that is reported for the search for attractors.
+_SEARCH_SHARE: Final = 0.3
+# Descriptions of attractors that are no limit cycles, for warnings.
 _DESCRIPTIONS: Final = {
     Kind.UNBOUNDED: "unbounded growth",
     Kind.UNSETTLED: "motion that did not settle in the time allowed",
@@ -53,8 +58,8 @@ class Coexistence(SystemResult):
     @property
     def coexists(self) -> bool:
         """Whether the equilibrium is stable and vibration or unbounded growth was also reached."""
-        attracts = any(attractor.kind in AT_REST for attractor in self.attractors)
-        return (attracts or self.stable) and bool(self.others)
+        reaches_rest = any(attractor.kind in AT_REST for attractor in self.attractors)
+        return (reaches_rest or self.stable) and bool(self.others)
 
     @property
     def settled(self) -> bool:
@@ -87,8 +92,11 @@ class Coexistence(SystemResult):
             ("scene", scene_text(self.system)),
             ("equilibrium", self._equilibrium()),
             *(
-                (f"attractor {n}", f"{attractor.description}: {self.reached.count(n)} starts")
-                for n, attractor in enumerate(self.attractors)
+                (
+                    f"attractor {index}",
+                    f"{attractor.description}: {self.reached.count(index)} starts",
+                )
+                for index, attractor in enumerate(self.attractors)
             ),
         ]
         return rows if self.warning is None else [*rows, ("warning", self.warning)]
@@ -165,12 +173,13 @@ def coexistence(
     equilibrium's basin.
     """
     work = Progress(progress)
-    result = find_attractors(system, kernel=kernel, progress=work.stage(0.0, _SEARCH_PART).callback)
+    search_work, escape_work = work.stage(0.0, _SEARCH_SHARE), work.stage(_SEARCH_SHARE, 1.0)
+    result = find_attractors(system, kernel=kernel, progress=search_work.callback)
     if not result.coexists:
         work.report(1.0)
         return result
     on_found(result)
-    escape = escape_offset(system, kernel=kernel, progress=work.stage(_SEARCH_PART, 1.0).callback)
+    escape = escape_offset(system, kernel=kernel, progress=escape_work.callback)
     return replace(result, escape=escape)
 
 
@@ -186,22 +195,24 @@ def find_attractors(
     starts = standard_starts(explorer)
     attractors: list[Attractor] = []
     reached = []
-    for index, start in enumerate(starts):
-        work.report(index / len(starts))
+    for count, start in enumerate(starts):
+        work.report(count / len(starts))
         reached.append(add_attractor(attractors, explorer.reach(start)))
     work.advance(1.0)
+    # Indices in `attractors` in the order of the result, and their inverse.
     order = sorted(range(len(attractors)), key=lambda index: _sort_key(attractors[index]))
+    rank = {index: position for position, index in enumerate(order)}
     return Coexistence(
-        system,
-        tuple(attractors[index] for index in order),
-        tuple(order.index(index) for index in reached),
-        explorer.equilibrium_attracts,
-        None,
+        system=system,
+        attractors=tuple(attractors[index] for index in order),
+        reached=tuple(rank[index] for index in reached),
+        stable=explorer.equilibrium_attracts,
+        escape=None,
     )
 
 
 def _sort_key(attractor: Attractor) -> tuple[bool, bool, int, float]:
-    # Sort key: rest first, then cycles by kind and size.
+    # Sort key: rest first, then cycles by kind and size, then attractors without an orbit.
     return (
         attractor.kind not in AT_REST,
         attractor.orbit is None,

@@ -1,4 +1,8 @@
-"""Basins of attraction: the attractor of every start, and offsets that leave a basin."""
+"""Basins of attraction: the attractor that motion from each start ends in.
+
+An escape offset is a vertical displacement from rest from which motion leaves the equilibrium's
+basin.
+"""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -28,6 +32,7 @@ from .explorer import Attractor, Explorer, Kind, add_attractor
 if TYPE_CHECKING:
     from fivtui.charts import Sheet
 
+# Bounds the memory and the time of a request.
 MAX_STARTS: Final = 1_000_000
 # Offsets to test, in characteristic lengths: lowest, highest, number.
 _MIN_OFFSET: Final = 1e-3
@@ -35,6 +40,7 @@ _MAX_OFFSET: Final = 100.0
 _OFFSET_COUNT: Final = 31
 # Relative accuracy of an escape offset.
 _ACCURACY: Final = 1e-4
+_UPWARD, _DOWNWARD = 1.0, -1.0
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -232,32 +238,40 @@ def escape_offset(
     explorer = Explorer(system, kernel=kernel, work=work)
     if not explorer.equilibrium_attracts:
         return None
-    x, _, y, _ = explorer.rest
-    offset_grid = (explorer.length * np.geomspace(_MIN_OFFSET, _MAX_OFFSET, _OFFSET_COUNT)).tolist()
-    offsets: list[float | None] = []
-    for side, sign in enumerate((1.0, -1.0)):
-
-        def kind_at(offset: float, sign: float = sign) -> Kind:
-            return explorer.reach((x, 0.0, y + sign * offset, 0.0)).kind
-
-        inside, outside = 0.0, None
-        for step, offset in enumerate(offset_grid):
-            work.report((side + step / len(offset_grid)) / 2.0)
-            kind = kind_at(offset)
-            if kind is Kind.EQUILIBRIUM:
-                inside = offset
-                continue
-            outside = None if kind is Kind.UNSETTLED else offset
-            break
-        offsets.append(None if outside is None else _bisect_offset(kind_at, inside, outside))
+    up, down = (
+        _escape_offset_in(explorer, direction, work.stage(0.5 * index, 0.5 * (index + 1)))
+        for index, direction in enumerate((_UPWARD, _DOWNWARD))
+    )
     work.advance(1.0)
-    return EscapeOffset(*offsets)
+    return EscapeOffset(up, down)
 
 
-def _bisect_offset(kind_at: Callable[[float], Kind], inside: float, outside: float) -> float:
-    while outside - inside > _ACCURACY * outside:
-        middle = 0.5 * (inside + outside)
-        inside, outside = (
-            (middle, outside) if kind_at(middle) is Kind.EQUILIBRIUM else (inside, middle)
-        )
-    return outside
+def _escape_offset_in(explorer: Explorer, direction: float, work: Progress) -> float | None:
+    # The smallest offset in a direction, 1 or -1, that leaves the basin; None without one.
+    x, _, y, _ = explorer.rest
+
+    def kind_at(offset: float) -> Kind:
+        return explorer.reach((x, 0.0, y + direction * offset, 0.0)).kind
+
+    offsets = (explorer.length * np.geomspace(_MIN_OFFSET, _MAX_OFFSET, _OFFSET_COUNT)).tolist()
+    returning_offset = 0.0
+    for index, offset in enumerate(offsets):
+        work.report(index / len(offsets))
+        kind = kind_at(offset)
+        if kind is Kind.UNSETTLED:
+            return None
+        if kind is not Kind.EQUILIBRIUM:
+            return _bisect_offset(kind_at, returning_offset, offset)
+        returning_offset = offset
+    return None
+
+
+def _bisect_offset(kind_at: Callable[[float], Kind], returning: float, escaping: float) -> float:
+    # The smallest offset that escapes, between one that returns and one that escapes.
+    while escaping - returning > _ACCURACY * escaping:
+        middle = 0.5 * (returning + escaping)
+        if kind_at(middle) is Kind.EQUILIBRIUM:
+            returning = middle
+        else:
+            escaping = middle
+    return escaping

@@ -24,9 +24,11 @@ from .attractor_continuation import DIRECTIONS, Continuation
 from .basins import Basin
 from .explorer import AT_REST, Kind
 
-_SIZE: Final = (4.8, 3.9)
-# Characters for the terminal and markers for figures.
+# Width and height of a figure, inches.
+_FIGURE_SIZE: Final = (4.8, 3.9)
+# Characters for the terminal, and markers of matplotlib, by direction.
 _MARKS: Final = {"up": ("▲", "^"), "down": ("▼", "v")}
+# Unsettled and unbounded motion has no amplitude, and is not drawn.
 _COLOURS: Final = {
     Kind.EQUILIBRIUM: "black",
     Kind.CONTACT_CYCLE: "#1f4fd8",
@@ -35,6 +37,7 @@ _COLOURS: Final = {
     Kind.STICK: "0.45",
 }
 _REST_SHADE: Final = Shade(" ", "stable", fill="white")
+# Shades of the basins of cycles, in the order of the attractors.
 _CYCLE_SHADES: Final = tuple(
     Shade(character, "unstable", fill=fill, hatch=hatch)
     for character, fill, hatch in (
@@ -86,7 +89,7 @@ def continuation_sheet(result: Continuation) -> Sheet:
         tight=False,
         figure_y=(-0.05 * largest, None),
     )
-    return Sheet([[chart]], _SIZE, parameter_text(result.parameters, (result.name,)))
+    return Sheet([[chart]], _FIGURE_SIZE, parameter_text(result.parameters, (result.name,)))
 
 
 def _coexistence_intervals(result: Continuation) -> list[tuple[float, float]]:
@@ -115,9 +118,11 @@ def basin_sheet(result: Basin) -> Sheet:
     reached = result.reached.astype(float)
     backdrop = Backdrop(x, y, result.reached, shades, reached, "attractor")
     chart = Chart(x_label, y_label, (), backdrop=backdrop)
-    fixed = ", ".join(
+    fixed_components = ", ".join(
         f"{math_symbol(spec.symbol)} = {value:.4g} {math_unit(spec.unit)}"
         for spec, value in zip(START_SPECS.values(), result.start, strict=True)
         if spec.name not in result.names
     )
-    return Sheet([[chart]], _SIZE, f"{parameter_text(result.parameters)}\n{fixed}")
+    return Sheet(
+        [[chart]], _FIGURE_SIZE, f"{parameter_text(result.parameters)}\n{fixed_components}"
+    )

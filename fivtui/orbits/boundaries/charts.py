@@ -11,8 +11,11 @@ from fivtui.orbits.curves.events import EventKind
 
 from .result import Boundary
 
-_SIZE: Final = (4.8, 3.9)
+# Width and height of a figure, inches.
+_FIGURE_SIZE: Final = (4.8, 3.9)
+# Colours and names of curves by kind of their points.
 _COLOURS: Final = {"hopf": "black", "fold": "#c0392b", "touch": "#1f4fd8"}
+# Markers of matplotlib.
 _EVENT_MARKERS: Final = {
     EventKind.CUSP: "D",
     EventKind.BAUTIN: "o",
@@ -24,7 +27,8 @@ _CURVE_NAMES: Final = {
     "fold": "folds",
     "touch": Label("first touch of y = 0", "first touch of $y$ = 0"),
 }
-_COMMON_NAMES: Final = {EventKind.BAUTIN: "Bautin"}
+# Names of events that differ from their kinds: Bautin points are named after N. N. Bautin.
+_EVENT_NAMES: Final = {EventKind.BAUTIN: "Bautin"}
 
 
 def boundary_sheet(result: Boundary) -> Sheet:
@@ -38,14 +42,14 @@ def boundary_sheet(result: Boundary) -> Sheet:
         for index, curve in enumerate(result.curves)
     ]
     events = [
-        _trace(_COMMON_NAMES.get(kind, str(kind)), values, role="event", marker=marker)
+        _trace(_EVENT_NAMES.get(kind, str(kind)), values, role="event", marker=marker)
         for kind, marker in _EVENT_MARKERS.items()
         if (values := [event.values for event in result.events if event.kind is kind])
     ]
     x_label, y_label = (axis_label(PARAMETERS[name]) for name in result.names)
     chart = Chart(x_label, y_label, (*curves, *events))
     title = parameter_text(result.parameters, result.names)
-    return Sheet([[chart]], _SIZE, title)
+    return Sheet([[chart]], _FIGURE_SIZE, title)
 
 
 def _trace(

@@ -27,8 +27,9 @@ from .result import CycleBranch, CyclePoint, event_at
 
 FloatArray = NDArray[np.float64]
 
-_SIZE: Final = (FIGURE_WIDTH, 4.4)
-# Letters for the terminal and markers for figures.
+# Width and height of a figure, inches.
+_FIGURE_SIZE: Final = (FIGURE_WIDTH, 4.4)
+# Letters for the terminal, and markers of matplotlib.
 _EVENT_MARKS: Final[Mapping[EventKind, tuple[str, str]]] = {
     EventKind.HOPF: ("H", "o"),
     EventKind.TOUCH: ("T", "s"),
@@ -40,16 +41,19 @@ _EVENT_MARKS: Final[Mapping[EventKind, tuple[str, str]]] = {
     EventKind.REVERSE_SLIP: ("R", "<"),
     EventKind.ORDER: ("O", "*"),
 }
+# Names of events that differ from their kinds: Hopf points are named after E. Hopf.
 _EVENT_NAMES: Final[Mapping[EventKind, str]] = {EventKind.HOPF: "Hopf"}
+# Colours of the orbits that are drawn, which also limit their number.
 _COLOURS: Final = ("#c0392b", "#d68910", "#6c3483", "#117a65")
 _ORBIT_SAMPLES: Final = 401
-# Size up to which the axes of multipliers are linear; beyond it they are logarithmic.
+# Size of multipliers up to which the axes are linear; beyond it they are logarithmic.
 _LINEAR_SIZE: Final = 3.0
 # Top of the figure, relative to the largest stable cycle; larger unstable cycles are cut off.
 _TOP_RATIO: Final = 2.0
+# Margin above and below the branch, relative to the top of the figure.
 _MARGIN: Final = 0.05
 # Length of dashes in the terminal, relative to the size of the chart, and points per dash.
-_DASH: Final = 0.02
+_DASH_LENGTH: Final = 0.02
 _DASH_POINTS: Final = 8
 
 
@@ -79,7 +83,7 @@ def branch_sheet(result: CycleBranch) -> Sheet:
     Orbits are drawn at the first events, and for the stable cycle nearest to the parameter set.
     Multipliers of all cycles are drawn with the unit circle.
     """
-    chosen = _choose_cycles(result)
+    drawn_cycles = _choose_cycles(result)
     branch, top = _full_chart(result), _figure_top(result)
     points = [
         Trace(
@@ -89,7 +93,7 @@ def branch_sheet(result: CycleBranch) -> Sheet:
             role="chosen cycle",
             colour=colour,
         )
-        for point, colour in chosen.items()
+        for point, colour in drawn_cycles.items()
     ]
     branch = replace(
         branch,
@@ -97,8 +101,8 @@ def branch_sheet(result: CycleBranch) -> Sheet:
         figure_y=(-_MARGIN * top, (1.0 + _MARGIN) * top),
     )
     return Sheet(
-        [[branch], [_orbit_chart(result, chosen), _multiplier_chart(result)]],
-        _SIZE,
+        [[branch], [_orbit_chart(result, drawn_cycles), _multiplier_chart(result)]],
+        _FIGURE_SIZE,
         parameter_text(result.parameters, (result.name,)),
         widths=(1.5, 1.0),
     )
@@ -111,6 +115,7 @@ def branch_extents(result: CycleBranch) -> tuple[float, float]:
 
 
 def _coordinates(result: CycleBranch) -> tuple[FloatArray, FloatArray]:
+    # Parameter and half peak-to-peak, m, of the cycles.
     values = np.array([point.value for point in result.points])
     return values, np.array([point.half_range for point in result.points])
 
@@ -119,8 +124,8 @@ def _full_chart(result: CycleBranch) -> Chart:
     values, heights = _coordinates(result)
     stable = np.array([point.stable for point in result.points])
     curves = [
-        Trace(name, *_masked_curve(values, heights, part), ordered=False, mark=mark, role=name)
-        for name, part, mark in (("stable", stable, "●"), ("unstable", ~stable, "○"))
+        Trace(name, *_masked_curve(values, heights, mask), ordered=False, mark=mark, role=name)
+        for name, mask, mark in (("stable", stable, "●"), ("unstable", ~stable, "○"))
     ]
     events = [
         Trace(
@@ -146,10 +151,11 @@ def _full_chart(result: CycleBranch) -> Chart:
     )
 
 
-def _orbit_chart(result: CycleBranch, chosen: Mapping[CyclePoint, str]) -> Chart:
+def _orbit_chart(result: CycleBranch, colours: Mapping[CyclePoint, str]) -> Chart:
+    # Orbits of cycles, in their colours, in the plane of y and ẏ.
     symbol = math_symbol(ALL_PARAMETERS[result.name].symbol)
     traces = []
-    for point, colour in chosen.items():
+    for point, colour in colours.items():
         request = Request(
             result.system.with_values({result.name: point.value}),
             t_end=point.period,
@@ -220,32 +226,35 @@ def _choose_cycles(result: CycleBranch) -> dict[CyclePoint, str]:
 
 
 def _masked_curve(
-    x: FloatArray, y: FloatArray, chosen: NDArray[np.bool_]
+    x: FloatArray, y: FloatArray, mask: NDArray[np.bool_]
 ) -> tuple[FloatArray, FloatArray]:
-    # The chosen points of a curve: each piece is extended by one point, with gaps in between.
-    parts: list[tuple[FloatArray, FloatArray]] = []
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], chosen, [False]])))
+    # The points of a curve in a mask. Each run of points is extended by the next point of the
+    # curve, so that masked curves meet; NaN separates the runs.
+    runs_x: list[FloatArray] = []
+    runs_y: list[FloatArray] = []
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], mask, [False]])))
     for begin, end in edges.reshape(-1, 2).tolist():
-        piece = slice(begin, min(end + 1, x.size))
-        parts += [(x[piece], y[piece]), (np.array([np.nan]), np.array([np.nan]))]
-    if not parts:
+        run = slice(begin, min(end + 1, x.size))
+        runs_x += [x[run], np.array([np.nan])]
+        runs_y += [y[run], np.array([np.nan])]
+    if not runs_x:
         return np.empty(0), np.empty(0)
-    return (
-        np.concatenate([part[0] for part in parts[:-1]]),
-        np.concatenate([part[1] for part in parts[:-1]]),
-    )
+    return np.concatenate(runs_x[:-1]), np.concatenate(runs_y[:-1])
 
 
 def _dash(
     x: FloatArray, y: FloatArray, extents: tuple[float, float]
 ) -> tuple[FloatArray, FloatArray]:
-    # A dashed curve: every second dash is replaced by a gap.
+    # A dashed curve, resampled at equal distances; every second dash is a gap of NaN. The extents
+    # of the chart along x and y scale the distances.
     if x.size < 2:
         return x, y
-    steps = np.hypot(np.diff(x) / extents[0], np.diff(y) / extents[1])
+    x_extent, y_extent = extents
+    steps = np.hypot(np.diff(x) / x_extent, np.diff(y) / y_extent)
     length = np.concatenate([[0.0], np.cumsum(np.where(np.isfinite(steps), steps, 0.0))])
-    positions = np.linspace(0.0, length[-1], max(math.ceil(length[-1] / _DASH * _DASH_POINTS), 2))
+    count = max(math.ceil(length[-1] / _DASH_LENGTH * _DASH_POINTS), 2)
+    positions = np.linspace(0.0, length[-1], count)
     curves = (np.interp(positions, length, values) for values in (x, y))
-    in_dash = (positions / _DASH).astype(int) % 2 == 0
+    in_dash = (positions / _DASH_LENGTH).astype(int) % 2 == 0
     dashed_x, dashed_y = (np.where(in_dash, values, np.nan) for values in curves)
     return dashed_x, dashed_y

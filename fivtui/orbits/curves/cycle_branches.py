@@ -30,7 +30,7 @@ from .origins import BranchStart, attractor_start, cycle_near, cycle_start, end_
 from .result import BranchEvent, CycleBranch, CyclePoint, Origin
 
 _ORIGINS: Final = ("hopf", "cycle")
-# The default range of a parameter is from its value divided by this to its value times this.
+# By default a parameter's range is from its value divided by this to its value times this.
 _RANGE_FACTOR: Final = 10.0
 # Amplitude, relative to the characteristic length, below which a branch ends in the equilibrium.
 _MIN_AMPLITUDE: Final = 4e-3
@@ -203,15 +203,17 @@ def _follow_doubled(line: ParameterLine, start: BranchStart, origin: Origin) -> 
 def _follow_to_single_period(
     curve: BranchCurve, follower: Follower[OrbitOnCurve], start: OrbitOnCurve
 ) -> CurvePart[OrbitOnCurve]:
+    # Follow a branch of twice the period to its end, or to the branch of the single period.
     points: list[OrbitOnCurve] = []
     events: dict[int, EventKind] = {}
     start_event: EventKind | None = None
     while True:
         orbit, step = start, None
         if len(points) > 1:
-            orbit, before = points[-1], points[-2]
-            step = 0.5 * float(np.linalg.norm(orbit.unknowns - before.unknowns))
-        # The doubled branch turns back where it meets the branch of the single period.
+            orbit, previous = points[-1], points[-2]
+            step = 0.5 * float(np.linalg.norm(orbit.unknowns - previous.unknowns))
+        # Where it meets the branch of the single period, the doubled branch turns back: a fold or a
+        # crossing of branches may be this point.
         part = follower.follow(
             orbit, step=step, until=(EventKind.BRANCH, EventKind.FOLD), start_event=start_event
         )
@@ -229,6 +231,7 @@ def _follow_to_single_period(
 
 
 def _follower(curve: BranchCurve, work: Progress) -> Follower[OrbitOnCurve]:
+    # A follower that reports the number of points, relative to its limit.
     return Follower(curve, _MIN_AMPLITUDE, lambda count: work.report(count / MAX_POINTS))
 
 
@@ -267,10 +270,10 @@ def cycles_at(
     ).with_value(value)
     for first, second in pairwise(branch.points):
         contains_value = (first.value - value) * (second.value - value) <= 0.0
-        # A point exactly at the value is in two pairs: it counts once.
+        # A point exactly at the value is in two pairs: count it once.
         if contains_value and first.value not in (second.value, value):
-            values = ((point.value, point.start, point.period) for point in (first, second))
-            cycle = interpolate_cycle(next(values), next(values), value)
+            begin, end = ((point.value, point.start, point.period) for point in (first, second))
+            cycle = interpolate_cycle(begin, end, value)
             curve, orbit = cycle_near(line, cycle)
             if orbit is not None:
                 cycles += cycle_points(curve, [orbit])

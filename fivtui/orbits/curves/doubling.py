@@ -1,4 +1,7 @@
-"""The branch of twice the period that begins at a period doubling."""
+"""The branch of twice the period that begins at a period doubling.
+
+There one multiplier of a cycle is -1: a deviation along its eigenvector recurs after two periods.
+"""
 
 from typing import Final
 
@@ -9,7 +12,8 @@ from .branch_curve import BranchCurve
 from .events import EventKind
 from .following import Follower
 
-# Distances from the cycle, relative to its size, of guesses for a cycle of twice the period.
+# Distances from the cycle, relative to its size, of guesses for a cycle of twice the period, in the
+# order in which they are tried.
 _DISTANCES: Final = (0.01, 0.003, 0.03, 0.1)
 # Greatest number of points up to a period doubling, and length of the first step.
 _MAX_DOUBLING_POINTS: Final = 20
@@ -25,6 +29,7 @@ def doubled_cycle(curve: BranchCurve, orbit: OrbitOnCurve) -> OrbitOnCurve | Non
     """
     state_count = len(orbit.flow_direction)
     values, vectors = np.linalg.eig(orbit.monodromy)
+    # The eigenvector of the multiplier -1.
     eigenvector = vectors[:, np.abs(values + 1.0).argmin()].real
     direction = np.zeros(len(orbit.unknowns))
     direction[:state_count] = normal_basis(orbit.flow_direction) @ eigenvector
@@ -33,9 +38,9 @@ def doubled_cycle(curve: BranchCurve, orbit: OrbitOnCurve) -> OrbitOnCurve | Non
     for distance in _DISTANCES:
         guess = orbit.unknowns + distance * size * direction
         guess[PERIOD] *= 2.0
-        planes = np.zeros((2, len(guess)))
-        planes[0, :state_count], planes[1] = orbit.flow_direction, direction
-        cycle = curve.orbits.solve(guess, planes)
+        normals = np.zeros((2, len(guess)))
+        normals[0, :state_count], normals[1] = orbit.flow_direction, direction
+        cycle = curve.orbits.solve(guess, normals)
         if cycle is not None and not has_half_period(curve, cycle):
             return cycle
     return None
@@ -53,9 +58,9 @@ def doubling_near(curve: BranchCurve, orbit: OrbitOnCurve) -> OrbitOnCurve | Non
     """
     guess = orbit.unknowns.copy()
     guess[PERIOD] *= 0.5
-    planes = np.zeros((2, len(guess)))
-    planes[0, : len(orbit.flow_direction)], planes[1, PARAMETER] = orbit.flow_direction, 1.0
-    start = curve.orbits.solve(guess, planes)
+    normals = np.zeros((2, len(guess)))
+    normals[0, : len(orbit.flow_direction)], normals[1, PARAMETER] = orbit.flow_direction, 1.0
+    start = curve.orbits.solve(guess, normals)
     if start is None:
         return None
     follower = Follower(curve, max_points=_MAX_DOUBLING_POINTS)

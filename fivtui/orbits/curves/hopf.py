@@ -1,4 +1,7 @@
-"""Hopf points, where the equilibrium loses its stability, and the first limit cycles there."""
+"""Hopf points, where the equilibrium loses its stability and a limit cycle begins.
+
+The sign of the first Lyapunov coefficient says whether the cycles next to it attract.
+"""
 
 import math
 from dataclasses import dataclass
@@ -25,16 +28,24 @@ from fivtui.model import (
     tangent_stiffness,
 )
 
-# Intervals of the search along a parameter; their ratio is constant in ranges above a decade.
+# Intervals of the search along a parameter. In a range above a decade their ends have a constant
+# ratio.
 _INTERVALS: Final = 512
 _DECADE: Final = 10.0
-# Lyapunov coefficient, relative to its terms, that is zero to rounding.
+# A Lyapunov coefficient below this is zero to rounding, relative to its terms; so is y in an
+# eigenvector.
 _ROUNDING: Final = 1e-9
+# Indices of ẋ and y in a state; the friction force depends on these two.
+_VX, _Y = 1, 2
 
 
 @dataclass(frozen=True, slots=True)
 class HopfPoint:
-    """A Hopf point: parameter, angular frequency, eigenvector, first Lyapunov coefficient."""
+    """A Hopf point: the parameter's value, and the mode that begins to grow there.
+
+    `omega` is its angular frequency, 1/s. Its eigenvector is scaled to y = 1, or to x = 1 if y is
+    zero. `lyapunov` is the first Lyapunov coefficient, 1/(m² s).
+    """
 
     value: float
     omega: float
@@ -68,23 +79,24 @@ def hopf_values(system: System, name: str, low: float, high: float) -> list[floa
     from scipy.optimize import brentq
 
     def margin(value: float) -> float:
-        changed = system.with_values({name: value})
+        # A number that changes its sign at a Hopf point; NaN without an equilibrium.
+        system_at_value = system.with_values({name: value})
         if p.v_belt is not None:
-            return -growth_rate(changed)
-        below_boundary = flutter_margin(changed)
-        return math.nan if below_boundary is None else below_boundary
+            return -growth_rate(system_at_value)
+        distance = flutter_margin(system_at_value)
+        return math.nan if distance is None else distance
 
     logarithmic = low > 0.0 and high > _DECADE * low
     grid = (np.geomspace if logarithmic else np.linspace)(low, high, _INTERVALS + 1)
     grid[0], grid[-1] = low, high
     values = grid.tolist()
     margins = [margin(value) for value in values]
-    changes = []
+    zeros = []
     intervals = zip(pairwise(values), pairwise(margins), strict=True)
     for (begin, end), (first, second) in intervals:
         if not math.isnan(first + second) and (first < 0.0) != (second < 0.0):
-            changes.append(float(brentq(margin, begin, end, xtol=1e-300, rtol=1e-15)))
-    return changes
+            zeros.append(float(brentq(margin, begin, end, xtol=1e-300, rtol=1e-15)))
+    return zeros
 
 
 def hopf_point(system: System, name: str) -> HopfPoint:
@@ -92,21 +104,25 @@ def hopf_point(system: System, name: str) -> HopfPoint:
     p, point = system.parameters, equilibrium(system)
     matrix = np.array(jacobian(p, point.y, point.mode))
     values, vectors = np.linalg.eig(matrix)
+    # The mode that begins to grow has the greatest growth rate.
     index = int(np.where(values.imag > 0.0, values.real, -np.inf).argmax())
-    vector = vectors[:, index] / vectors[2 if abs(vectors[2, index]) > _ROUNDING else 0, index]
+    eigenvector = vectors[:, index]
+    x, _, y, _ = eigenvector
+    vector = eigenvector / (y if abs(y) > _ROUNDING else x)
     omega = float(values[index].imag)
     return HopfPoint(getattr(p, name), omega, vector, _lyapunov(p, point, matrix, omega, vector))
 
 
 class _MultilinearForms:
-    # Second and third derivatives of the accelerations at an equilibrium. Friction depends on the
-    # sliding speed v_belt − ẋ; its derivatives are by ẋ.
+    # Second and third derivatives of a state's rate of change at an equilibrium.
 
     def __init__(self, p: Parameters, point: Equilibrium) -> None:
+        # The friction coefficient and its derivatives by ẋ; it depends on v_belt − ẋ.
         self._mu = (p.mu, 0.0, 0.0, 0.0)
         if p.v_belt is not None:
             mu, slope, second, third = friction_derivatives(p, p.v_belt, 3)
             self._mu = (mu, -slope, second, -third)
+        # The contact force and its derivatives by y; the stiffness is quadratic in y.
         self._force = (
             point.P,
             -tangent_stiffness(p, point.y),
@@ -119,14 +135,14 @@ class _MultilinearForms:
         """The second derivative in two directions, or the third in three."""
         count = len(vectors)
         horizontal = 0j
-        # Product rule: each direction differentiates friction (1, by ẋ) or the force (2, by y).
-        for indices in product((1, 2), repeat=count):
+        # Product rule for μ(ẋ) P(y): each direction differentiates μ or the force P.
+        for indices in product((_VX, _Y), repeat=count):
             factor = complex(
                 np.prod([vector[index] for vector, index in zip(vectors, indices, strict=True)])
             )
-            speed_count = indices.count(1)
+            speed_count = indices.count(_VX)
             horizontal += self._mu[speed_count] * self._force[count - speed_count] * factor
-        vertical = self._force[count] * complex(np.prod([vector[2] for vector in vectors]))
+        vertical = self._force[count] * complex(np.prod([vector[_Y] for vector in vectors]))
         return np.array([0.0, horizontal, 0.0, vertical], dtype=np.complex128) / self._m
 
 
@@ -137,8 +153,8 @@ def _lyapunov(
     omega: float,
     q: NDArray[np.complex128],
 ) -> float:
-    # By projection on the critical eigenvectors; q as in Kuznetsov, Elements of Applied Bifurcation
-    # Theory, 5.4.
+    # First Lyapunov coefficient by projection on the critical eigenvector q and its adjoint, as in
+    # Kuznetsov, Elements of Applied Bifurcation Theory, 5.4.
     values, vectors = np.linalg.eig(matrix.T)
     adjoint = vectors[:, int(np.abs(values + 1j * omega).argmin())]
     adjoint = adjoint / np.conj(np.vdot(adjoint, q))

@@ -1,4 +1,4 @@
-"""Where branches of limit cycles begin."""
+"""Starts of branches of limit cycles: at a Hopf point, at an attractor, or at a given cycle."""
 
 import math
 from dataclasses import dataclass
@@ -26,6 +26,9 @@ from .result import BranchEvent
 
 # Amplitude of the first cycle at a Hopf point, relative to the static deflection.
 FIRST_AMPLITUDE: Final = 5e-3
+# Unknowns of an orbit: state, period and the parameter. The state comes first.
+_UNKNOWN_COUNT: Final = 6
+_STATE: Final = slice(0, 4)
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,14 +61,15 @@ def hopf_start(line: ParameterLine) -> BranchStart:
         )
     length = abs(point.y) or math.sqrt(system.parameters.k2 / system.parameters.k_nl)
     curve = line.curve(length, period)
-    direction = np.zeros(6)
-    direction[:4] = hopf.eigenvector.real / curve.scales[:4] * length
+    # The first cycle is an ellipse, spanned by the real and imaginary parts of the eigenvector.
+    direction = np.zeros(_UNKNOWN_COUNT)
+    direction[_STATE] = hopf.eigenvector.real / curve.scales[_STATE] * length
     size = float(np.linalg.norm(direction))
     rest = np.array([point.x, 0.0, point.y, 0.0, period, value]) / curve.scales
-    normal = np.zeros(6)
-    normal[:4] = (1j * hopf.eigenvector).real / curve.scales[:4]
-    planes = np.array([normal / np.linalg.norm(normal), direction / size])
-    orbit = curve.orbits.solve(rest + FIRST_AMPLITUDE / size * direction, planes)
+    flow_direction = np.zeros(_UNKNOWN_COUNT)
+    flow_direction[_STATE] = (1j * hopf.eigenvector).real / curve.scales[_STATE]
+    normals = np.array([flow_direction / np.linalg.norm(flow_direction), direction / size])
+    orbit = curve.orbits.solve(rest + FIRST_AMPLITUDE / size * direction, normals)
     if orbit is None:
         raise ComputationError(
             f"no limit cycle was found next to the Hopf point {name} = {value:g}",
@@ -81,8 +85,9 @@ def _is_damped(line: ParameterLine) -> bool:
 
 
 def _advice_text(line: ParameterLine) -> str:
-    hopf = ", or at a Hopf point (--from hopf)" if _is_damped(line) else ""
-    return f"begin at another value{hopf}"
+    # Advice where no branch begins at a limit cycle.
+    hopf_advice = ", or at a Hopf point (--from hopf)" if _is_damped(line) else ""
+    return f"begin at another value{hopf_advice}"
 
 
 def attractor_start(line: ParameterLine) -> BranchStart:
@@ -120,11 +125,13 @@ def cycle_near(
     p = system.parameters
     curve = line.curve(length_scale(system), period)
     ax, ay = accelerations(p, state, mode_of(p, state, separation=system.separation))
-    planes = np.eye(6)[[0, PARAMETER]]
-    planes[0, :4] = np.array([state[1], ax, state[3], ay]) / curve.scales[:4]
-    planes[0] /= np.linalg.norm(planes[0])
+    _, vx, _, vy = state
+    normals = np.zeros((2, _UNKNOWN_COUNT))
+    normals[0, _STATE] = np.array([vx, ax, vy, ay]) / curve.scales[_STATE]
+    normals[0] /= np.linalg.norm(normals[0])
+    normals[1, PARAMETER] = 1.0
     guess = np.array([*state, period, line.value]) / curve.scales
-    return curve, curve.orbits.solve(guess, planes)
+    return curve, curve.orbits.solve(guess, normals)
 
 
 def hopf_event(system: System, hopf: HopfPoint) -> BranchEvent:
