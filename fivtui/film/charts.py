@@ -10,10 +10,10 @@ from fivtui.model import Mode
 from fivtui.signals import motion_at
 from fivtui.transient import Transient
 
-from .shapes import MODE_NAMES, Layout, Shape, shapes_at
+from .shapes import MODE_NAMES, Layout, Shape, join_lines, shapes_at
 from .timing import Timing
 
-# Names of the shapes by trace.
+# The shapes that form each trace.
 _TRACES: Final[Mapping[str, tuple[str, ...]]] = {
     "belt": ("belt", "marks", "walls"),
     "springs": ("springs", "contact spring"),
@@ -22,21 +22,25 @@ _TRACES: Final[Mapping[str, tuple[str, ...]]] = {
     "contact force": ("contact force",),
     "friction": ("friction",),
 }
-_FOOT_MARKS: Final = {Mode.SEPARATED: "○", Mode.STICK: "■"}
+# Character of the slider by mode; in other modes it slides.
+_MODE_MARKS: Final = {Mode.SEPARATED: "○", Mode.STICK: "■"}
 _SLIDING_MARK: Final = "▬"
 
 
 def belt_chart(run: Transient, layout: Layout, timing: Timing, t: float, aspect: float) -> Chart:
-    """The slider on the belt at a time, s, to scale in a plot of width over height `aspect`."""
+    """The slider on the belt at a time, s, to scale; `aspect` is the plot's width over height."""
     x_range, y_range = _fit_aspect(layout.x_range, layout.y_range, aspect)
     state = motion_at(run, np.array([t]))
     mode = Mode(int(state.mode[0]))
-    travel = timing.travel(run, t, layout.x_range[1] - layout.x_range[0])
-    shapes = {shape.name: shape for shape in shapes_at(run, layout, state, travel)}
+    shapes = shapes_at(run, layout, state, timing.belt_travel(run, t, layout.width))
     traces = tuple(
-        _trace(name, [shapes[part] for part in parts], _FOOT_MARKS.get(mode, _SLIDING_MARK))
-        for name, parts in _TRACES.items()
-        if parts[0] in shapes
+        _trace(
+            name,
+            [shapes[shape_name] for shape_name in shape_names],
+            _MODE_MARKS.get(mode, _SLIDING_MARK),
+        )
+        for name, shape_names in _TRACES.items()
+        if shape_names[0] in shapes
     )
     note = f"{t:.5g} s, {MODE_NAMES[mode]}, ×{timing.speed:.3g}"
     return Chart(
@@ -50,12 +54,9 @@ def belt_chart(run: Transient, layout: Layout, timing: Timing, t: float, aspect:
     )
 
 
-def _trace(name: str, shapes: list[Shape], foot_mark: str) -> Trace:
-    parts = [part for shape in shapes for part in (shape, None)][:-1]
-    gap = np.array([np.nan])
-    x = np.concatenate([gap if part is None else part.x for part in parts])
-    y = np.concatenate([gap if part is None else part.y for part in parts])
-    return Trace(name, x, y, ordered=False, mark=foot_mark if name == "slider" else "")
+def _trace(name: str, shapes: list[Shape], slider_mark: str) -> Trace:
+    x, y = join_lines([(shape.x, shape.y) for shape in shapes])
+    return Trace(name, x, y, ordered=False, mark=slider_mark if name == "slider" else "")
 
 
 def _fit_aspect(

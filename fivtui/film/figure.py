@@ -1,4 +1,7 @@
-"""Films of the slider on the belt, drawn by matplotlib."""
+"""Films of the slider on the belt, drawn by matplotlib and written as GIF or MP4.
+
+A frame shows the slider with its forces, and below it y over time with the current time marked.
+"""
 
 import math
 from collections.abc import Mapping
@@ -37,10 +40,12 @@ from .timing import FRAMES_PER_SECOND, Timing, film_timing, speed_text
 
 _GIF: Final = ".gif"
 _MP4: Final = ".mp4"
-# Inches and dots an inch: 640 by 540 points, even numbers as MP4 needs them.
+# Size, inches, and dots per inch: 640 by 540 pixels; MP4 needs even numbers of pixels.
 _SIZE: Final = (6.4, 5.4)
 _DPI: Final = 100
+# Points of the curve of y over time.
 _CURVE_POINTS: Final = 2000
+# Line styles of the shapes, by name.
 _LINE_STYLES: Final[dict[str, dict[str, Any]]] = {
     "belt": {"color": "0.25", "linewidth": 2.0},
     "marks": {"color": "0.6", "linewidth": 1.2},
@@ -179,18 +184,18 @@ def animate(
 
 
 class _FrameRenderer:
-    # Draws frames; the static part of the figure is drawn once.
+    # Draws frames: the static part of the figure once, the moving artists for every frame.
 
     def __init__(self, run: Transient, timing: Timing) -> None:
         self._run, self._timing = run, timing
-        self._digits = max(2 - math.floor(math.log10(timing.end - timing.start)), 0)
+        # Decimals of the displayed time: three digits of the window's length.
+        self._decimals = max(2 - math.floor(math.log10(timing.end - timing.start)), 0)
         motion = motion_at(run, np.linspace(timing.start, timing.end, _CURVE_POINTS))
         self._layout = layout_of(motion)
         figure = new_figure(*_SIZE)
         figure.set_dpi(_DPI)
         self._canvas = _new_canvas(figure)
         axes, curve_axes = figure.subplots(2, 1, height_ratios=(3.4, 1.0))
-        self._scene: Axes = axes
         _set_limits(axes, self._layout)
         # Initial text that reserves space in the layout.
         self._title: Text = axes.set_title("t", loc="left")
@@ -200,8 +205,9 @@ class _FrameRenderer:
             for name in ("foot", "block")
         }
         _add_legend(axes, run, self._lines)
-        self._marker = _draw_curve(curve_axes, motion, run, timing)
-        self._moving = [*self._lines.values(), *self._areas.values(), self._title, self._marker]
+        self._time_line = _draw_curve(curve_axes, motion, run, timing)
+        self._moving = [*self._lines.values(), *self._areas.values(), self._title, self._time_line]
+        # The first drawing fixes the layout; the second one omits the moving artists.
         self._canvas.draw()
         for artist in self._moving:
             artist.set_animated(True)
@@ -219,8 +225,7 @@ class _FrameRenderer:
     def _move(self, t: float) -> None:
         run, layout = self._run, self._layout
         state = motion_at(run, np.array([t]))
-        travel = self._timing.travel(run, t, layout.x_range[1] - layout.x_range[0])
-        shapes = {shape.name: shape for shape in shapes_at(run, layout, state, travel)}
+        shapes = shapes_at(run, layout, state, self._timing.belt_travel(run, t, layout.width))
         mode = Mode(int(state.mode[0]))
         for name, line in self._lines.items():
             shape = shapes.get(name)
@@ -231,8 +236,8 @@ class _FrameRenderer:
             area.set_xy(np.column_stack([shapes[name].x, shapes[name].y]))
             area.set_facecolor(_FOOT_COLOURS[mode] if name == "foot" else _BLOCK_COLOUR)
         force = f"P = {float(state.P[0]):.3g} N"
-        self._title.set_text(f"t = {t:.{self._digits}f} s    {MODE_NAMES[mode]}    {force}")
-        self._marker.set_xdata([t, t])
+        self._title.set_text(f"t = {t:.{self._decimals}f} s    {MODE_NAMES[mode]}    {force}")
+        self._time_line.set_xdata([t, t])
 
 
 def _new_canvas(figure: Figure) -> Any:
@@ -250,7 +255,7 @@ def _set_limits(axes: Axes, layout: Layout) -> None:
 
 
 def _add_legend(axes: Axes, run: Transient, lines: Mapping[str, Line2D]) -> None:
-    # A legend of the forces, and of the foot's colours.
+    # The legend names the forces and the foot's colours in the modes that occur in the run.
     modes = [mode for mode in MODE_NAMES if mode in _run_modes(run)]
     handles: list[Artist] = [lines[name] for name in ("preload", "contact force", "friction")]
     handles += [Patch(facecolor=_FOOT_COLOURS[mode], edgecolor="0.15") for mode in modes]
@@ -265,7 +270,7 @@ def _run_modes(run: Transient) -> set[Mode]:
 
 
 def _draw_curve(axes: Axes, motion: Trajectory, run: Transient, timing: Timing) -> Line2D:
-    # Draw y over time, shaded off the belt and in stick, and the line of the current time.
+    # Draw y over time, shaded off the belt and in stick; return the line of the current time.
     axes.plot(motion.t, motion.y, color=CASE_COLOURS[run.separation][0], linewidth=1.0)
     shade_times(axes, run.separated_intervals, OFF_BELT_COLOUR)
     shade_times(axes, run.stick_intervals, _FOOT_COLOURS[Mode.STICK])

@@ -20,23 +20,30 @@ MODE_NAMES: Final[Mapping[Mode, str]] = {
     Mode.BACKWARD: "sliding backward",
     Mode.STICK: "sticking",
 }
-# Sizes relative to the extent of the motion: block, foot, springs, marks on the belt, arrows.
-_BLOCK: Final = 0.32
-_FOOT: Final = 0.04
+# Lengths relative to `Layout.size`, the extent of the motion.
+_BLOCK_WIDTH: Final = 0.32
+_FOOT_HEIGHT: Final = 0.04
 _SPRING_LENGTH: Final = 0.4
+_SPRING_WIDTH: Final = 0.035
+# Least length of the contact spring, which is above the foot.
+_CONTACT_SPRING_LENGTH: Final = 0.12
+_WALL_LENGTH: Final = 0.24
 _MARK_DISTANCE: Final = 0.16
 _PRELOAD_ARROW: Final = 0.2
-_ARROW: Final = 0.4
-_HEAD: Final = 0.06
+# Length of the arrow of the greatest contact force.
+_FORCE_ARROW: Final = 0.4
+_ARROW_HEAD: Final = 0.06
 _MARGIN: Final = 0.06
+# The foot's width relative to that of the block.
+_FOOT_WIDTH: Final = 0.8
 # Lower limit of the size of a motion, m.
-_LEAST_SIZE: Final = 1e-30
-_TURNS: Final = 5
+_MIN_SIZE: Final = 1e-30
+_SPRING_TURNS: Final = 5
 
 
 @dataclass(frozen=True, slots=True)
 class Shape:
-    """A line of a picture."""
+    """A line of a picture through points in metres; NaN is a gap."""
 
     name: str
     x: FloatArray
@@ -45,73 +52,104 @@ class Shape:
 
 @dataclass(frozen=True, slots=True)
 class Layout:
-    """Sizes and positions that stay the same while the slider moves, m; `force` is in N."""
+    """Sizes and positions that stay the same while the slider moves, m.
+
+    Heights are above the belt. At y = 0 the slider's block is at the height `clearance`; it moves
+    to scale by x and y.
+
+    Attributes
+    ----------
+    size : float
+        Extent of the motion, to which the sizes of all shapes are relative.
+    clearance : float
+        Height of the block's lower edge at y = 0.
+    anchor_x : float
+        Position of both walls.
+    wall_height, slanted_wall_height : float
+        Heights of the walls of the horizontal and of the inclined spring.
+    x_range, y_range : tuple of float
+        Limits of the picture.
+    max_force : float
+        Greatest contact force, N, which scales the arrows of the forces.
+    """
 
     size: float
-    free: float
+    clearance: float
     anchor_x: float
-    anchor_y: float
-    middle: float
+    wall_height: float
+    slanted_wall_height: float
     x_range: tuple[float, float]
     y_range: tuple[float, float]
-    force: float
+    max_force: float
+
+    @property
+    def width(self) -> float:
+        """Width of the picture, m."""
+        return self.x_range[1] - self.x_range[0]
 
 
 def layout_of(motion: Trajectory) -> Layout:
     """The layout that shows a whole motion to scale, with x to the right and y upwards."""
     x_min, x_max = float(motion.x.min()), float(motion.x.max())
     y_min, y_max = float(motion.y.min()), float(motion.y.max())
-    size = max(x_max - x_min, y_max - y_min, -y_min, _LEAST_SIZE)
-    half, edge = 0.5 * _BLOCK * size, _MARGIN * size
-    free = 1.1 * max(-y_min, 0.0) + 0.12 * size
-    anchor_x = x_min - half - _SPRING_LENGTH * size
-    anchor_y = max(y_max, 0.0) + free + 2.0 * half + _SPRING_LENGTH * size
+    size = max(x_max - x_min, y_max - y_min, -y_min, _MIN_SIZE)
+    half_block, margin = 0.5 * _BLOCK_WIDTH * size, _MARGIN * size
+    # The lowest block stays above the foot.
+    clearance = 1.1 * max(-y_min, 0.0) + _CONTACT_SPRING_LENGTH * size
+    anchor_x = x_min - half_block - _SPRING_LENGTH * size
+    slanted_wall_height = max(y_max, 0.0) + clearance + 2.0 * half_block + _SPRING_LENGTH * size
     return Layout(
-        size,
-        free,
-        anchor_x,
-        anchor_y,
-        free + half,
-        (anchor_x - 2.5 * edge, x_max + half + (_ARROW + _MARGIN) * size),
-        (-3.0 * edge, anchor_y + 2.5 * edge),
-        float(np.abs(motion.P).max()),
+        size=size,
+        clearance=clearance,
+        anchor_x=anchor_x,
+        wall_height=clearance + half_block,
+        slanted_wall_height=slanted_wall_height,
+        x_range=(anchor_x - 2.5 * margin, x_max + half_block + (_FORCE_ARROW + _MARGIN) * size),
+        y_range=(-3.0 * margin, slanted_wall_height + 2.5 * margin),
+        max_force=float(np.abs(motion.P).max()),
     )
 
 
-def shapes_at(run: Transient, layout: Layout, state: Trajectory, travel: float) -> list[Shape]:
-    """The shapes at a time."""
-    size, half = layout.size, 0.5 * _BLOCK * layout.size
+def shapes_at(
+    run: Transient, layout: Layout, state: Trajectory, belt_travel: float
+) -> dict[str, Shape]:
+    """The shapes by name at a time, of which `state` is a trajectory with one sample.
+
+    `belt_travel` is the distance that the belt has moved, m.
+    """
+    size, half_block = layout.size, 0.5 * _BLOCK_WIDTH * layout.size
     x, y, force = float(state.x[0]), float(state.y[0]), float(state.P[0])
     mode = Mode(int(state.mode[0]))
-    bottom, top = layout.free + y, layout.free + y + 2.0 * half
+    bottom, top = layout.clearance + y, layout.clearance + y + 2.0 * half_block
+    left, right = x - half_block, x + half_block
     # The contact spring ends in a foot, which hangs above the belt while the slider is off it.
     foot_bottom = y if mode is Mode.SEPARATED else 0.0
-    foot_top = foot_bottom + _FOOT * size
-    spring_width = 0.035 * size
+    foot_top = foot_bottom + _FOOT_HEIGHT * size
+    half_foot = _FOOT_WIDTH * half_block
+    spring_width, head = _SPRING_WIDTH * size, _ARROW_HEAD * size
     springs = (
-        _spring((layout.anchor_x, layout.middle), (x - half, 0.5 * (bottom + top)), spring_width),
-        _spring((layout.anchor_x, layout.anchor_y), (x - half, top), spring_width),
+        _spring((layout.anchor_x, layout.wall_height), (left, 0.5 * (bottom + top)), spring_width),
+        _spring((layout.anchor_x, layout.slanted_wall_height), (left, top), spring_width),
     )
     shapes = [
         Shape("belt", *_points((layout.x_range[0], 0.0), (layout.x_range[1], 0.0))),
-        _marks(layout, travel),
+        _marks(layout, belt_travel),
         _walls(layout),
-        Shape("springs", *_join(springs)),
+        Shape("springs", *join_lines(springs)),
         Shape("contact spring", *_spring((x, foot_top), (x, bottom), spring_width)),
-        _box("foot", (x - 0.8 * half, x + 0.8 * half), (foot_bottom, foot_top)),
-        _box("block", (x - half, x + half), (bottom, top)),
-        _arrow("preload", (x, top + _PRELOAD_ARROW * size), (x, top), _HEAD * size),
+        _box("foot", (x - half_foot, x + half_foot), (foot_bottom, foot_top)),
+        _box("block", (left, right), (bottom, top)),
+        _arrow("preload", (x, top + _PRELOAD_ARROW * size), (x, top), head),
     ]
-    if layout.force > 0.0 and mode is not Mode.SEPARATED:
-        scale = _ARROW * size / layout.force
+    if layout.max_force > 0.0 and mode is not Mode.SEPARATED:
+        scale = _FORCE_ARROW * size / layout.max_force
         p, rates = build_course(run.parameters, run.over_time).after(float(state.t[0]))
         friction = friction_force(p, (x, float(state.vx[0]), y, float(state.vy[0])), mode, rates)
-        right = x + half
         shapes += [
-            _arrow("contact force", (right, 0.0), (right, scale * force), _HEAD * size),
-            _arrow("friction", (right, 0.0), (right + scale * friction, 0.0), _HEAD * size),
+            _arrow("contact force", (right, 0.0), (right, scale * force), head),
+            _arrow("friction", (right, 0.0), (right + scale * friction, 0.0), head),
         ]
-    return shapes
+    return {shape.name: shape for shape in shapes}
 
 
 def _points(*points: tuple[float, float]) -> tuple[FloatArray, FloatArray]:
@@ -119,10 +157,10 @@ def _points(*points: tuple[float, float]) -> tuple[FloatArray, FloatArray]:
     return x, y
 
 
-def _join(
+def join_lines(
     lines: Sequence[tuple[FloatArray, FloatArray]],
 ) -> tuple[FloatArray, FloatArray]:
-    # Join lines into one, with gaps between them.
+    """The coordinates x and y of several lines as those of one line with gaps of NaN."""
     x, y = (
         np.concatenate([part for line in lines for part in (line[axis], [np.nan])])
         for axis in (0, 1)
@@ -130,31 +168,33 @@ def _join(
     return x[:-1], y[:-1]
 
 
-def _marks(layout: Layout, travel: float) -> Shape:
-    # Strokes on the belt, which move with it.
+def _marks(layout: Layout, belt_travel: float) -> Shape:
+    # Slanted strokes below the belt's surface, which move with the belt.
     distance = _MARK_DISTANCE * layout.size
     low, high = layout.x_range
-    mark_xs = np.arange(low + travel % distance, high, distance)
+    mark_xs = np.arange(low + belt_travel % distance, high, distance)
     slant = 0.4 * distance
     strokes = [_points((x, 0.0), (x - slant, -2.0 * slant)) for x in mark_xs.tolist()]
-    return Shape("marks", *_join(strokes))
+    return Shape("marks", *join_lines(strokes))
 
 
 def _walls(layout: Layout) -> Shape:
-    reach = 0.12 * layout.size
-    x, upright_y, slanted_y = layout.anchor_x, layout.middle, layout.anchor_y
-    upright = _points((x, upright_y - reach), (x, upright_y + reach))
-    slanted = _points((x - reach, slanted_y - reach), (x + reach, slanted_y + reach))
-    return Shape("walls", *_join([upright, slanted]))
+    # The wall of the inclined spring is inclined by 45°.
+    half = 0.5 * _WALL_LENGTH * layout.size
+    x, upright_y, slanted_y = layout.anchor_x, layout.wall_height, layout.slanted_wall_height
+    upright = _points((x, upright_y - half), (x, upright_y + half))
+    slanted = _points((x - half, slanted_y - half), (x + half, slanted_y + half))
+    return Shape("walls", *join_lines([upright, slanted]))
 
 
 def _spring(
     start: tuple[float, float], end: tuple[float, float], width: float
 ) -> tuple[FloatArray, FloatArray]:
-    along = np.concatenate([[0.0], np.linspace(0.15, 0.85, 2 * _TURNS + 2), [1.0]])
-    across = np.array([0.0, 0.0, *([1.0, -1.0] * _TURNS), 0.0, 0.0]) * width
+    # A zigzag with straight ends: its points relative to the length, and across the spring.
+    along = np.concatenate([[0.0], np.linspace(0.15, 0.85, 2 * _SPRING_TURNS + 2), [1.0]])
+    across = np.array([0.0, 0.0, *([1.0, -1.0] * _SPRING_TURNS), 0.0, 0.0]) * width
     dx, dy = end[0] - start[0], end[1] - start[1]
-    length = max(math.hypot(dx, dy), _LEAST_SIZE)
+    length = max(math.hypot(dx, dy), _MIN_SIZE)
     return (
         start[0] + dx * along - dy / length * across,
         start[1] + dy * along + dx / length * across,
@@ -163,23 +203,17 @@ def _spring(
 
 def _box(name: str, x_range: tuple[float, float], y_range: tuple[float, float]) -> Shape:
     (start, end), (low, high) = x_range, y_range
-    edge = ((start, low), (end, low), (end, high), (start, high), (start, low))
-    return Shape(name, *_points(*edge))
+    corners = ((start, low), (end, low), (end, high), (start, high), (start, low))
+    return Shape(name, *_points(*corners))
 
 
 def _arrow(name: str, tail: tuple[float, float], tip: tuple[float, float], head: float) -> Shape:
+    # A line from tail to tip, with two barbs at the tip; `head` is their length along the line, m.
     dx, dy = tip[0] - tail[0], tip[1] - tail[1]
-    length = max(math.hypot(dx, dy), _LEAST_SIZE)
-    along, head = (dx / length, dy / length), min(head, 0.5 * length)
-    back = (tip[0] - head * along[0], tip[1] - head * along[1])
-    side = (0.5 * head * along[1], 0.5 * head * along[0])
-    return Shape(
-        name,
-        *_points(
-            tail,
-            tip,
-            (back[0] - side[0], back[1] + side[1]),
-            tip,
-            (back[0] + side[0], back[1] - side[1]),
-        ),
-    )
+    length = max(math.hypot(dx, dy), _MIN_SIZE)
+    along_x, along_y = dx / length, dy / length
+    head = min(head, 0.5 * length)
+    base_x, base_y = tip[0] - head * along_x, tip[1] - head * along_y
+    left_barb = (base_x - 0.5 * head * along_y, base_y + 0.5 * head * along_x)
+    right_barb = (base_x + 0.5 * head * along_y, base_y - 0.5 * head * along_x)
+    return Shape(name, *_points(tail, tip, left_barb, tip, right_barb))

@@ -29,8 +29,7 @@ ORANGE: Final = (240, 180, 41)
 def shapes(run: Transient, t: float, travel: float = 0.0) -> dict[str, Shape]:
     motion = motion_at(run, np.linspace(0.0, run.t_end, 4001))
     moment = motion_at(run, np.array([t]))
-    drawn = shapes_at(run, layout_of(motion), moment, travel)
-    return {shape.name: shape for shape in drawn}
+    return shapes_at(run, layout_of(motion), moment, travel)
 
 
 def longest_interval_middle(run: Transient, mode: Mode) -> float:
@@ -82,7 +81,7 @@ def test_marks_travel_with_the_belt_and_all_shapes_are_in_the_picture() -> None:
     assert marks_after.x[0] - marks_before.x[0] == pytest.approx(0.01 * layout.size)
     for t in np.linspace(0.0, 20.0, 41).tolist():
         moment = motion_at(STICKING, np.array([t]))
-        for shape in shapes_at(STICKING, layout, moment, 0.0):
+        for shape in shapes_at(STICKING, layout, moment, 0.0).values():
             assert np.nanmin(shape.x) >= layout.x_range[0] - 0.1 * layout.size, shape.name
             assert np.nanmax(shape.x) <= layout.x_range[1], shape.name
             assert np.nanmin(shape.y) >= layout.y_range[0], shape.name
@@ -92,7 +91,7 @@ def test_marks_travel_with_the_belt_and_all_shapes_are_in_the_picture() -> None:
 def test_a_belt_whose_speed_follows_a_table_travels_by_its_integral() -> None:
     braking = simulate(t_end=10.0, over_time={"v_belt": [(2.0, 3.0), (6.0, 0.0)]}, samples="dense")
     timing = film_timing(braking, (0.0, 10.0), 1.0)
-    travels = [timing.travel(braking, t, 1.0) for t in (0.0, 1.0, 2.0, 4.0, 6.0, 10.0)]
+    travels = [timing.belt_travel(braking, t, 1.0) for t in (0.0, 1.0, 2.0, 4.0, 6.0, 10.0)]
     assert travels == pytest.approx([0.0, 3.0, 6.0, 10.5, 12.0, 12.0])
     start, end = max(braking.stick_intervals, key=lambda pair: pair[1] - pair[0])
     assert shapes(braking, 0.5 * (start + end))["friction"].x[1] != 0.0
