@@ -1,4 +1,8 @@
-"""The displayed charts as a matplotlib figure, or their points as a table. Imports no Textual."""
+"""The displayed charts as a matplotlib figure, or their points as a table. Imports no Textual.
+
+A figure shows what the terminal shows: the visible traces, the chosen limits, and the cursors with
+their values. Characters that mark points become markers of matplotlib.
+"""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -11,6 +15,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import to_hex, to_rgb
 from matplotlib.figure import Figure
+from numpy.typing import NDArray
 
 from fivtui.io import write_table
 from fivtui.model import Column
@@ -21,6 +26,7 @@ from .chart import (
     FIGURE_WIDTH,
     Backdrop,
     Chart,
+    FloatArray,
     Guide,
     Heading,
     Sheet,
@@ -34,26 +40,32 @@ from .readout import NearestPoint, crosshair, cursor_texts, heading_spans, point
 from .shades import ColourScale, Shade
 from .sheet import sheet_figure
 
-# Heights of a row and of a figure, inches.
+# Heights, inches: of a row, of a figure at least, and of a row of charts side by side.
 _ROW_HEIGHT: Final = 2.0
 _MIN_HEIGHT: Final = 3.4
-_SQUARE_HEIGHT: Final = 3.6
+_SIDE_BY_SIDE_HEIGHT: Final = 3.6
+# Matplotlib's markers of the characters that mark points.
 _MARKERS: Final[Mapping[str, str]] = {
     "●": "o", "○": "o", "■": "s", "□": "s", "▲": "^", "△": "^", "▼": "v", "▽": "v",
     "◆": "D", "◇": "D", "★": "*", "☆": "*", "×": "x", "+": "+", "▫": "s", "▬": "_",
 }  # fmt: skip
 _HOLLOW_MARKS: Final = "○□△▽◇☆▫"
+# Marks the point of the edited parameters.
 _EDITED_MARK: Final = "◆"
 # Styles of the first cursor and the second.
 _CURSOR_STYLES: Final[Sequence[Mapping[str, str]]] = (
     {"linestyle": "-", "markerfacecolor": "0.1"},
     {"linestyle": ":", "markerfacecolor": "white"},
 )
-# The markers of traces with more points are small.
+# Number of points above which the markers of a trace are small, and sizes of markers, pt.
 _MANY_POINTS: Final = 300
+_DOT_SIZE: Final = 2.0
+_SMALL_SIZE: Final = 2.5
+_MARKER_SIZE: Final = 4.5
+_LETTER_SIZE: Final = 7.0
 # Dash patterns distinguish lines in black and white.
 _DASHES: Final = ("-", (0.0, (5.0, 1.5)), (0.0, (1.0, 1.2)), (0.0, (5.0, 1.2, 1.0, 1.2)))
-# Colours of the styles of shades, and darkness of their characters.
+# Colours of the styles of shades, and darkness of their characters from 0 (white) to 1.
 _SHADE_COLOURS: Final[Mapping[str, str]] = {
     "stable": "#009E73", "unstable": "#D55E00", "trace-1": "#0072B2", "trace-2": "#E69F00",
     "hidden": "#808080",
@@ -61,12 +73,13 @@ _SHADE_COLOURS: Final[Mapping[str, str]] = {
 _DARKNESS: Final[Mapping[str, float]] = {
     " ": 0.0, "·": 0.15, ":": 0.3, "?": 0.35, "×": 0.6, "░": 0.35, "▒": 0.55, "▓": 0.75, "█": 1.0,
 }  # fmt: skip
-# Height of a figure outside its panels, inches; letters of a label per inch; letters in a line of
-# a title; line spacing of the labels of guides, pt.
+# Height of a figure outside its panels, inches.
 _HEIGHT_AROUND_PANELS: Final = 1.2
+# Letters of an axis label per inch, and letters in a line of a title as wide as the figure.
 _LETTERS_PER_INCH: Final = 14.0
 _TITLE_LETTERS: Final = 84
-_LABEL_SPACING_PT: Final = 9.5
+# Line spacing of the labels of guides, pt.
+_LABEL_SPACING: Final = 9.5
 # Width of a letter of a guide's label relative to a figure's width.
 _LETTER_WIDTH: Final = 0.0095
 
@@ -75,18 +88,19 @@ def charts_figure(charts: VisibleCharts, heading: Heading | None = None) -> Figu
     """A matplotlib figure of the displayed charts."""
     count = len(charts.panels)
     rows, columns = (1, count) if charts.side_by_side else (count, 1)
-    height = _SQUARE_HEIGHT if charts.side_by_side else max(_ROW_HEIGHT * rows, _MIN_HEIGHT)
-    letters = int(_LETTERS_PER_INCH * (height - _HEIGHT_AROUND_PANELS) / rows)
-    shown = []
+    height = _SIDE_BY_SIDE_HEIGHT if charts.side_by_side else max(_ROW_HEIGHT * rows, _MIN_HEIGHT)
+    label_letters = int(_LETTERS_PER_INCH * (height - _HEIGHT_AROUND_PANELS) / rows)
+    figure_charts = []
     for index, (chart, view) in enumerate(charts.panels):
         readout = _cursor_text(chart, view, first=index == 0)
         # Omit a note that repeats the label of the shades.
         note = chart.note if chart.backdrop is None or chart.note != chart.backdrop.label else ""
         title = "\n".join(fill(text, _TITLE_LETTERS // columns) for text in (note, readout) if text)
-        label = fill(chart.y_label, letters)
-        shown.append(replace(_displayed_chart(chart, view), title=title, y_label=label))
+        label = fill(chart.y_label, label_letters)
+        figure_charts.append(replace(_displayed_chart(chart, view), title=title, y_label=label))
     sheet = Sheet(
-        [[chart] for chart in shown] if charts.side_by_side else [shown], (FIGURE_WIDTH, height)
+        [[chart] for chart in figure_charts] if charts.side_by_side else [figure_charts],
+        (FIGURE_WIDTH, height),
     )
     # A single curve needs no name.
     single_names = [chart.traces[0].name for chart, _ in charts.panels if len(chart.traces) == 1]
@@ -102,9 +116,13 @@ def charts_figure(charts: VisibleCharts, heading: Heading | None = None) -> Figu
 
 def _heading_text(heading: Heading) -> str:
     first, *rest = heading.parameters
-    varied = [n for n in first.as_dict() if any(getattr(p, n) != getattr(first, n) for p in rest)]
-    line = parameter_text(first, [*heading.omitted, *varied])
-    return f"{line}, separation ignored" if heading.ignores_separation else line
+    varied = [
+        name
+        for name, value in first.as_dict().items()
+        if any(getattr(p, name) != value for p in rest)
+    ]
+    text = parameter_text(first, [*heading.omitted, *varied])
+    return f"{text}, separation ignored" if heading.ignores_separation else text
 
 
 def _displayed_chart(chart: Chart, view: View) -> Chart:
@@ -131,13 +149,14 @@ def _displayed_chart(chart: Chart, view: View) -> Chart:
 
 def _styled_trace(chart: Chart, index: int) -> Trace:
     """A trace with the colour, dashes and marker that distinguish it in its chart."""
-    trace, several = chart.traces[index], len(chart.traces) > 1
-    style = _trace_style(trace, index, several=several)
+    trace = chart.traces[index]
+    style = _trace_style(trace, index, several=len(chart.traces) > 1)
     if trace.number:
         # Draw runs of a smaller range on top: those of a greater range would hide them.
-        ranges = sorted({_y_range(item) for item in chart.traces if item.number}, reverse=True)
+        ranges = sorted({_y_range(run) for run in chart.traces if run.number}, reverse=True)
         style["zorder"] += ranges.index(_y_range(trace)) / len(ranges)
     if chart.to_scale:
+        # The picture of the slider: a marker at the last point only.
         style |= {"linestyle": "-", "markevery": [trace.x.size - 1]}
     marker = style.pop("marker") if trace.look == "line" and not chart.to_scale else ""
     look = "line" if trace.look == "area" else trace.look
@@ -150,20 +169,26 @@ def _y_range(trace: Trace) -> float:
 
 
 def _trace_style(trace: Trace, index: int, *, several: bool) -> dict[str, Any]:
+    """Matplotlib's line properties of a trace; `several` traces in a chart have marks on lines."""
     mark = trace.mark if several or trace.look != "line" else ""
-    # Letters and the edited point are black: they lie on lines and shades of all colours.
-    points = trace.look == "points"
-    letter, small = mark.isalnum(), points and trace.x.size > _MANY_POINTS
-    marker = f"$\\mathrm{{{mark}}}$" if letter else _MARKERS.get(mark, "")
+    is_letter, is_points = mark.isalnum(), trace.look == "points"
     style: dict[str, Any] = {
-        "color": trace.colour
-        or ("black" if letter or (points and mark == _EDITED_MARK) else _colour(index)),
+        "color": trace.colour or _colour(index),
         "linestyle": "none" if trace.look in ("points", "dots") else "-",
         "linewidth": 1.0,
-        "marker": "." if trace.look == "dots" else marker,
-        "markersize": 2.0 if trace.look == "dots" else 7.0 if letter else 2.5 if small else 4.5,
-        "zorder": 3.0 if trace.look == "points" else 2.0,
+        "marker": f"$\\mathrm{{{mark}}}$" if is_letter else _MARKERS.get(mark, ""),
+        "markersize": _MARKER_SIZE,
+        "zorder": 3.0 if is_points else 2.0,
     }
+    # Letters and the edited point are black: they lie on lines and shades of all colours.
+    if not trace.colour and (is_letter or (is_points and mark == _EDITED_MARK)):
+        style["color"] = "black"
+    if trace.look == "dots":
+        style |= {"marker": ".", "markersize": _DOT_SIZE}
+    elif is_letter:
+        style["markersize"] = _LETTER_SIZE
+    elif is_points and trace.x.size > _MANY_POINTS:
+        style["markersize"] = _SMALL_SIZE
     if trace.look in ("points", "marked") and not style["marker"]:
         style["marker"] = "o"
     if mark and mark in _HOLLOW_MARKS:
@@ -178,20 +203,24 @@ def _colour(index: int) -> str:
 
 
 def _draw_guides(axes: Axes, chart: Chart, limits: tuple[Axis, Axis], columns: int) -> None:
-    # Labels that would overlap are on different rows.
+    # Labels that would overlap are on different rows. Positions are fractions of the axis; the
+    # figure has `columns` charts side by side.
+    x, y = limits
     row_ends: list[float] = []
     for guide in chart.guides:
-        start = float(limits[0 if guide.vertical else 1].positions([guide.value])[0])
-        if not 0.0 <= start <= 1.0:
+        position = float((x if guide.vertical else y).positions([guide.value])[0])
+        if not 0.0 <= position <= 1.0:
             continue
         row = 0
         if guide.vertical and guide.label:
-            row = next((row for row, end in enumerate(row_ends) if start > end), len(row_ends))
-            row_ends[row : row + 1] = [start + (len(guide.label) + 1) * _LETTER_WIDTH * columns]
+            row = next((row for row, end in enumerate(row_ends) if position > end), len(row_ends))
+            label_width = (len(guide.label) + 1) * _LETTER_WIDTH * columns
+            row_ends[row : row + 1] = [position + label_width]
         _draw_guide(axes, guide, row)
 
 
 def _draw_guide(axes: Axes, guide: Guide, row: int) -> None:
+    # Draw a guide with its label in a row from the top, at the right end of a horizontal guide.
     line = axes.axvline if guide.vertical else axes.axhline
     line(guide.value, color="0.4", linewidth=0.6, zorder=1.0, label="_")
     if guide.label:
@@ -201,7 +230,7 @@ def _draw_guide(axes: Axes, guide: Guide, row: int) -> None:
             anchor,
             xycoords=axes.get_xaxis_transform() if guide.vertical else axes.get_yaxis_transform(),
             textcoords="offset points",
-            xytext=(2.0, -2.0 - _LABEL_SPACING_PT * row) if guide.vertical else (-2.0, 2.0),
+            xytext=(2.0, -2.0 - _LABEL_SPACING * row) if guide.vertical else (-2.0, 2.0),
             ha="left" if guide.vertical else "right",
             va="top" if guide.vertical else "bottom",
             fontsize=7.5,
@@ -212,11 +241,14 @@ def _draw_guide(axes: Axes, guide: Guide, row: int) -> None:
 
 
 def _number_levels(backdrop: Backdrop) -> tuple[Backdrop, ColourScale]:
-    """Number the displayed levels from 0 as values, with a scale of their colours."""
+    """The backdrop with the numbers of its displayed levels as values, and their colour scale.
+
+    A level is displayed if its shade has a text. Numbers are consecutive from 0.
+    """
     used = [level for level, shade in enumerate(backdrop.shades) if shade.text]
     shades = [backdrop.shades[level] for level in used]
-    band_values = np.zeros(len(backdrop.shades))
-    band_values[used] = np.arange(len(used))
+    number_by_level = np.zeros(len(backdrop.shades))
+    number_by_level[used] = np.arange(len(used))
     plain_shades = [shade._replace(fill="", hatch="") for shade in backdrop.shades]
     colours = ColourScale(
         str(backdrop.label),
@@ -226,17 +258,20 @@ def _number_levels(backdrop: Backdrop) -> tuple[Backdrop, ColourScale]:
         tuple(range(len(used))),
         tuple(shade.text for shade in shades),
     )
-    values = band_values[backdrop.levels]
+    values = number_by_level[backdrop.levels]
     return replace(backdrop, values=values, shades=plain_shades, contours=()), colours
 
 
 def _shade_colour(shade: Shade) -> str:
     darkness = _DARKNESS[shade.character]
-    red, green, blue = (1.0 - darkness * (1.0 - c) for c in to_rgb(_SHADE_COLOURS[shade.style]))
+    # Mix the colour with white.
+    full_colour = to_rgb(_SHADE_COLOURS[shade.style])
+    red, green, blue = (1.0 - darkness * (1.0 - channel) for channel in full_colour)
     return to_hex((red, green, blue))
 
 
 def _cursor_points(chart: Chart, view: View) -> list[list[NearestPoint]]:
+    """The points at the first cursor and at the second."""
     return [
         points_at(chart, view, position) for position in (view.cursors.first, view.cursors.second)
     ]
@@ -249,9 +284,9 @@ def _cursor_text(chart: Chart, view: View, *, first: bool) -> str:
         return ""
     spans, count = heading_spans(chart, view, *points)
     texts = [text.strip() for text, _ in spans[:count]]
-    label, (a, b) = (chart.cursor_label, (view.cursors.first, view.cursors.second))
-    if first and label and a is not None and b is not None:
-        texts = [*cursor_texts(label, a[0], b[0]), *texts]
+    label, start, end = chart.cursor_label, view.cursors.first, view.cursors.second
+    if first and label and start is not None and end is not None:
+        texts = [*cursor_texts(label, start[0], end[0]), *texts]
     return ", ".join(filter(None, texts))
 
 
@@ -288,21 +323,25 @@ def _draw_cursors(axes: Axes, chart: Chart, view: View) -> None:
 
 def save_charts(charts: VisibleCharts, path: Path) -> None:
     """Save the visible points of the displayed charts as CSV, NPZ or Parquet."""
-    point_parts: list[tuple[float, float, np.ndarray[Any, np.dtype[np.float64]], Any]] = []
+    # Columns of the table, in parts for each trace.
+    parts: dict[str, list[NDArray[Any]]] = {"panel": [], "trace": [], "x": [], "y": []}
     panels = []
-    for number, (chart, view) in enumerate(charts.panels, start=1):
-        x, y = view.axes(chart)
+    for panel_number, (chart, view) in enumerate(charts.panels, start=1):
+        x_axis, y_axis = view.axes(chart)
         names = {}
-        for index, trace in view.visible_traces(chart):
-            inside = _is_inside(trace.x, x) & _is_inside(trace.y, y)
-            point_parts.append((number, index + 1.0, trace.x[inside], trace.y[inside]))
-            names[str(index + 1)] = trace.name or chart.note
+        for trace_number, trace in enumerate(chart.traces, start=1):
+            if trace_number - 1 in view.hidden:
+                continue
+            inside = _is_inside(trace.x, x_axis) & _is_inside(trace.y, y_axis)
+            x, y = trace.x[inside], trace.y[inside]
+            parts["panel"].append(np.full(x.size, panel_number))
+            parts["trace"].append(np.full(x.size, float(trace_number)))
+            parts["x"].append(x)
+            parts["y"].append(y)
+            names[str(trace_number)] = trace.name or chart.note
         panels.append({"x": chart.x_label, "y": chart.y_label, "traces": names})
     columns = {
-        "panel": _concatenate([np.full(part[2].size, part[0]) for part in point_parts]),
-        "trace": _concatenate([np.full(part[2].size, part[1]) for part in point_parts]),
-        "x": _concatenate([part[2] for part in point_parts]),
-        "y": _concatenate([part[3] for part in point_parts]),
+        name: np.concatenate(arrays) if arrays else np.empty(0) for name, arrays in parts.items()
     }
     specs = [
         Column("panel", "1", "number of the chart, from the first"),
@@ -313,10 +352,6 @@ def save_charts(charts: VisibleCharts, path: Path) -> None:
     write_table(path, "chart's data", specs, columns, {"panels": panels})
 
 
-def _concatenate(parts: Sequence[Any]) -> np.ndarray[Any, np.dtype[np.float64]]:
-    return np.concatenate(parts) if parts else np.empty(0)
-
-
-def _is_inside(values: np.ndarray[Any, np.dtype[np.float64]], axis: Axis) -> Any:
+def _is_inside(values: FloatArray, axis: Axis) -> Any:
     with np.errstate(invalid="ignore"):
         return (values >= axis.low) & (values <= axis.high)
