@@ -1,4 +1,8 @@
-"""Figures of the charts of a result, drawn by matplotlib."""
+"""Figures of the charts of a result, drawn by matplotlib.
+
+A sheet arranges charts in columns; each chart becomes a panel, which is an `Axes` of matplotlib.
+The role of a trace or guide names its style in `ROLES`.
+"""
 
 import math
 import re
@@ -34,10 +38,15 @@ from .figure_style import OFF_BELT_COLOUR, STUCK_COLOUR, STYLE, new_figure, shad
 from .labels import Label
 from .shades import MIN_CONTRAST, ColourScale
 
+# Font sizes, pt.
 _TITLE_SIZE: Final = 7.5
+_LEGEND_SIZE_INSIDE: Final = 8.0
+_LEGEND_SIZE_ABOVE: Final = 6.0
+_CONTOUR_LABEL_SIZE: Final = 6.5
+# Gap between panels side by side, relative to the figure's width.
 _PANEL_GAP: Final = 0.06
-# Markers and dashes distinguish the series of a chart even in black and white.
-_SERIES: Final[tuple[Mapping[str, Any], ...]] = (
+# Styles of the traces of the role "series", in turn: distinct even in black and white.
+_SERIES_STYLES: Final[tuple[Mapping[str, Any], ...]] = (
     {"color": "#12803c", "marker": "o", "linestyle": "-"},
     {"color": "#00867d", "marker": "s", "linestyle": "--"},
     {"color": "#1f4fd8", "marker": "^", "linestyle": "-"},
@@ -48,8 +57,11 @@ _SERIES: Final[tuple[Mapping[str, Any], ...]] = (
     {"color": "black", "marker": "*", "linestyle": ":"},
     {"color": "#c2378f", "marker": "P", "linestyle": ":"},
 )
+# Dashes of the roles "line 1" to "line 4".
 _DASHES: Final = ("-", (0.0, (6.0, 2.0)), (0.0, (6.0, 1.5, 1.0, 1.5)), (0.0, (1.2, 1.2)))
-# Styles of traces and guides in figures, by role.
+# Names in roles of runs with separation considered and ignored.
+_CASE_NAMES: Final = {True: "considered", False: "ignored"}
+# Matplotlib's properties of traces and guides, by role.
 ROLES: Final[Mapping[str, Mapping[str, Any]]] = {
     "Pareto front": {"color": "0.8", "linewidth": 4.0, "zorder": 1.0},
     "mode 1": {"color": "#1f4fd8", "linestyle": "-", "linewidth": 1.4},
@@ -110,32 +122,32 @@ ROLES: Final[Mapping[str, Mapping[str, Any]]] = {
     },
     "boundary": {"color": "black", "linestyle": "-", "linewidth": 1.4},
     **{
-        f"{name}, {'considered' if case else 'ignored'}": {
-            "color": CASE_COLOURS[case][0],
-            "linestyle": CASE_LINES[case],
+        f"{quantity}, {name}": {
+            "color": CASE_COLOURS[separation][0],
+            "linestyle": CASE_LINES[separation],
             "linewidth": width,
         }
-        for name, width in (("peak", 1.4), ("half range", 0.7), ("output", 1.0))
-        for case in (True, False)
+        for quantity, width in (("peak", 1.4), ("half range", 0.7), ("output", 1.0))
+        for separation, name in _CASE_NAMES.items()
     },
     **{
-        f"limit, {'considered' if case else 'ignored'}": {
-            "color": CASE_COLOURS[case][0],
+        f"limit, {name}": {
+            "color": CASE_COLOURS[separation][0],
             "linestyle": ":",
             "linewidth": 0.8,
             "zorder": 1.5,
         }
-        for case in (True, False)
+        for separation, name in _CASE_NAMES.items()
     },
     **{
-        f"{'considered' if case else 'ignored'}{name}": {
-            "linestyle": "-" if name == ", fine" else CASE_LINES[case],
+        f"{name}{suffix}": {
+            "linestyle": "-" if suffix == ", fine" else CASE_LINES[separation],
             "linewidth": width,
             "markersize": 3.5,
-            "zorder": 2.5 if case else 2.0,
+            "zorder": 2.5 if separation else 2.0,
         }
-        for name, width in (("", 1.1), (", thin", 0.6), (", fine", 0.6))
-        for case in (True, False)
+        for suffix, width in (("", 1.1), (", thin", 0.6), (", fine", 0.6))
+        for separation, name in _CASE_NAMES.items()
     },
     **{
         f"line {number}": {"color": colour, "linestyle": dashes, "linewidth": 1.3}
@@ -160,37 +172,42 @@ ROLES: Final[Mapping[str, Mapping[str, Any]]] = {
 }
 # Style of guides without a role.
 _PLAIN_GUIDE: Final[Mapping[str, Any]] = {"color": "0.4", "linewidth": 0.5, "zorder": 1.0}
+# Hatches of stacked areas, by role.
 _HATCHES: Final[Mapping[str, str]] = {
     "safe region": "",
     "knock region": "...",
     "squeal region": "///",
 }
-# Font sizes of sheets with many panels.
+# Font sizes, and number of intervals between ticks of x, of sheets with many panels.
 _SMALL_TEXT: Final[dict[Any, Any]] = {
     "axes.labelsize": 7.5,
     "axes.titlesize": 7.5,
     "xtick.labelsize": 6.5,
     "ytick.labelsize": 6.5,
 }
-# Height of a bar where bars are 1 apart; colour of the edges of hatched areas in the legend.
-_BAR: Final = 0.36
+_SMALL_TEXT_X_INTERVALS: Final = 5
+# Height of a bar relative to the distance between bars.
+_BAR_HEIGHT: Final = 0.36
+# Colour of the edges of hatched areas in the legend.
 _EDGE_COLOUR: Final = "black"
-# Area of a coloured point, pt², and maximum number of contour lines of equal style.
-_DOT: Final = 9.0
+# Area of a point that is coloured by its value, pt².
+_POINT_AREA: Final = 9.0
+# Maximum number of contour lines at round values.
 _MAX_CONTOURS: Final = 7
-# Lines with at most this number of points have a mark at each point.
+# Traces of the look "marked" with at most this number of points have a marker at each point.
 _MAX_MARKED: Final = 60
-# Number of marks of a longer line, and columns to which it is reduced (several per pixel).
-_MARKS_PER_LINE: Final = 12
+# Number of markers of an ordered line.
+_MARKERS_PER_LINE: Final = 12
+# Columns to which a line is reduced, several per pixel.
 _REDUCED_COLUMNS: Final = 4000
-# Legend: characters in a line of full width, width of the sample of a line in characters, markup
-# of mathtext without width, and line spacing in inches.
+# Characters in a line of a legend of full width, and width of the sample of a line beside a name.
 _LEGEND_CHARACTERS: Final = 100
 _SAMPLE_CHARACTERS: Final = 8
+# Markup of mathtext, which takes no width.
 _MATH_MARKUP: Final = re.compile(r"\\mathrm|[${}_^]")
 _LEGEND_LINE_HEIGHT: Final = 0.18
-# Colours of strips, from the first.
-_STRIPS: Final = (OFF_BELT_COLOUR, STUCK_COLOUR)
+# Colours of a chart's strips in their order: separation, stick.
+_STRIP_COLOURS: Final = (OFF_BELT_COLOUR, STUCK_COLOUR)
 
 
 def sheet_figure(sheet: Sheet, omitted: Collection[str] = ()) -> Figure:
@@ -212,7 +229,7 @@ def sheet_figure(sheet: Sheet, omitted: Collection[str] = ()) -> Figure:
             panels = _draw_panels(figure, sheet)
         if sheet.small_text:
             for axes, _ in panels:
-                axes.locator_params(axis="x", nbins=5)
+                axes.locator_params(axis="x", nbins=_SMALL_TEXT_X_INTERVALS)
         _add_title(figure, [axes for axes, _ in panels], sheet.title)
         legend_axes = [axes for axes, chart in panels if chart.legend == "below"]
         _add_legend(figure, legend_axes, omitted)
@@ -220,11 +237,13 @@ def sheet_figure(sheet: Sheet, omitted: Collection[str] = ()) -> Figure:
 
 
 def _draw_panels(figure: FigureBase, sheet: Sheet) -> list[tuple[Axes, Chart]]:
+    """Draw the columns of a sheet. Returns the panels with their charts."""
     cells = _grid_cells(figure, sheet)
     panels: list[tuple[Axes, Chart]] = []
     axes_by_x: dict[Any, Axes] = {}
     axes_by_y: dict[Any, Axes] = {}
-    scales: dict[ColourScale, tuple[list[Axes], ScalarMappable]] = {}
+    # For each colour scale the panels that use it, and an artist in its colours.
+    scale_users: dict[ColourScale, tuple[list[Axes], ScalarMappable]] = {}
     for column, charts in enumerate(sheet.columns):
         start = len(panels)
         for row, chart in enumerate(charts):
@@ -242,28 +261,33 @@ def _draw_panels(figure: FigureBase, sheet: Sheet) -> list[tuple[Axes, Chart]]:
                 axes.set_ylabel("")
                 axes.tick_params(labelleft=False)
             if chart.colour_scale is not None and mappable is not None:
-                scales.setdefault(chart.colour_scale, ([], mappable))[0].append(axes)
+                users, _ = scale_users.setdefault(chart.colour_scale, ([], mappable))
+                users.append(axes)
             panels.append((axes, chart))
         # Align per column: matplotlib treats separate grids of columns as one column.
         figure.align_ylabels([axes for axes, _ in panels[start:]])
-    for scale, (bar_axes, mappable) in scales.items():
-        edges = not isinstance(scale.colour_map, str)
-        bar = figure.colorbar(mappable, ax=bar_axes, label=_math(scale.label), drawedges=edges)
+    for scale, (users, mappable) in scale_users.items():
+        has_edges = not isinstance(scale.colour_map, str)
+        bar = figure.colorbar(mappable, ax=users, label=_math(scale.label), drawedges=has_edges)
         if scale.ticks:
             bar.set_ticks(scale.ticks, labels=list(map(_math, scale.names)) or None)
     return panels
 
 
 def _grid_cells(figure: FigureBase, sheet: Sheet) -> list[list[SubplotSpec]]:
-    """The grid cells of the charts of every column."""
+    """The grid cells of the charts of every column; columns may have different numbers of rows."""
     count, widths, heights = len(sheet.columns), sheet.widths or None, sheet.heights or None
-    rows = [len(charts) for charts in sheet.columns]
-    if len(set(rows)) == 1:
-        grid = figure.add_gridspec(rows[0], count, width_ratios=widths, height_ratios=heights)
-        return [[grid[row, column] for row in range(rows[0])] for column in range(count)]
+    row_counts = [len(charts) for charts in sheet.columns]
+    if len(set(row_counts)) == 1:
+        rows = row_counts[0]
+        grid = figure.add_gridspec(rows, count, width_ratios=widths, height_ratios=heights)
+        return [[grid[row, column] for row in range(rows)] for column in range(count)]
     columns = figure.add_gridspec(1, count, width_ratios=widths)
-    areas = [columns[0, column].subgridspec(size, 1) for column, size in enumerate(rows)]
-    return [[area[row, 0] for row in range(size)] for area, size in zip(areas, rows, strict=True)]
+    cells = []
+    for column, rows in enumerate(row_counts):
+        column_grid = columns[0, column].subgridspec(rows, 1)
+        cells.append([column_grid[row, 0] for row in range(rows)])
+    return cells
 
 
 def _add_title(figure: Figure, panels: Sequence[Axes], title: str) -> None:
@@ -283,14 +307,16 @@ def _add_legend(figure: Figure, panels: Sequence[Axes], omitted: Collection[str]
         handles.pop(name, None)
     if not handles:
         return
-    longest = max(len(_MATH_MARKUP.sub("", name)) for name in handles) + _SAMPLE_CHARACTERS
-    max_columns = max(1, int(_LEGEND_CHARACTERS * figure.get_figwidth() / FIGURE_WIDTH) // longest)
+    entry_width = max(len(_MATH_MARKUP.sub("", name)) for name in handles) + _SAMPLE_CHARACTERS
+    legend_width = int(_LEGEND_CHARACTERS * figure.get_figwidth() / FIGURE_WIDTH)
+    max_columns = max(1, legend_width // entry_width)
     # The fewest columns for the needed number of rows.
     columns = math.ceil(len(handles) / math.ceil(len(handles) / max_columns))
     wrapped_names = [
         fill(name, _LEGEND_CHARACTERS, break_on_hyphens=False, break_long_words=False)
         for name in handles
     ]
+    # The figure's height has room for one line of the legend.
     lines = math.ceil(sum(name.count("\n") + 1 for name in wrapped_names) / columns)
     figure.set_figheight(figure.get_figheight() + _LEGEND_LINE_HEIGHT * (lines - 1))
     figure.legend(
@@ -304,19 +330,21 @@ def _add_legend(figure: Figure, panels: Sequence[Axes], omitted: Collection[str]
 
 
 def _draw_chart(axes: Axes, chart: Chart) -> ScalarMappable | None:
-    """Draw a chart. Returns the artist whose colours show values, if any."""
+    """Draw a chart. Returns the artist whose colours show values (`ScalarMappable`), if any."""
     mappable = None
     _set_scales(axes, chart)
     if chart.colour_scale is not None or chart.backdrop is not None:
         axes.grid(visible=False)
     if chart.backdrop is not None:
-        mappable = _shade(axes, chart.backdrop, chart.colour_scale)
+        mappable = _draw_backdrop(axes, chart.backdrop, chart.colour_scale)
     if chart.stacked:
         _draw_stacked_areas(axes, chart.traces)
     else:
         mappable = _draw_traces(axes, chart) or mappable
     for number, strip in enumerate(chart.strips):
-        shade_times(axes, strip.intervals, _STRIPS[number % len(_STRIPS)], strip.meaning)
+        shade_times(
+            axes, strip.intervals, _STRIP_COLOURS[number % len(_STRIP_COLOURS)], strip.meaning
+        )
     _set_limits(axes, chart)
     for guide in chart.guides:
         _draw_guide(axes, guide)
@@ -339,23 +367,25 @@ def _set_labels(axes: Axes, chart: Chart) -> None:
             loc="lower center",
             bbox_to_anchor=(0.5, 1.0),
             ncols=2,
-            fontsize=6.0,
+            fontsize=_LEGEND_SIZE_ABOVE,
             frameon=False,
             handlelength=1.5,
         )
     elif chart.legend == "inside":
-        axes.legend(frameon=False, fontsize=8.0, handlelength=3.0)
+        axes.legend(frameon=False, fontsize=_LEGEND_SIZE_INSIDE, handlelength=3.0)
 
 
 def _draw_traces(axes: Axes, chart: Chart) -> ScalarMappable | None:
-    mappable, series = None, 0
+    mappable, series_index = None, 0
     for index, trace in enumerate(chart.traces):
         if trace.values is not None and chart.colour_scale is not None:
-            options = _colour_properties(chart.colour_scale)
-            mappable = axes.scatter(trace.x, trace.y, _DOT, trace.values, linewidths=0.0, **options)
+            colours = _colour_properties(chart.colour_scale)
+            mappable = axes.scatter(
+                trace.x, trace.y, _POINT_AREA, trace.values, linewidths=0.0, **colours
+            )
         # A trace without points is not in the legend, unless it has a style.
         elif trace.x.size or trace.style:
-            style = _trace_style(trace, series)
+            style = _trace_style(trace, series_index)
             if trace.look == "bars":
                 _draw_bars(axes, trace, style)
             elif trace.look == "area":
@@ -363,26 +393,38 @@ def _draw_traces(axes: Axes, chart: Chart) -> ScalarMappable | None:
             else:
                 x, y = _drawn_points(trace, chart)
                 if trace.marker and trace.ordered:
-                    spacing = max(x.size // _MARKS_PER_LINE, 1)
+                    # Markers of different traces are at different points.
+                    spacing = max(x.size // _MARKERS_PER_LINE, 1)
                     style["markevery"] = (spacing * index // len(chart.traces), spacing)
                 axes.plot(x, y, label=_math(trace.name) or "_", **style)
-        series += trace.role == "series" and trace.x.size > 0
+        series_index += trace.role == "series" and trace.x.size > 0
     return mappable
 
 
 def _drawn_points(trace: Trace, chart: Chart) -> tuple[FloatArray, FloatArray]:
     """The points of a trace to draw: an ordered line is reduced within the limits of x."""
-    low, high = chart.figure_x
     if not trace.ordered or trace.look != "line":
         return trace.x, trace.y
-    ends = (trace.x[0] if low is None else low, trace.x[-1] if high is None else high)
-    return reduce_trace(trace, Axis(*ends, log="x" in chart.log), _REDUCED_COLUMNS)
+    low, high = chart.figure_x
+    x_axis = Axis(
+        trace.x[0] if low is None else low,
+        trace.x[-1] if high is None else high,
+        log="x" in chart.log,
+    )
+    return reduce_trace(trace, x_axis, _REDUCED_COLUMNS)
 
 
 def _draw_bars(axes: Axes, trace: Trace, style: Mapping[str, Any]) -> None:
-    ends = None if trace.intervals is None else np.abs(np.array(trace.intervals) - trace.x)
-    errors = {"linewidth": 0.8, "capsize": 1.5}
-    axes.barh(trace.y, trace.x, _BAR, xerr=ends, error_kw=errors, label=_math(trace.name), **style)
+    errors = None if trace.intervals is None else np.abs(np.array(trace.intervals) - trace.x)
+    axes.barh(
+        trace.y,
+        trace.x,
+        _BAR_HEIGHT,
+        xerr=errors,
+        error_kw={"linewidth": 0.8, "capsize": 1.5},
+        label=_math(trace.name),
+        **style,
+    )
 
 
 def _draw_stacked_areas(axes: Axes, traces: Sequence[Trace]) -> None:
@@ -402,10 +444,14 @@ def _draw_stacked_areas(axes: Axes, traces: Sequence[Trace]) -> None:
         bottom = top
 
 
-def _trace_style(trace: Trace, series: int) -> dict[str, Any]:
+def _trace_style(trace: Trace, series_index: int) -> dict[str, Any]:
     style = dict(ROLES.get(trace.role, {}))
     if trace.role == "series":
-        style = {"markersize": 4.5, "linewidth": 0.9, **_SERIES[series % len(_SERIES)]}
+        style = {
+            "markersize": 4.5,
+            "linewidth": 0.9,
+            **_SERIES_STYLES[series_index % len(_SERIES_STYLES)],
+        }
     elif trace.look == "marked" and trace.x.size <= _MAX_MARKED:
         style |= {"marker": ".", "markersize": 4.0}
     if trace.colour:
@@ -421,21 +467,27 @@ def _colour_properties(scale: ColourScale) -> dict[str, Any]:
     return {"cmap": cmap, "norm": Normalize(scale.low, scale.high)}
 
 
-def _shade(axes: Axes, backdrop: Backdrop, scale: ColourScale | None) -> ScalarMappable | None:
-    """Colour the plane by values or by level. Returns the artist whose colours show values."""
+def _draw_backdrop(
+    axes: Axes, backdrop: Backdrop, scale: ColourScale | None
+) -> ScalarMappable | None:
+    """Colour the plane by values, and levels with a fill over them; add hatches and contours.
+
+    Returns the artist whose colours show values, if any.
+    """
     options: dict[str, Any] = {"shading": "nearest", "rasterized": True, "zorder": 0.0}
     x, y, levels = backdrop.x, backdrop.y, backdrop.levels.T
     colours = {} if scale is None else _colour_properties(scale)
     if min(levels.shape) < 2:
+        # A single row or column of points has no area.
         points = np.meshgrid(x, y)
-        return axes.scatter(*points, _DOT, backdrop.values.T, linewidths=0.0, **colours)
+        return axes.scatter(*points, _POINT_AREA, backdrop.values.T, linewidths=0.0, **colours)
     mesh = axes.pcolormesh(x, y, backdrop.values.T, **options, **colours) if colours else None
-    is_filled = np.array([bool(shade.fill) for shade in backdrop.shades])
-    if is_filled[levels].any():
+    has_fill = np.array([bool(shade.fill) for shade in backdrop.shades])
+    if has_fill[levels].any():
         fills = [shade.fill or "none" for shade in backdrop.shades]
-        shown = np.ma.masked_where(~is_filled[levels], levels)
+        filled_levels = np.ma.masked_where(~has_fill[levels], levels)
         norm = BoundaryNorm(np.arange(len(fills) + 1) - 0.5, len(fills))
-        axes.pcolormesh(x, y, shown, cmap=ListedColormap(fills), norm=norm, **options)
+        axes.pcolormesh(x, y, filled_levels, cmap=ListedColormap(fills), norm=norm, **options)
     legend_shades = {}
     for level, shade in enumerate(backdrop.shades):
         inside = np.equal(levels, level).astype(float)
@@ -461,7 +513,7 @@ def _draw_contours(axes: Axes, backdrop: Backdrop, contours: Contours) -> None:
     low, high = float(finite.min()), float(finite.max())
     levels: int | list[float] = [level for level in contours.levels if low < level < high]
     if not contours.levels:
-        # Lines differ at least by the smallest displayed difference.
+        # Neighbouring lines differ by at least the smallest displayed difference.
         min_step = MIN_CONTRAST * max(abs(low), abs(high))
         levels = int(min((high - low) / min_step, _MAX_CONTOURS)) if min_step > 0.0 else 0
     if not levels:
@@ -477,7 +529,7 @@ def _draw_contours(axes: Axes, backdrop: Backdrop, contours: Contours) -> None:
         linestyles=[style["linestyle"]],
     )
     if contours.label:
-        axes.clabel(lines, fontsize=6.5, fmt=contours.label)
+        axes.clabel(lines, fontsize=_CONTOUR_LABEL_SIZE, fmt=contours.label)
     if contours.name:
         axes.plot([], [], label=_math(contours.name), **style)
 
@@ -510,12 +562,13 @@ def _set_limits(axes: Axes, chart: Chart) -> None:
 
 def _draw_guide(axes: Axes, guide: Guide) -> None:
     if guide.role == "floor":
+        # Shade the area from the lower limit of y up to the guide.
         axes.axhspan(axes.get_ylim()[0], guide.value, color="0.93", zorder=0.0)
         return
     line = axes.axvline if guide.vertical else axes.axhline
     style = ROLES.get(guide.role)
-    # Lines without a role are not in the legend.
     if style is None:
+        # Matplotlib omits labels that begin with an underscore from the legend.
         line(guide.value, label="_", **_PLAIN_GUIDE)
     else:
         line(guide.value, label=_math(guide.label), **style)
