@@ -1,4 +1,7 @@
-"""An axis of a chart: limits, scale, ticks, zoom, and the parser of limits. Imports no Textual."""
+"""An axis of a chart: limits, scale, ticks, zoom, and the parser of limits.
+
+A position on an axis is a fraction of its length: 0 at the lower limit, 1 at the upper limit.
+"""
 
 import math
 import re
@@ -18,8 +21,11 @@ FloatArray = NDArray[np.float64]
 # Minimum length of an axis relative to its limits: closer limits would have equal tick labels.
 _MIN_LENGTH: Final = 1e-9
 _MAX_LIMIT: Final = 1e300
+# Number of decades of a logarithmic axis: smaller values are rounding errors.
 _MAX_DECADES: Final = 20.0
+# Ticks of a logarithmic axis are these multiples of powers of ten.
 _TICK_FACTORS: Final = (1.0, 2.0, 5.0)
+_TICK_TOLERANCE: Final = 1e-12
 _LIMITS_FORMAT: Final = "LOW:HIGH, or empty to fit the data"
 
 
@@ -61,9 +67,10 @@ class Axis:
         return (math.log10(self.low), math.log10(self.high)) if self.log else (self.low, self.high)
 
     def transform(self, *, zoom: float = 1.0, centre: float = 0.5, shift: float = 0.0) -> Self:
-        """The axis zoomed about a position, then shifted by a fraction of its length.
+        """The axis zoomed about the position `centre`, then shifted by a fraction of its length.
 
-        Returns the axis unchanged if the new limits would coincide or overflow.
+        Its new length is `zoom` times the old one. Returns the axis unchanged if the new limits
+        would coincide or overflow.
         """
         low_position = centre * (1.0 - zoom) + shift
         try:
@@ -86,12 +93,12 @@ class Axis:
 
 
 def _log_ticks(low: float, high: float, max_count: int) -> list[float]:
-    first_decade, last_decade = math.floor(math.log10(low)), math.ceil(math.log10(high))
-    decades = range(first_decade, last_decade + 1)
-    tolerance = 1e-12
+    # Ticks at 1, 2 and 5 times powers of ten, at powers of ten only, or at some of these.
+    decades = range(math.floor(math.log10(low)), math.ceil(math.log10(high)) + 1)
+    low, high = low * (1.0 - _TICK_TOLERANCE), high * (1.0 + _TICK_TOLERANCE)
     for factors in (_TICK_FACTORS, (1.0,)):
-        ticks = [factor * 10.0**decade for decade in decades for factor in factors]
-        ticks = [t for t in ticks if low * (1.0 - tolerance) <= t <= high * (1.0 + tolerance)]
+        multiples = (factor * 10.0**decade for decade in decades for factor in factors)
+        ticks = [tick for tick in multiples if low <= tick <= high]
         if len(ticks) <= max_count:
             return ticks
     return ticks[:: math.ceil(len(ticks) / max_count)]
@@ -102,24 +109,27 @@ def axis_for(values: Sequence[ArrayLike], *, log: bool = False, tight: bool = Fa
 
     `tight` puts the limits at the ends of the data. Without data: 0 to 1, logarithmic 0.1 to 1.
     """
-    optional_ranges = [_finite_range(np.asarray(part, dtype=float), log=log) for part in values]
-    ranges = [part for part in optional_ranges if part is not None]
+    ranges = [
+        value_range
+        for array in values
+        if (value_range := _finite_range(np.asarray(array, dtype=float), log=log)) is not None
+    ]
     if not ranges:
         return Axis(0.1, 1.0, log=True) if log else Axis(0.0, 1.0)
-    low, high = min(part[0] for part in ranges), max(part[1] for part in ranges)
+    low, high = min(low for low, _ in ranges), max(high for _, high in ranges)
     if log:
-        # Values more than `_MAX_DECADES` decades below the greatest are rounding noise.
         low = max(low, high * 10.0**-_MAX_DECADES)
         if tight and high > low * (1.0 + _MIN_LENGTH):
             return Axis(low, high, log=True)
-        exponents = axis_limits(math.log10(low), math.log10(high))
-        return Axis(10.0 ** exponents[0], 10.0 ** exponents[1], log=True)
+        low_exponent, high_exponent = axis_limits(math.log10(low), math.log10(high))
+        return Axis(10.0**low_exponent, 10.0**high_exponent, log=True)
     if tight and high - low > _MIN_LENGTH * max(abs(low), abs(high)):
         return Axis(low, high)
     return Axis(*axis_limits(low, high))
 
 
 def _finite_range(values: FloatArray, *, log: bool) -> tuple[float, float] | None:
+    # Least and greatest finite value, if `log` of the positive values; None if there is none.
     usable = np.isfinite(values)
     if log:
         usable &= values > 0.0
@@ -130,9 +140,10 @@ def _finite_range(values: FloatArray, *, log: bool) -> tuple[float, float] | Non
 
 
 def parse_limits(name: str, text: str, *, log: bool = False) -> tuple[float, float] | None:
-    """Parse ``LOW:HIGH``; a comma or a blank may replace the colon.
+    """Limits from a text ``LOW:HIGH``; a comma or a blank may replace the colon.
 
-    Returns None if empty; raises `InputError` if the limits are invalid.
+    Returns None if the text is empty. Raises `InputError`, which begins with `name`, if the limits
+    are invalid; `log` requires positive limits.
     """
     parts = [part for part in re.split(r"\s*[:,]\s*|\s+", text.strip()) if part]
     if not parts:

@@ -1,4 +1,8 @@
-"""A chart as data: traces, reference lines, shades; and its visible part. Imports no Textual."""
+"""A chart as data: traces, reference lines, shades; and its visible part.
+
+The terminal draws a `Chart` within the limits of its `View`; matplotlib draws the charts of a
+`Sheet` as a figure. Attributes that only one of them uses are described so.
+"""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -14,17 +18,20 @@ from .plot_data import envelope
 from .shades import ColourScale, Shades
 
 FloatArray = NDArray[np.float64]
+# Lower and upper limit of an axis in figures; None fits a limit to the data.
 FigureLimits = tuple[float | None, float | None]
+# How a trace is drawn; `Trace` describes the values.
 Look = Literal["line", "points", "dots", "marked", "bars", "area"]
 
 # Width of a full figure, inches.
 FIGURE_WIDTH: Final = 7.2
 # Lines join this many last samples of an unordered trace; earlier samples are drawn as dots.
 MAX_JOINED_SAMPLES: Final = 16_384
+# Limits that exceed the data by less than this fraction of the axis fit the data.
 _POSITION_TOLERANCE: Final = 1e-6
 # Okabe and Ito's colours: distinct with colour vision deficiencies, on dark and light background.
 COLOURS: Final = ("#E69F00", "#56B4E9", "#009E73", "#CC79A7", "#D55E00", "#0072B2", "#B8A800")
-# Lines and colours of runs with separation considered (True) and ignored (False).
+# Dashes and colours of runs with separation considered (True) and ignored (False).
 CASE_LINES: Final[Mapping[bool, Any]] = {True: (0.0, (4.0, 1.5)), False: "-"}
 CASE_COLOURS: Final[Mapping[bool, Sequence[str]]] = {
     True: ("#12803c", "#8a8a00", "#00867d", "#4f5d1e"),
@@ -47,10 +54,12 @@ class Trace:
     x, y : ndarray, shape (n,)
         The points; NaN is a gap.
     look : "line", "points", "dots", "marked", "bars" or "area"
-        A line, a character per point, a dot per point, a line with a character per point; in
-        figures only: bars from x = 0, or the area that the points enclose.
+        "line": a line. "points": a character per point. "dots": a dot per point. "marked": a line
+        with a character per point. In figures only, "bars": bars from x = 0; "area": the area
+        that the points enclose.
     ordered : bool
-        Whether x ascends; such a trace is reduced to the plot's columns before it is drawn.
+        Whether x ascends, so that y is a function of x. Such a trace is drawn with at most four
+        points per column of the plot.
     mark : str
         Character of the points; if empty, a line is marked by its number.
     colour : str
@@ -58,9 +67,9 @@ class Trace:
     curve_values : ndarray, shape (n,), optional
         Ascending values along the curve, such as times, at which cursors stand; see `curve_label`.
     number : int
-        Number of the displayed run, 0 if none.
+        Number of the run in the laboratory; 0 if the trace is not a run.
     role : str
-        Key of `ROLES`, the styles in figures.
+        Key of `ROLES` in `sheet.py`, the styles in figures.
     marker : str
         Matplotlib's marker of the points in figures; if empty, the marker of the role.
     values : ndarray, shape (n,), optional
@@ -211,7 +220,7 @@ class Chart:
     stacked : bool
         Whether figures stack the areas of traces over the same x.
     tight : bool
-        Whether the x axis ends where the data end.
+        Whether the x axis ends where the data end, without margins.
     x_range, y_range : tuple of float, optional
         Limits before any zoom; if None, the axes fit the data.
     to_scale : bool
@@ -317,7 +326,7 @@ class View:
     cursors : Cursors
         The cursors.
     newest_run : int
-        Number of the newest displayed run when the limits were chosen.
+        Greatest number of a displayed run when the limits were chosen; later runs may lie outside.
     """
 
     x: Axis | None = None
@@ -329,15 +338,17 @@ class View:
     newest_run: int = 0
 
     def visible_traces(self, chart: Chart) -> Iterator[tuple[int, Trace]]:
-        """The visible traces with their indices."""
-        return (item for item in enumerate(chart.traces) if item[0] not in self.hidden)
+        """The indices and traces of the chart that are not hidden."""
+        return (
+            (index, trace) for index, trace in enumerate(chart.traces) if index not in self.hidden
+        )
 
     def axes(self, chart: Chart) -> tuple[Axis, Axis]:
         """The x and y axes: the chosen limits, or limits that fit the visible data."""
-        x = self.x or self._axis_x(chart)
-        return x, self.y or self._axis_y(chart, x)
+        x = self.x or self._fitted_x(chart)
+        return x, self.y or self._fitted_y(chart, x)
 
-    def _axis_x(self, chart: Chart) -> Axis:
+    def _fitted_x(self, chart: Chart) -> Axis:
         if chart.x_range is not None and not self.log_x:
             return Axis(*chart.x_range)
         parts = [trace.x for _, trace in self.visible_traces(chart)]
@@ -348,7 +359,7 @@ class View:
             parts = [part[[0, -1]] for part in parts if part.size]
         return axis_for(parts, log=self.log_x, tight=chart.tight)
 
-    def _axis_y(self, chart: Chart, x: Axis) -> Axis:
+    def _fitted_y(self, chart: Chart, x: Axis) -> Axis:
         if chart.y_range is not None and not self.log_y:
             return Axis(*chart.y_range)
         parts = [
@@ -366,12 +377,14 @@ class View:
         self.newest_run = max((trace.number for trace in chart.traces), default=0)
 
     def zoom(self, chart: Chart, factor: float, centre: tuple[float, float] = (0.5, 0.5)) -> None:
-        """Zoom in (factor below 1) or out; only along x if y is a function of x."""
+        """Zoom in (factor below 1) or out; only along x if y is a function of x.
+
+        `centre` is the fixed point, as fractions of both axes.
+        """
         x, y = self.axes(chart)
+        zoomed_x = self._clamp_x(chart, x.transform(zoom=factor, centre=centre[0]))
         zoomed_y = y.transform(zoom=factor, centre=centre[1]) if chart.is_plane else self.y
-        self.set_limits(
-            chart, self._clamp_x(chart, x.transform(zoom=factor, centre=centre[0])), zoomed_y
-        )
+        self.set_limits(chart, zoomed_x, zoomed_y)
 
     def zoom_y(self, chart: Chart, factor: float, centre: float = 0.5) -> None:
         """Zoom in (factor below 1) or out, only along y."""
@@ -387,16 +400,15 @@ class View:
         )
 
     def _clamp_x(self, chart: Chart, x: Axis) -> Axis | None:
-        # Where y is a function of x, the limits do not pan beyond the data.
+        # Where y is a function of x, limits stay within the data; None if they show all data.
         if chart.is_plane:
             return x
-        data_axis = View(log_x=self.log_x, hidden=self.hidden)._axis_x(chart)
+        data_axis = View(log_x=self.log_x, hidden=self.hidden)._fitted_x(chart)
         low, high = data_axis.positions([x.low, x.high]).tolist()
-        if high - low >= 1.0 - _POSITION_TOLERANCE:
+        length = high - low
+        if length >= 1.0 - _POSITION_TOLERANCE:
             return None
-        return x.transform(
-            shift=max(-low, 0.0) / (high - low) - max(high - 1.0, 0.0) / (high - low)
-        )
+        return x.transform(shift=max(-low, 0.0) / length - max(high - 1.0, 0.0) / length)
 
     def reset(self) -> None:
         """Fit the limits to the data again."""
@@ -435,10 +447,9 @@ def reduce_trace(trace: Trace, x: Axis, columns: int) -> tuple[FloatArray, Float
     """Reduce an ordered trace to the points that `columns` columns can resolve."""
     if not trace.ordered:
         return trace.x, trace.y
-    edges = np.array(
-        [x.value(position) for position in np.linspace(0.0, 1.0, columns + 1).tolist()]
-    )
-    return envelope(trace.x, trace.y, edges)
+    positions = np.linspace(0.0, 1.0, columns + 1).tolist()
+    column_edges = np.array([x.value(position) for position in positions])
+    return envelope(trace.x, trace.y, column_edges)
 
 
 def trace_style(trace: Trace, index: int) -> str:
@@ -447,8 +458,10 @@ def trace_style(trace: Trace, index: int) -> str:
 
 
 def trace_mark(trace: Trace, index: int) -> str:
-    """Character that marks a trace; by default the last digit of a line's number."""
-    return trace.mark or str(index + 1)[-1] if trace.look == "line" else trace.mark or "●"
+    """Character that marks a trace; by default the last digit of a line's number, else ●."""
+    if trace.mark:
+        return trace.mark
+    return str(index + 1)[-1] if trace.look == "line" else "●"
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,4 +1,4 @@
-"""Style and files shared by all figures; matplotlib without pyplot."""
+"""Style and files of all figures, which are drawn by matplotlib without pyplot."""
 
 from collections.abc import Mapping, Sequence
 from io import BytesIO
@@ -24,7 +24,7 @@ FORMATS: Final = tuple(suffix.removeprefix(".") for suffix in _METADATA)
 # Font type 42 keeps the text of a PDF searchable.
 _SAVE_OPTIONS: Final[dict[Any, Any]] = {"svg.hashsalt": "fivtui", "pdf.fonttype": 42}
 _DPI: Final = 200
-
+# Matplotlib's settings while a figure is drawn.
 STYLE: Final[dict[Any, Any]] = {
     "font.size": 9.0,
     "axes.labelsize": 9.0,
@@ -40,7 +40,7 @@ STYLE: Final[dict[Any, Any]] = {
     "ytick.direction": "in",
     "hatch.linewidth": 0.3,
 }
-# Colours of intervals of separation and of stick.
+# Background colours of intervals of separation and of stick.
 OFF_BELT_COLOUR: Final = "0.9"
 STUCK_COLOUR: Final = "#f6e3c5"
 

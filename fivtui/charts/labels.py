@@ -1,4 +1,4 @@
-"""Labels of quantities: for the terminal, and in matplotlib's mathtext."""
+"""Labels of quantities: plain text for the terminal, and mathtext of matplotlib for figures."""
 
 from collections.abc import Sequence
 from typing import Final, Self
@@ -9,7 +9,7 @@ _NO_BREAK: Final = "\N{NO-BREAK SPACE}"
 
 
 class Label(str):
-    """The text for the terminal, with the text for figures in `math`."""
+    """A label: the string itself is for the terminal, its attribute `math` for figures."""
 
     __slots__ = ("math",)
     math: str
@@ -49,14 +49,15 @@ def value_label(name: str, value: float | None) -> str:
 def quantity_label(spec: ParameterSpec) -> str:
     """Axis label of a quantity in matplotlib's mathtext: meaning, symbol and unit."""
     unit = f" ({math_unit(spec.unit)})" if spec.unit else ""
-    # Omit details after a comma or semicolon.
+    # The meaning without details, which follow a comma or semicolon.
     meaning = spec.meaning.partition(",")[0].partition(";")[0]
     return f"{meaning.capitalize()} {math_symbol(spec.symbol)}{unit}"
 
 
 def parameter_text(parameters: Parameters, omitted: Sequence[str] = ()) -> str:
     """All parameters except the `omitted` ones, in two lines of matplotlib's mathtext."""
-    texts = [value_label(k, value) for k, value in parameters.as_dict().items() if k not in omitted]
+    values = parameters.as_dict().items()
+    texts = [value_label(name, value) for name, value in values if name not in omitted]
     middle = (len(texts) + 1) // 2
     return "\n".join(", ".join(part) for part in (texts[:middle], texts[middle:]))
 

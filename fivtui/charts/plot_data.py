@@ -1,4 +1,7 @@
-"""Plot geometry: reduction to columns, limits, ticks. Imports no Textual."""
+"""Numbers behind a plot: samples reduced to columns, limits of axes, ticks and their labels.
+
+A column is a column of characters in the terminal, or of pixels in a figure.
+"""
 
 import math
 from collections.abc import Sequence
@@ -10,27 +13,31 @@ from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
 
+# Characters for shares from 0 to 1; the share above which a column counts as full.
 _SHADE_CHARACTERS: Final = " ░▒▓█"
 _FULL_SHARE: Final = 1.0 - 1e-12
+# Margin of an axis on each side, relative to the range of the data.
 _RELATIVE_MARGIN: Final = 0.05
 # A signal with a smaller relative range is drawn as constant.
 _MIN_RANGE: Final = 1e-9
+# Maximum number of significant digits of a tick label.
+_MAX_TICK_DIGITS: Final = 7
 
 
 def envelope(x: FloatArray, values: FloatArray, edges: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Reduce a signal of ascending `x` to at most four samples per column between `edges`.
 
     Selects the first, last, smallest and largest sample of every column, in order: a line through
-    them covers the same dots as a line through all samples. Includes one sample beyond each end.
+    them looks like a line through all samples. Includes one sample beyond each end.
     """
     first = max(int(np.searchsorted(x, edges[0], side="left")) - 1, 0)
     stop = min(int(np.searchsorted(x, edges[-1], side="right")) + 1, x.size)
     if stop - first <= 4 * (edges.size - 1):
         return x[first:stop], values[first:stop]
     column_starts = np.searchsorted(x[first:stop], edges) + first
-    bounds = np.unique(np.concatenate(([first], column_starts, [stop]))).tolist()
+    column_bounds = np.unique(np.concatenate(([first], column_starts, [stop]))).tolist()
     selected: list[int] = []
-    for begin, end in pairwise(bounds):
+    for begin, end in pairwise(column_bounds):
         column = values[begin:end]
         selected += sorted(
             {begin, begin + int(column.argmin()), begin + int(column.argmax()), end - 1}
@@ -41,26 +48,29 @@ def envelope(x: FloatArray, values: FloatArray, edges: FloatArray) -> tuple[Floa
 def covered_shares(
     intervals: Sequence[tuple[float, float]], window: tuple[float, float], columns: int
 ) -> FloatArray:
-    """Fraction of every column's time covered by intervals, shape (columns,)."""
+    """Fraction of every column's time covered by intervals, shape (columns,).
+
+    The columns divide the window evenly; intervals ascend and are disjoint.
+    """
     if not intervals:
         return np.zeros(columns)
-    bounds = np.array(intervals)
+    starts, ends = np.array(intervals).T
     edges = np.linspace(*window, columns + 1)
     # Covered time up to each edge: complete intervals plus a part of the current interval.
-    complete = np.searchsorted(bounds[:, 1], edges, side="right")
-    length_sums = np.concatenate(([0.0], np.cumsum(bounds[:, 1] - bounds[:, 0])))
-    starts = np.append(bounds[:, 0], np.inf)
-    covered_time = length_sums[complete] + np.maximum(edges - starts[complete], 0.0)
+    complete_count = np.searchsorted(ends, edges, side="right")
+    length_sums = np.concatenate(([0.0], np.cumsum(ends - starts)))
+    current_start = np.append(starts, np.inf)[complete_count]
+    covered_time = length_sums[complete_count] + np.maximum(edges - current_start, 0.0)
     shares: FloatArray = np.clip(np.diff(covered_time) / np.diff(edges), 0.0, 1.0)
     return shares
 
 
 def shade_text(shares: FloatArray) -> str:
     """One character per column, denser with its share: blank only at 0, full only at 1."""
-    count = len(_SHADE_CHARACTERS) - 2
-    partial = 1 + np.floor(np.minimum(shares, _FULL_SHARE) * count)
-    levels = np.select([shares <= 0.0, shares > _FULL_SHARE], [0, count + 1], partial)
-    return "".join(_SHADE_CHARACTERS[int(level)] for level in levels)
+    partial_count = len(_SHADE_CHARACTERS) - 2
+    partial = 1 + np.floor(np.minimum(shares, _FULL_SHARE) * partial_count)
+    indices = np.select([shares <= 0.0, shares > _FULL_SHARE], [0, partial_count + 1], partial)
+    return "".join(_SHADE_CHARACTERS[int(index)] for index in indices)
 
 
 def axis_limits(low: float, high: float) -> tuple[float, float]:
@@ -87,13 +97,13 @@ def round_ticks(low: float, high: float, max_count: int) -> list[float]:
 def tick_labels(ticks: Sequence[float]) -> list[str]:
     """Labels of evenly spaced ticks, with the fewest digits that distinguish them."""
     spacing = ticks[1] - ticks[0] if len(ticks) > 1 else 0.0
-    exact_ticks = [0.0 if abs(tick) < 1e-6 * spacing else tick for tick in ticks]
-    for digits in range(1, 8):
-        labels = [f"{tick:.{digits}g}" for tick in exact_ticks]
-        plain_labels = [f"{float(label):g}" for label in labels]
+    # A tick at zero may have a rounding error.
+    ticks = [0.0 if abs(tick) < 1e-6 * spacing else tick for tick in ticks]
+    for digits in range(1, _MAX_TICK_DIGITS + 1):
+        rounded_ticks = [float(f"{tick:.{digits}g}") for tick in ticks]
         if all(
-            abs(float(label) - tick) <= 0.01 * spacing
-            for label, tick in zip(labels, exact_ticks, strict=True)
+            abs(rounded - tick) <= 0.01 * spacing
+            for rounded, tick in zip(rounded_ticks, ticks, strict=True)
         ):
-            return plain_labels
-    return [f"{tick:.7g}" for tick in exact_ticks]
+            return [f"{rounded:g}" for rounded in rounded_ticks]
+    return [f"{tick:.{_MAX_TICK_DIGITS}g}" for tick in ticks]

@@ -1,4 +1,8 @@
-"""The points of a chart at its cursors, and the heading above the plot."""
+"""The points of a chart at its two cursors, and the heading above the plot.
+
+The heading has the values at the cursors; without cursors, the label and the legend. It consists of
+spans, which are texts with the names of their styles.
+"""
 
 import math
 import re
@@ -12,22 +16,28 @@ from numpy.typing import NDArray
 from .axis import Axis
 from .chart import Backdrop, Chart, Position, Trace, View, trace_mark, trace_style, values_within
 
+# Signs of the first cursor and the second.
 CURSOR_SIGNS: Final = "◆◇"
+# A label such as ``y (m)``: symbol and unit.
 _LABEL_PATTERN: Final = re.compile(r"(.*) \(([^()]*)\)")
+# Significant digits of values, and of the positions of two cursors.
 _VALUE_DIGITS: Final = 5
 _POSITION_DIGITS: Final = 6
+# Units of differences whose inverse is displayed, with the unit of the inverse.
 _INVERSE_UNITS: Final = {"s": "Hz", "Hz": "s"}
 # In notes on runs outside the limits, the number of a run replaces a longer name.
 _MAX_NAME_LENGTH: Final = 8
-
 # Separates the parts of a note; lines break only between parts.
 _NOTE_SEPARATOR: Final = re.compile(r"(?<=,) | {2,}")
-
 # Text for a point without value.
 _MISSING_TEXT: Final = "none"
+# Index of the "trace" of points in the backdrop.
+_BACKDROP: Final = -1
 
 # A text and the name of its style.
 Span = tuple[str, str]
+# A function that returns a coordinate or the value of a point.
+Coordinate = Callable[["NearestPoint"], float]
 
 
 def split_label(label: str) -> tuple[str, str]:
@@ -64,24 +74,34 @@ def points_at(chart: Chart, view: View, position: Position | None) -> list[Neare
         return []
     if chart.backdrop is not None:
         return [_nearest_in_backdrop(chart.backdrop, position)]
-    axes = view.axes(chart)
-    candidates: list[tuple[float, NearestPoint]] = []
+    axes, cursor = view.axes(chart), position[0]
+    # The nearest point of each trace, and its distance from the cursor.
+    points: list[NearestPoint] = []
+    distances: list[float] = []
     for index, trace in view.visible_traces(chart):
-        values = trace.curve_values if chart.curve_label else trace.x if trace.ordered else None
+        values = trace.x if trace.ordered else None
+        if chart.curve_label:
+            values = trace.curve_values
         if values is not None and values.size:
-            best = nearest_index(values, position[0])
-            distance = max(float(values[0]) - position[0], position[0] - float(values[-1]), 0.0)
-            candidates.append((distance, NearestPoint(index, *_coordinates(trace, best))))
-        elif not chart.curve_label and (point := _nearest_xy(trace, axes, position)) is not None:
-            candidates.append((point[1], NearestPoint(index, *_coordinates(trace, point[0]))))
-    if not candidates:
+            # The distance is zero within the range of the trace.
+            nearest = nearest_index(values, cursor)
+            distance = max(float(values[0]) - cursor, cursor - float(values[-1]), 0.0)
+        elif not chart.curve_label and (match := _nearest_xy(trace, axes, position)) is not None:
+            nearest, distance = match
+        else:
+            continue
+        points.append(NearestPoint(index, float(trace.x[nearest]), float(trace.y[nearest])))
+        distances.append(distance)
+    if not points:
         return []
+    min_distance = min(distances)
     if chart.curve_label:
-        return [point for distance, point in candidates if not distance]
+        return [point for point, distance in zip(points, distances, strict=True) if not distance]
     if chart.is_plane:
-        return [min(candidates, key=lambda candidate: candidate[0])[1]]
-    min_distance = min(distance for distance, _ in candidates)
-    return [point for distance, point in candidates if distance == min_distance]
+        return [points[distances.index(min_distance)]]
+    return [
+        point for point, distance in zip(points, distances, strict=True) if distance == min_distance
+    ]
 
 
 def crosshair(chart: Chart, position: Position, points: Sequence[NearestPoint]) -> Position:
@@ -98,12 +118,14 @@ def nearest_index(values: NDArray[np.float64], value: float) -> int:
 
 def nearest_curve_value(chart: Chart, view: View, position: Position) -> float | None:
     """The element of `curve_values` at the point nearest to a position (x, y), over all curves."""
-    axes, min_distance = view.axes(chart), math.inf
-    value = None
+    axes, value, min_distance = view.axes(chart), None, math.inf
     for _, trace in view.visible_traces(chart):
-        point = _nearest_xy(trace, axes, position)
-        if trace.curve_values is not None and point is not None and point[1] <= min_distance:
-            value, min_distance = float(trace.curve_values[point[0]]), point[1]
+        match = _nearest_xy(trace, axes, position)
+        if trace.curve_values is None or match is None:
+            continue
+        index, distance = match
+        if distance <= min_distance:
+            value, min_distance = float(trace.curve_values[index]), distance
     return value
 
 
@@ -113,19 +135,18 @@ def _nearest_in_backdrop(backdrop: Backdrop, position: Position) -> NearestPoint
     value = float(backdrop.values[column, row])
     shade = backdrop.shades[int(backdrop.levels[column, row])]
     return NearestPoint(
-        -1, float(backdrop.x[column]), float(backdrop.y[row]), value, shade.missing_text
+        _BACKDROP, float(backdrop.x[column]), float(backdrop.y[row]), value, shade.missing_text
     )
-
-
-def _coordinates(trace: Trace, index: int) -> tuple[float, float]:
-    return float(trace.x[index]), float(trace.y[index])
 
 
 def _nearest_xy(
     trace: Trace, axes: tuple[Axis, Axis], position: Position
 ) -> tuple[int, float] | None:
-    dx = axes[0].positions(trace.x) - axes[0].positions([position[0]])
-    dy = axes[1].positions(trace.y) - axes[1].positions([position[1]])
+    # Index of the point of a trace nearest to a position (x, y), and its squared distance in
+    # lengths of the axes; None if no point is finite.
+    (x_axis, y_axis), (x, y) = axes, position
+    dx = x_axis.positions(trace.x) - x_axis.positions([x])
+    dy = y_axis.positions(trace.y) - y_axis.positions([y])
     squared_distance = dx * dx + dy * dy
     if not np.isfinite(squared_distance).any():
         return None
@@ -161,8 +182,8 @@ def _legend_spans(chart: Chart, view: View) -> list[Span]:
     spans = []
     for index, trace in enumerate(chart.traces) if len(chart.traces) > 1 else ():
         style = "hidden" if index in view.hidden else trace_style(trace, index)
-        plain = trace.look == "line" and not trace.mark
-        mark = "─" if plain else trace_mark(trace, index)
+        is_plain_line = trace.look == "line" and not trace.mark
+        mark = "─" if is_plain_line else trace_mark(trace, index)
         # A blank separates a letter from the name.
         gap = " " if mark.isalpha() else ""
         spans.append((f" {index + 1}{gap}{mark}{gap}{trace.name}", style))
@@ -170,8 +191,9 @@ def _legend_spans(chart: Chart, view: View) -> list[Span]:
 
 
 def _zoom_spans(chart: Chart, view: View) -> list[Span]:
-    chosen = ((view.x, chart.x_label), (view.y, chart.y_label))
-    names = [split_label(label)[0] for axis, label in chosen if axis is not None]
+    # The symbols of the axes whose limits were chosen.
+    axis_labels = ((view.x, chart.x_label), (view.y, chart.y_label))
+    names = [split_label(label)[0] for axis, label in axis_labels if axis is not None]
     return [(f" zoom {', '.join(names)}", "zoomed")] if names else []
 
 
@@ -181,34 +203,43 @@ def _outside_spans(chart: Chart, view: View) -> list[Span]:
         return []
     axes, spans = view.axes(chart), []
     for _, trace in view.visible_traces(chart):
-        outside, partly = _outside_limits(trace, axes)
-        if outside or (partly and view.y is not None and trace.number > view.newest_run):
+        is_outside, is_partly_outside = _outside_limits(trace, axes)
+        is_newer = view.y is not None and trace.number > view.newest_run
+        if is_outside or (is_partly_outside and is_newer):
             is_short = not trace.number or len(trace.name) <= _MAX_NAME_LENGTH
             name = trace.name if is_short else f"run {trace.number}"
-            text = f"{name or split_label(chart.y_label)[0]} {'' if outside else 'partly '}outside"
+            where = "outside" if is_outside else "partly outside"
+            text = f"{name or split_label(chart.y_label)[0]} {where}"
             spans.append((f"  {text}, r: fit", "outside"))
     return spans
 
 
 def _outside_limits(trace: Trace, axes: tuple[Axis, Axis]) -> tuple[bool, bool]:
     # Whether a trace is entirely outside the limits, and whether it is partly outside.
-    x, y = axes
-    values = values_within(trace, x) if trace.ordered else trace.y
-    if not (np.isfinite(trace.x).any() and np.isfinite(values).any()):
-        return bool(trace.x.size and not values.size), False
-    pairs = ((trace.x, x), (values, y))
-    ends = [(float(np.nanmin(part)), float(np.nanmax(part)), axis) for part, axis in pairs]
-    outside = any(high < axis.low or low > axis.high for low, high, axis in ends)
-    # An ordered trace may extend beyond the limits of x.
-    checked = ends[1:] if trace.ordered else ends
-    return outside, any(low < axis.low or high > axis.high for low, high, axis in checked)
+    x_axis, y_axis = axes
+    y_values = values_within(trace, x_axis) if trace.ordered else trace.y
+    if not (np.isfinite(trace.x).any() and np.isfinite(y_values).any()):
+        return bool(trace.x.size and not y_values.size), False
+    x_min, x_max = float(np.nanmin(trace.x)), float(np.nanmax(trace.x))
+    y_min, y_max = float(np.nanmin(y_values)), float(np.nanmax(y_values))
+    is_outside = (
+        x_max < x_axis.low or x_min > x_axis.high or y_max < y_axis.low or y_min > y_axis.high
+    )
+    is_partly_outside = y_min < y_axis.low or y_max > y_axis.high
+    if not trace.ordered:
+        # An ordered trace may extend beyond the limits of x.
+        is_partly_outside |= x_min < x_axis.low or x_max > x_axis.high
+    return is_outside, is_partly_outside
 
 
 def cursor_texts(label: str, first: float, second: float) -> list[str]:
     """Positions of two cursors, their difference, and for times and frequencies its inverse."""
     name, unit = split_label(label)
-    a, b = (f"{value:.{_POSITION_DIGITS}g}" for value in (first, second))
-    phrases = [f"{name} {CURSOR_SIGNS[0]}{a} {CURSOR_SIGNS[1]}{b} {unit}".rstrip()]
+    positions = " ".join(
+        f"{sign}{value:.{_POSITION_DIGITS}g}"
+        for sign, value in zip(CURSOR_SIGNS, (first, second), strict=True)
+    )
+    phrases = [f"{name} {positions} {unit}".rstrip()]
     difference = second - first
     phrases.append(f"Δ{name} {_number_text(difference)} {unit}".rstrip())
     if unit in _INVERSE_UNITS and difference:
@@ -219,66 +250,77 @@ def cursor_texts(label: str, first: float, second: float) -> list[str]:
 def _readout_spans(
     chart: Chart, view: View, first: Sequence[NearestPoint], second: Sequence[NearestPoint]
 ) -> list[Span]:
-    groups = (first, second)
+    # The values at the points of both cursors.
+    at_cursors = (first, second)
     if chart.backdrop is not None:
-        labels: list[tuple[str, Callable[[NearestPoint], float]]] = [
-            (chart.x_label, lambda point: point.x),
-            (chart.y_label, lambda point: point.y),
+        labels: list[tuple[str, Coordinate]] = [
+            (chart.x_label, _x_of),
+            (chart.y_label, _y_of),
             (chart.backdrop.label, lambda point: point.value),
         ]
-        return [(_reading(label, groups, get) + "  ", "readout") for label, get in labels]
+        return [(_reading(label, at_cursors, of) + "  ", "readout") for label, of in labels]
     if chart.is_plane and not chart.curve_label:
         (point,) = first or second
-        style = trace_style(chart.traces[point.trace], point.trace)
-        name = chart.traces[point.trace].name if not (first and second) else ""
-        x_text = _reading(chart.x_label, groups, lambda point: point.x) + "  "
-        y_text = _reading(chart.y_label, groups, lambda point: point.y, name)
-        return [(x_text, "readout"), (y_text + " ", style)]
+        trace = chart.traces[point.trace]
+        name = "" if first and second else trace.name
+        x_text = _reading(chart.x_label, at_cursors, _x_of)
+        y_text = _reading(chart.y_label, at_cursors, _y_of, name)
+        return [(f"{x_text}  ", "readout"), (f"{y_text} ", trace_style(trace, point.trace))]
     spans: list[Span] = []
-    signs = bool(first and second)
+    # With two cursors, signs show to which of them a single value belongs.
+    with_signs = bool(first and second)
     position = view.cursors.first if first else view.cursors.second
-    if chart.curve_label and not signs and position is not None:
+    if chart.curve_label and not with_signs and position is not None:
         name, unit = split_label(chart.curve_label)
         spans.append((f"{name} {_number_text(position[0])} {unit} ", "readout"))
-    elif not signs:
-        spans.append((_reading(chart.x_label, groups, lambda point: point.x) + " ", "readout"))
+    elif not with_signs:
+        spans.append((_reading(chart.x_label, at_cursors, _x_of) + " ", "readout"))
     if len(chart.traces) > 1 and not chart.curve_label:
         spans.append((f" {split_label(chart.y_label)[0]}", "readout"))
     for index, trace in enumerate(chart.traces):
-        trace_points = [[point for point in points if point.trace == index] for points in groups]
-        if not any(trace_points):
+        on_trace = [[point for point in points if point.trace == index] for points in at_cursors]
+        if not any(on_trace):
             continue
         style, name = trace_style(trace, index), trace.name if len(chart.traces) > 1 else ""
         if chart.curve_label:
-            spans.append((f"{name} " * bool(name), style))
-            x_text = _reading(chart.x_label, trace_points, lambda point: point.x, signs=signs)
-            y_text = _reading(chart.y_label, trace_points, lambda point: point.y, signs=signs)
+            spans.append((f"{name} " if name else "", style))
+            x_text = _reading(chart.x_label, on_trace, _x_of, with_sign=with_signs)
+            y_text = _reading(chart.y_label, on_trace, _y_of, with_sign=with_signs)
             spans += [(f"{x_text} ", style), (f"{y_text} ", style)]
         else:
-            text = _reading(chart.y_label, trace_points, lambda point: point.y, name, signs=signs)
+            text = _reading(chart.y_label, on_trace, _y_of, name, with_sign=with_signs)
             spans.append((f" {text}", style))
     return spans
 
 
 def _reading(
     label: str,
-    groups: Sequence[Sequence[NearestPoint]],
-    coordinate: Callable[[NearestPoint], float],
+    at_cursors: Sequence[Sequence[NearestPoint]],
+    coordinate: Coordinate,
     name: str = "",
     *,
-    signs: bool = False,
+    with_sign: bool = False,
 ) -> str:
-    # The value at one cursor, or the values at both cursors and their difference. `signs` adds
-    # the sign of the cursor to a single value.
+    # The value at one cursor, or the values at both cursors and their difference. `name` replaces
+    # the symbol of the label; `with_sign` adds the sign of the cursor to a single value.
     symbol, unit = split_label(label)
-    points = [at_cursor[0] for at_cursor in groups if at_cursor]
+    points = [points[0] for points in at_cursors if points]
     value_texts = [_number_text(coordinate(point), point.missing_text) for point in points]
     if len(points) == 1:
-        sign = CURSOR_SIGNS[not groups[0]] if signs else ""
+        first, _ = at_cursors
+        sign = CURSOR_SIGNS[0 if first else 1] if with_sign else ""
         return f"{name or symbol} {sign}{value_texts[0]} {unit}".rstrip()
     pair = f"{CURSOR_SIGNS[0]}{value_texts[0]} {CURSOR_SIGNS[1]}{value_texts[1]}"
     difference = _number_text(coordinate(points[1]) - coordinate(points[0]))
     return f"{name or symbol} {pair} Δ{difference} {unit}".rstrip()
+
+
+def _x_of(point: NearestPoint) -> float:
+    return point.x
+
+
+def _y_of(point: NearestPoint) -> float:
+    return point.y
 
 
 def _number_text(value: float, missing_text: str = _MISSING_TEXT) -> str:

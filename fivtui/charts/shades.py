@@ -1,4 +1,7 @@
-"""Levels of the values over a plane, their shades, and scales of colours. Imports no Textual."""
+"""Levels of the values over a plane, their shades, and scales of colours.
+
+The terminal has few shades, so a map assigns a level to each point: the index of its shade.
+"""
 
 from collections.abc import Sequence
 from typing import Final, NamedTuple
@@ -11,8 +14,8 @@ Levels = NDArray[np.intp]
 
 # Smallest displayed difference relative to the greatest value: that of numbers with three digits.
 MIN_CONTRAST: Final = 1e-3
-# A scale uses the fewest of these digits that distinguish its values.
-_DIGITS: Final = range(3, 7)
+# Texts of shades have the fewest of these numbers of digits that distinguish them.
+_DIGIT_COUNTS: Final = range(3, 7)
 
 
 class Shade(NamedTuple):
@@ -44,6 +47,7 @@ class Shade(NamedTuple):
 
 
 Shades = Sequence[Shade]
+# Shade of points without value, and shades of values from small to great.
 NO_VALUE: Final = Shade("?", "hidden", fill="0.85", name="no value")
 _GRADES: Final = tuple(Shade(character, "trace-1") for character in " ·░▒▓█")
 
@@ -86,10 +90,12 @@ def colour_scale_of(label: str, values: FloatArray) -> ColourScale:
 def rank_levels(values: FloatArray, count: int, min_difference: float) -> Levels:
     """Levels from 0 to `count` - 1 by the ranks of values, none of which is NaN.
 
-    Values that differ by less than `min_difference` times the greatest magnitude share a level.
+    All levels have about the same number of values. Values that differ by less than
+    `min_difference` times the greatest magnitude share a level.
     """
     ascending = np.sort(values)
     gap = min_difference * float(np.abs(ascending[np.isfinite(ascending)]).max(initial=0.0))
+    # Groups of values that share a level; the middle rank of a group gives its level.
     group_maxima, group_levels = [], []
     begin = 0
     while begin < ascending.size:
@@ -110,13 +116,25 @@ def grade_values(values: FloatArray) -> tuple[Levels, Shades]:
 
 
 def label_shades(levels: Levels, shades: Shades, values: FloatArray) -> Shades:
-    """Complete the texts of shades: an empty text becomes ≤ the greatest value of the level."""
+    """The shades with texts: an empty text becomes ≤ the greatest value of the level.
+
+    The text of a level without points is empty.
+    """
     finite = np.isfinite(values)
-    maxima = [values[(levels == i) & finite].max(initial=-np.inf) for i in range(len(shades))]
-    tops = [top for top in maxima if top > -np.inf]
-    digits = next((n for n in _DIGITS if len({f"{top:.{n}g}" for top in tops}) == len(tops)), 3)
+    maxima = [
+        values[(levels == level) & finite].max(initial=-np.inf) for level in range(len(shades))
+    ]
+    finite_maxima = [maximum for maximum in maxima if maximum > -np.inf]
+    digits = next(
+        (
+            count
+            for count in _DIGIT_COUNTS
+            if len({f"{maximum:.{count}g}" for maximum in finite_maxima}) == len(finite_maxima)
+        ),
+        _DIGIT_COUNTS[0],
+    )
     counts = np.bincount(levels.ravel(), minlength=len(shades))
-    texts = [f"≤{top:.{digits}g}" if top > -np.inf else "" for top in maxima]
+    texts = [f"≤{maximum:.{digits}g}" if maximum > -np.inf else "" for maximum in maxima]
     return [
         shade._replace(text=(shade.text or text or shade.missing_text) if count else "")
         for shade, text, count in zip(shades, texts, counts, strict=True)

@@ -206,7 +206,7 @@ _SAMPLE_CHARACTERS: Final = 8
 # Markup of mathtext, which takes no width.
 _MATH_MARKUP: Final = re.compile(r"\\mathrm|[${}_^]")
 _LEGEND_LINE_HEIGHT: Final = 0.18
-# Colours of a chart's strips in their order: separation, stick.
+# Colours of a chart's strips in their order, such as separation and stick.
 _STRIP_COLOURS: Final = (OFF_BELT_COLOUR, STUCK_COLOUR)
 
 
