@@ -8,6 +8,12 @@ from typing import Any, Final, TypeVar, dataclass_transform
 from .model import Interval
 
 ANY_INTEGER: Final = Interval(-math.inf)
+# Groups of options in the help of commands that have many.
+STUDY: Final = "Study"
+SCENE: Final = "Scene"
+ACCURACY: Final = "Method and accuracy"
+COMPUTATION: Final = "Computation"
+OUTPUT: Final = "Output"
 _OPTION: Final = "option"
 
 Options = TypeVar("Options")
@@ -34,6 +40,8 @@ class Option:
     completions: Callable[[], Iterable[str]] | None = None
     # The field of a scene that the option sets.
     setting: str = ""
+    # The group in the help.
+    group: str = STUDY
 
     def arguments(self, value: Any) -> list[str]:
         """The arguments that set the option to a value, or to several values."""
@@ -59,9 +67,9 @@ def options_class(cls: type[Options]) -> type[Options]:
     return dataclass(kw_only=True, eq=False, repr=False)(cls)
 
 
-def flag(name: str, help: str) -> Any:  # noqa: A002
+def flag(name: str, help: str, **details: Any) -> Any:  # noqa: A002
     """A dataclass field for a flag, false by default."""
-    return option(name, help, default=False)
+    return option(name, help, default=False, **details)
 
 
 def declared_options(options: Any) -> dict[str, tuple[Option, Any]]:

@@ -37,7 +37,7 @@ class StabilityOptions:
     plot="Draw frequencies and growth rates over μ (.png, .svg, .pdf).",
 )
 def stability(call: Call[StabilityOptions]) -> None:
-    """Print eigenvalues, modes, critical friction coefficient, and the friction that is safe.
+    """Print eigenvalues, critical friction and safe friction.
 
     Eigenvalues of the linearised equilibrium predict the motion after small disturbances. A stable
     equilibrium may coexist with a large limit cycle. Continuation and a global search look for one
@@ -179,7 +179,7 @@ def _attractor_study(options: AttractorsOptions) -> tuple[str, _StudyFunction]:
     plot="Draw the map (.png, .svg, .pdf).",
 )
 def map_parameters(call: Call[MapOptions]) -> None:
-    """Map stability, or the friction that is safe, over two parameters.
+    """Map stability or safe friction over two parameters.
 
     safe-mu is the least μ of the limit cycles that continuation finds, else the critical μ.
     coexistence has three regions: safe, safe for small disturbances alone (with the least vertical

@@ -1,6 +1,6 @@
 """Option and argument types of the commands."""
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any, Final
@@ -8,7 +8,8 @@ from typing import Any, Final
 import click
 from click.shell_completion import CompletionItem
 
-from fivtui.model import Interval, read_integer
+from fivtui.model import ALL_PARAMETERS, Interval, read_integer
+from fivtui.options import STUDY
 
 
 def times_text(count: int) -> str:
@@ -17,7 +18,14 @@ def times_text(count: int) -> str:
 
 
 class SingleValueOption(click.Option):
-    """An option that must not be empty, nor given twice unless it takes several values."""
+    """An option that must not be empty, nor given twice unless it takes several values.
+
+    `group` is its heading in the help of a command with many options.
+    """
+
+    def __init__(self, *args: Any, group: str = STUDY, **kwargs: Any) -> None:
+        super().__init__(*args, **kwargs)
+        self.group = group
 
     def add_to_parser(self, parser: Any, ctx: click.Context) -> None:
         """Collect all values of the option; click would store only the last."""
@@ -93,6 +101,20 @@ def name_completer(names: Callable[[], Iterable[str]]) -> Callable[..., list[str
         return [name for name in names() if name.startswith(typed)]
 
     return complete
+
+
+def parameter_hint(args: Sequence[str]) -> str | None:
+    """How to set a parameter that arguments set without --set, e.g. F=80 or --mu 0.5."""
+    for index, text in enumerate(args):
+        name, equals, value = text.lstrip("-").partition("=")
+        is_option = text.startswith("-")
+        is_value = index > 0 and args[index - 1].startswith("-")
+        if name in ALL_PARAMETERS and (is_option or (equals and not is_value)):
+            value = value or next(iter(args[index + 1 :]), "")
+            if not value or value.startswith("--"):
+                value = "VALUE"
+            return f"{text}: parameters are set by --set, here --set {name}={value}"
+    return None
 
 
 option: Final[Callable[..., Callable[..., Any]]] = partial(click.option, cls=SingleValueOption)

@@ -24,11 +24,11 @@ _PreparedStudy = tuple[str, Callable[["OnProgress"], Any]]
     plot="Draw the branch or the boundary (.png, .svg, .pdf).",
 )
 def branch(call: Call[BranchOptions]) -> None:
-    """Follow a branch of limit cycles along a parameter, stable and unstable.
+    """Follow a branch of limit cycles along a parameter.
 
-    Folds, the first touch of y = 0, period doublings and tori are located on the way. A branch that
-    is not connected to the one followed is not found. With --curve, follow Hopf points, folds or
-    first touches over two parameters.
+    Its cycles may be stable or unstable. Folds, the first touch of y = 0, period doublings and tori
+    are located on the way. A branch that is not connected to the one followed is not found. With
+    --curve, follow Hopf points, folds or first touches over two parameters.
     """
     options = call.options
     scene = call.scene(varied=(options.vary or "", *options.over), centred=True)

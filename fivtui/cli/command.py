@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final, Generic, TypeVar
 import click
 
 from fivtui.model import ALL_PARAMETERS, InputError, parameter_spec
-from fivtui.options import Option, declared_options, declared_settings
+from fivtui.options import SCENE, Option, declared_options, declared_settings
 from fivtui.transient import SETTINGS
 
 from .arguments import WholeNumber, name_completer, option
@@ -40,6 +40,7 @@ set_option: Final = option(
     "assignments",
     multiple=True,
     metavar="NAME=VALUE",
+    group=SCENE,
     shell_complete=name_completer(lambda: (f"{name}=" for name in ALL_PARAMETERS)),
     help=f"Change a parameter ({', '.join(ALL_PARAMETERS)}); may be repeated.",
 )
@@ -123,6 +124,7 @@ def _click_option(name: str, declared: Option, default: Any) -> Decorator:
         "multiple": declared.multiple,
         "required": declared.required,
         "show_default": declared.show_default,
+        "group": declared.group,
     }
     if not declared.multiple:
         details["default"] = default

@@ -1,11 +1,12 @@
 """Commands that build, check and run the FMU."""
 
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 import click
 
 from fivtui.model import InputError
+from fivtui.options import OUTPUT
 
 from .arguments import option
 from .group import CommandGroup, commands
@@ -22,6 +23,8 @@ from .options import (
 )
 from .paths import InputFile
 
+_RUN: Final = "Run"
+
 fmu_argument = click.argument("fmu_file", type=InputFile("the FMU"), metavar="FILE.fmu")
 flavour_option = option(
     "--flavour",
@@ -31,9 +34,12 @@ flavour_option = option(
 )
 
 
-@commands.group(cls=CommandGroup)
-def fmu() -> None:
+@commands.group(cls=CommandGroup, invoke_without_command=True)
+@click.pass_context
+def fmu(context: click.Context) -> None:
     """Build, check and run FMUs (FMI 2.0 and 3.0)."""
+    if context.invoked_subcommand is None:
+        print_text(context.get_help())
 
 
 @fmu.command("build")
@@ -109,13 +115,14 @@ def fmu_check(fmu_file: Path, as_json: bool) -> None:
 
 @fmu.command("run")
 @fmu_argument
-@option("--t-end", metavar="S", help="Stop time, s.  [default: the FMU's]")
-@option("--output-interval", metavar="S", help="Time between recorded points, s.")
+@option("--t-end", metavar="S", group=_RUN, help="Stop time, s.  [default: the FMU's]")
+@option("--output-interval", metavar="S", group=OUTPUT, help="Time between recorded points, s.")
 @option(
     "--set",
     "assignments",
     multiple=True,
     metavar="NAME=VALUE",
+    group=_RUN,
     help="Start value of a variable of the FMU; may be repeated.",
 )
 @option(
@@ -123,13 +130,15 @@ def fmu_check(fmu_file: Path, as_json: bool) -> None:
     "outputs",
     multiple=True,
     metavar="NAME",
+    group=OUTPUT,
     help="Record this variable only; may be repeated.",
 )
-@option("--tol", metavar="R", help="Relative tolerance passed to the FMU.")
+@option("--tol", metavar="R", group=_RUN, help="Relative tolerance passed to the FMU.")
 @option(
     "--input",
     type=InputFile("--input"),
     metavar="FILE.csv",
+    group=_RUN,
     help="Inputs over time: columns time (s) and the names of inputs.",
 )
 @output_option("--out", "FILE.csv", "Write the recorded variables over time.")

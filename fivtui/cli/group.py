@@ -1,17 +1,52 @@
-"""The group of all commands."""
+"""The group of all commands, and how commands read their arguments and print their help."""
 
 import sys
-from typing import Any
+from collections.abc import Sequence
+from typing import Any, Final, cast
 
 import click
 
 from fivtui.model import InputError, unknown_name_error
+from fivtui.options import ACCURACY, COMPUTATION, OUTPUT, SCENE
 
+from .arguments import parameter_hint
+from .manual import ENTRIES, FIRST_ENTRY, SECTIONS, epilog
 from .paths import check_paths, replaceable_outputs
 
+# Options of a command are listed in groups if it has more.
+_MAX_UNGROUPED: Final = 9
+# Groups that stand after those of the command itself.
+_LAST_GROUPS: Final = (SCENE, ACCURACY, COMPUTATION, OUTPUT)
+# Widest first column of a list in the help, as in click.
+_MAX_COLUMN: Final = 30
+_CONTEXT: Final[dict[str, Any]] = {
+    "max_content_width": 100,
+    "help_option_names": ["-h", "--help"],
+}
+_Rows = list[tuple[str, str]]
 
-class CheckedCommand(click.Command):
+
+class _Helpful(click.Command):
+    # A command whose summary is never cut.
+
+    def get_short_help_str(self, limit: int = 0) -> str:  # noqa: ARG002
+        return super().get_short_help_str(sys.maxsize)
+
+
+class CheckedCommand(_Helpful):
     """A command that refuses to write two outputs, or an input and an output, to one file."""
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """Read the arguments; a parameter that is given without --set is an error that says so."""
+        tokens = tuple(args)
+        try:
+            return super().parse_args(ctx, args)
+        except click.UsageError as error:
+            hint = parameter_hint(tokens)
+            is_unknown = type(error) in (click.UsageError, click.NoSuchOption)
+            if is_unknown and hint and any("--set" in param.opts for param in self.params):
+                raise click.UsageError(hint, ctx) from None
+            raise
 
     def invoke(self, ctx: click.Context) -> Any:
         """Check the files, then run the command; with --force its outputs may be replaced."""
@@ -20,11 +55,34 @@ class CheckedCommand(click.Command):
             ctx.params |= replaceable_outputs(self.params, ctx.params)
         return super().invoke(ctx)
 
+    def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Print the options, those of long commands in groups."""
+        groups: dict[str, _Rows] = {}
+        for param in self.get_params(ctx):
+            row = param.get_help_record(ctx)
+            if row is not None and not isinstance(param, click.Argument):
+                groups.setdefault(getattr(param, "group", OUTPUT), []).append(row)
+        if len(groups) == 1 or sum(map(len, groups.values())) <= _MAX_UNGROUPED:
+            super().format_options(ctx, formatter)
+        else:
+            order = sorted(
+                groups,
+                key=lambda title: 1 + _LAST_GROUPS.index(title) if title in _LAST_GROUPS else 0,
+            )
+            _write_lists(formatter, [(title, groups[title]) for title in order])
 
-class CommandGroup(click.Group):
-    """A group of commands that suggests the nearest one when a name is unknown."""
+
+class CommandGroup(_Helpful, click.Group):
+    """A group of commands by purpose, that suggests the nearest one when a name is unknown."""
 
     command_class = CheckedCommand
+
+    def add_command(self, cmd: click.Command, name: str | None = None) -> None:
+        """Add a command, whose help ends with an example and its page of the manual."""
+        name = str(name or cmd.name)
+        cmd.epilog = epilog(ENTRIES[f"{self.name} {name}" if self.name in ENTRIES else name])
+        cmd.context_settings.update(_CONTEXT)
+        super().add_command(cmd, name)
 
     def resolve_command(
         self, ctx: click.Context, args: list[str]
@@ -35,9 +93,40 @@ class CommandGroup(click.Group):
             raise unknown_name_error("command", args[0], self.list_commands(ctx))
         return super().resolve_command(ctx, args)
 
+    def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Print the commands by purpose, then the options."""
+        prefix = f"{self.name} " if self.name in ENTRIES else ""
+        lists = {
+            title: [self._row(name.removeprefix(prefix)) for name in section if prefix in name]
+            for title, section in SECTIONS.items()
+        }
+        _write_lists(formatter, [(title, rows) for title, rows in lists.items() if rows])
+        click.Command.format_options(self, ctx, formatter)
+
+    def _row(self, name: str) -> tuple[str, str]:
+        # A command, or one of a group in this group, and its summary.
+        command: click.Command = self
+        for word in name.split():
+            command = cast("click.Group", command).commands[word]
+        return name, command.get_short_help_str()
+
+
+def _write_lists(
+    formatter: click.HelpFormatter, lists: Sequence[tuple[str, Sequence[tuple[str, str]]]]
+) -> None:
+    # Lists with titles, whose second columns begin in the same place.
+    width = min(max(len(first) for _, rows in lists for first, _ in rows), _MAX_COLUMN)
+    for title, rows in lists:
+        with formatter.section(title):
+            formatter.write_dl([(first.ljust(width), second) for first, second in rows])
+
 
 @click.group(
-    cls=CommandGroup, invoke_without_command=True, context_settings={"max_content_width": 100}
+    "fivtui",
+    cls=CommandGroup,
+    invoke_without_command=True,
+    epilog=epilog(FIRST_ENTRY),
+    context_settings=_CONTEXT,
 )
 @click.version_option(package_name="fivtui", message="%(prog)s %(version)s")
 @click.pass_context

@@ -12,6 +12,7 @@ from fivtui.model import (
     describe_unused,
     unused_parameters,
 )
+from fivtui.options import OUTPUT
 
 from .arguments import option
 from .paths import OutputFile, OutputFolder
@@ -20,8 +21,10 @@ if TYPE_CHECKING:
     from fivtui.console import ProgressBar
     from fivtui.scene import Scene
 
-json_option = option("--json", "as_json", is_flag=True, help="Print the result as one JSON object.")
-force_option = option("--force", is_flag=True, help="Overwrite files that exist.")
+json_option = option(
+    "--json", "as_json", is_flag=True, group=OUTPUT, help="Print the result as one JSON object."
+)
+force_option = option("--force", is_flag=True, group=OUTPUT, help="Overwrite files that exist.")
 
 
 def output_option(
@@ -29,12 +32,13 @@ def output_option(
 ) -> Callable[..., Any]:
     """An option for a file to be written, see `OutputFile`."""
     kind = OutputFile(in_parts=in_parts)
-    return option(flag, type=kind, metavar=metavar, help=text, required=required)
+    return option(flag, type=kind, metavar=metavar, help=text, required=required, group=OUTPUT)
 
 
 def folder_option(text: str) -> Callable[..., Any]:
     """The option --out for a folder."""
-    return option("--out", type=OutputFolder(), metavar="DIR", help=text, required=True)
+    folder = OutputFolder()
+    return option("--out", type=folder, metavar="DIR", help=text, required=True, group=OUTPUT)
 
 
 def warn_of_unused_parameters(

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import click
 from click.shell_completion import CompletionItem
 
-from .arguments import FilePath
+from .arguments import FilePath, parameter_hint
 
 if TYPE_CHECKING:
     from fivtui.io import LabelledPath
@@ -35,6 +35,12 @@ class OutputFolder(FilePath):
 
 class SceneName(click.types.StringParamType):
     """The name of a preset or of a scene file."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """The name; fails for the value of a parameter, e.g. F=80."""
+        if (hint := parameter_hint([value])) is not None:
+            raise click.UsageError(hint, ctx)
+        return super().convert(value, param, ctx)
 
     def shell_complete(
         self,

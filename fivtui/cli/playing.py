@@ -12,6 +12,8 @@ from fivtui.transient import RunOptions
 from .command import Call, command
 from .options import progress_bar
 
+_FILM: Final = "Film"
+_SOUND: Final = "Sound"
 # Exit status if a run and measured data differ by more than the tolerances.
 _EXIT_FAILED: Final = 1
 
@@ -57,12 +59,14 @@ class AnimateOptions(RunOptions):
         "--window",
         "Time shown, s; by default the last eight cycles, or 10 s of film at --speed.",
         metavar="START:END",
+        group=_FILM,
     )
     speed: str | None = option(
         "--speed",
         "Seconds of the motion in a second of the film, 1 for real time; by default the film lasts "
         "10 s.",
         metavar="N",
+        group=_FILM,
     )
 
 
@@ -93,14 +97,19 @@ class SoundOptions(RunOptions):
         "vy",
         metavar="NAME",
         show_default=True,
+        group=_SOUND,
     )
     window: str | None = option(
-        "--window", "Time written, s; by default the whole run.", metavar="START:END"
+        "--window",
+        "Time written, s; by default the whole run.",
+        metavar="START:END",
+        group=_SOUND,
     )
     factor: str | None = option(
         "--factor",
         "How far time is compressed; by default such that the late motion is heard at 110 Hz.",
         metavar="N",
+        group=_SOUND,
     )
 
 
@@ -127,7 +136,7 @@ def sound(call: Call[SoundOptions]) -> None:
     plot="Draw both signals with the tolerance band, and their spectra (.png, .svg, .pdf).",
 )
 def validate(call: Call[ValidateOptions]) -> None:
-    """Compare a run with measured data: overlay, spectra, tolerances.
+    """Compare a run with measured data, within tolerances.
 
     Passes or fails if a tolerance is given: --band, --frequency or --amplitude. Where it fails the
     exit status is 1.

@@ -1,16 +1,21 @@
-"""Commands that list presets and methods, and that serve the laboratory."""
+"""Commands that list presets and methods, and that open the laboratory and the manual."""
+
+import click
 
 from fivtui.model import Interval
 
 from .arguments import WholeNumber, option
 from .group import commands
-from .options import json_option, print_json, print_note
+from .options import json_option, print_json, print_note, print_text
 
 
 @commands.command()
 @json_option
 def presets(as_json: bool) -> None:
-    """List the scenes and sweeps that come with the program; --json gives the scenes."""
+    """List the scenes and sweeps that come with the program.
+
+    --json gives the scenes with all their values.
+    """
     from fivtui.scene import PRESETS, scene_to_dict
 
     if as_json:
@@ -51,3 +56,18 @@ def serve(port: int) -> None:
     from fivtui.tui import serve as start
 
     start(port, report=print_note)
+
+
+@commands.command()
+@click.argument("page", required=False, metavar="[PAGE]")
+def docs(page: str | None) -> None:
+    """Open the manual in a browser.
+
+    PAGE is the name of a page, e.g. trust, or of a command. The address is printed.
+    """
+    from .manual import find_page, open_page
+
+    file = find_page(page)
+    print_text(file.as_uri())
+    if not open_page(file):
+        print_note("there is no browser on this machine; open the address in one")

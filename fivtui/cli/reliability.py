@@ -18,11 +18,12 @@ from .studies import choose_engine
     in_parts=True,
 )
 def uncertainty(call: Call[UncertaintyOptions]) -> None:
-    """Estimate how likely squeal is where parameters scatter, and what drives it.
+    """Estimate how likely squeal is where parameters scatter.
 
-    Probabilities, quantiles and Sobol indices have 95 % intervals from independent scramblings of
-    the design. The scene's table [correlation], e.g. mu.F = -0.3, gives correlations of the normal
-    scores (a Gaussian copula). With --out, the same command continues a study that was stopped.
+    Sobol indices say which parameters drive it. Probabilities, quantiles and indices have 95 %
+    intervals from independent scramblings of the design. The scene's table [correlation], e.g.
+    mu.F = -0.3, gives correlations of the normal scores (a Gaussian copula). With --out, the same
+    command continues a study that was stopped.
     """
     from fivtui.reliability import (
         DEFAULT_OUTPUTS,

@@ -1,9 +1,13 @@
 """Options of ``fivtui validate``."""
 
 from pathlib import Path
+from typing import Final
 
 from fivtui.options import option, options_class
 from fivtui.transient import RunOptions
+
+_DATA: Final = "Measured data"
+_TOLERANCES: Final = "Tolerances"
 
 
 @options_class
@@ -11,19 +15,21 @@ class ValidateOptions(RunOptions):
     """Options of ``fivtui validate``."""
 
     measured: Path | None = option(
-        "--measured", "The measured data.", metavar="FILE.csv", file=True
+        "--measured", "The measured data.", metavar="FILE.csv", file=True, group=_DATA
     )
     time: str = option(
         "--time",
         "Time column, by name or number; by default t, time or the first.",
         "",
         metavar="NAME|N",
+        group=_DATA,
     )
     signal: str = option(
         "--signal",
         "Column of the signal; by default the column named as --quantity, else the second.",
         "",
         metavar="NAME|N",
+        group=_DATA,
     )
     quantity: str = option(
         "--quantity",
@@ -31,11 +37,16 @@ class ValidateOptions(RunOptions):
         "y",
         metavar="NAME",
         show_default=True,
+        group=_DATA,
     )
-    scale: str | None = option("--scale", "Factor from the signal to SI units.", metavar="N")
-    offset: str | None = option("--offset", "Added to the scaled signal, in SI units.", metavar="N")
+    scale: str | None = option(
+        "--scale", "Factor from the signal to SI units.", metavar="N", group=_DATA
+    )
+    offset: str | None = option(
+        "--offset", "Added to the scaled signal, in SI units.", metavar="N", group=_DATA
+    )
     time_scale: str | None = option(
-        "--time-scale", "Factor from the time column to seconds.", metavar="N"
+        "--time-scale", "Factor from the time column to seconds.", metavar="N", group=_DATA
     )
     shift: str = option(
         "--shift",
@@ -43,19 +54,30 @@ class ValidateOptions(RunOptions):
         "0",
         metavar="S|auto",
         show_default=True,
+        group=_DATA,
     )
     band: str | None = option(
         "--band",
         "Half width of the tolerance band, in SI units or in percent of the run's half "
         "peak-to-peak.",
         metavar="N|N%",
+        group=_TOLERANCES,
     )
     share: str | None = option(
-        "--share", "Required share of samples in the band; by default 100 %.", metavar="N%"
+        "--share",
+        "Required share of samples in the band; by default 100 %.",
+        metavar="N%",
+        group=_TOLERANCES,
     )
     frequency: str | None = option(
-        "--frequency", "Allowed relative deviation of the frequency.", metavar="N%"
+        "--frequency",
+        "Allowed relative deviation of the frequency.",
+        metavar="N%",
+        group=_TOLERANCES,
     )
     amplitude: str | None = option(
-        "--amplitude", "Allowed relative deviation of half peak-to-peak.", metavar="N%"
+        "--amplitude",
+        "Allowed relative deviation of half peak-to-peak.",
+        metavar="N%",
+        group=_TOLERANCES,
     )

@@ -7,7 +7,16 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Final
 
 from fivtui.model import ALL_PARAMETERS, InputError, Interval, check_known
-from fivtui.options import ANY_INTEGER, Option, flag, option, option_field, options_class
+from fivtui.options import (
+    ANY_INTEGER,
+    COMPUTATION,
+    SCENE,
+    Option,
+    flag,
+    option,
+    option_field,
+    options_class,
+)
 from fivtui.transient import OVER_TIME, START_SPECS, setting
 
 if TYPE_CHECKING:
@@ -38,15 +47,20 @@ WORKERS: Final = Option(
     metavar="N",
     help="Number of threads.  [default: all processors]",
     integers=ANY_INTEGER,
+    group=COMPUTATION,
 )
 SCHEDULER: Final = Option(
-    flag="--scheduler", metavar="ADDRESS", help="Address of a Dask cluster to compute on."
+    flag="--scheduler",
+    metavar="ADDRESS",
+    help="Address of a Dask cluster to compute on.",
+    group=COMPUTATION,
 )
 PIECE: Final = Option(
     flag="--piece",
     metavar="N",
     help="Number of members per stored piece.  [default: about a second of work]",
     integers=Interval(1),
+    group=COMPUTATION,
 )
 
 
@@ -83,7 +97,9 @@ class SweepOptions:
         "--seed", "Seed of random and sobol.  [default: 0]", metavar="S", integers=ANY_INTEGER
     )
     ignore_separation: bool = setting("separation")
-    both: bool = flag("--both", "Compute each member with separation considered and ignored.")
+    both: bool = flag(
+        "--both", "Compute each member with separation considered and ignored.", group=SCENE
+    )
     t_end: str | None = setting("t_end")
     tol: str | None = setting("tol")
     error: tuple[str, ...] = setting(

@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import Final
 
 from fivtui.model import ALL_PARAMETERS, Interval
-from fivtui.options import Option, option, option_field, options_class
+from fivtui.options import OUTPUT, SCENE, Option, option, option_field, options_class
 
 from .table import setting
 
@@ -15,6 +15,7 @@ OVER_TIME: Final = Option(
     metavar="FILE.csv",
     help="Preload, friction and belt speed over time: columns time (s) and F, mu or v_belt.",
     file=True,
+    group=SCENE,
 )
 
 
@@ -50,6 +51,7 @@ class SimulateOptions:
         metavar="NAME",
         multiple=True,
         completions=lambda: ALL_PARAMETERS,
+        group=OUTPUT,
     )
     points: int = option(
         "--points",
@@ -58,5 +60,6 @@ class SimulateOptions:
         metavar="N",
         integers=Interval(2, 10_000_000),
         show_default=True,
+        group=OUTPUT,
     )
     over_time: Path | None = option_field(OVER_TIME)

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 from typing import Any, Final
 
 from fivtui.model import InputError, Interval, check_known, parse_number
-from fivtui.options import Option, option_field
+from fivtui.options import ACCURACY, SCENE, Option, option_field
 
 from .checks import (
     MAX_T_END,
@@ -178,6 +178,7 @@ SETTINGS: Final[Mapping[str, RunSetting]] = {
             choices=lambda: _SEPARATION_MEANINGS,
             option=Option(
                 flag="--ignore-separation",
+                group=SCENE,
                 help="Contact never breaks, even in tension (Case 2 of the paper).",
             ),
         ),
@@ -192,7 +193,10 @@ SETTINGS: Final[Mapping[str, RunSetting]] = {
             comment=_FILE_START_TEXT,
             details=((STATIC, "at rest at the equilibrium for μ = 0; the belt starts at t = 0"),),
             option=Option(
-                flag="--start", metavar="static|x,vx,y,vy", help="Start state, m and m/s."
+                flag="--start",
+                group=SCENE,
+                metavar="static|x,vx,y,vy",
+                help="Start state, m and m/s.",
             ),
         ),
         RunSetting(
@@ -204,7 +208,9 @@ SETTINGS: Final[Mapping[str, RunSetting]] = {
             read=check_horizon,
             check_file_value=check_file_number,
             details=(("use", "half peak-to-peak is taken over the second half of the run"),),
-            option=Option(flag="--t-end", metavar="S", help="Duration of the transient, s."),
+            option=Option(
+                flag="--t-end", group=SCENE, metavar="S", help="Duration of the transient, s."
+            ),
         ),
         RunSetting(
             name="method",
@@ -215,6 +221,7 @@ SETTINGS: Final[Mapping[str, RunSetting]] = {
             choices=_methods,
             option=Option(
                 flag="--method",
+                group=ACCURACY,
                 metavar="NAME",
                 help="Integration method (see fivtui methods).",
                 completions=_methods,
@@ -231,7 +238,9 @@ SETTINGS: Final[Mapping[str, RunSetting]] = {
                 ("use", "methods with variable step, without error targets"),
                 ("taylor, fmu", "examples/trust.md describes its accuracy"),
             ),
-            option=Option(flag="--tol", metavar="R", help="Relative tolerance, 1e-13 to 1e-2."),
+            option=Option(
+                flag="--tol", group=ACCURACY, metavar="R", help="Relative tolerance, 1e-13 to 1e-2."
+            ),
         ),
         RunSetting(
             name="accuracy",
@@ -245,6 +254,7 @@ SETTINGS: Final[Mapping[str, RunSetting]] = {
             when_empty="tol or step",
             option=Option(
                 flag="--error",
+                group=ACCURACY,
                 metavar="QUANTITY=R",
                 help="Error target in place of --tol or --step: refine until the error of QUANTITY "
                 "is below R. QUANTITY: final (state), peak, half_range (half peak-to-peak over the "
@@ -269,7 +279,10 @@ SETTINGS: Final[Mapping[str, RunSetting]] = {
             ),
             when_empty="default",
             option=Option(
-                flag="--step", metavar="S", help="Step of rk4, or communication step of fmu, s."
+                flag="--step",
+                group=ACCURACY,
+                metavar="S",
+                help="Step of rk4, or communication step of fmu, s.",
             ),
         ),
     )

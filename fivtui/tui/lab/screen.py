@@ -9,8 +9,7 @@ from textual.app import ComposeResult
 from textual.binding import BindingType
 from textual.containers import Horizontal, Vertical
 from textual.events import Resize
-from textual.widget import Widget
-from textual.widgets import ContentSwitcher, Static
+from textual.widgets import Static
 from textual.worker import Worker, WorkerState
 
 from fivtui.equilibrium import verdict
@@ -66,7 +65,7 @@ class LabScreen(EditActions, RunActions):
     """The laboratory's main screen; it owns the session and handles all messages."""
 
     BINDINGS: ClassVar[list[BindingType]] = [*LAB_KEYS]
-    # No automatic focus: `on_mount` sets it.
+    # No automatic focus: `on_mount` sets it, and every change of focus is slow.
     AUTO_FOCUS: ClassVar[str | None] = ""
 
     def __init__(
@@ -137,17 +136,6 @@ class LabScreen(EditActions, RunActions):
         self.session.close_step()
         self._gauges.focus(event.name)
         self.show_verdict()
-
-    def watch_focused(self, focused: Widget | None) -> None:
-        """Light the border of the pane that has the focus."""
-        ancestors = () if focused is None else focused.ancestors_with_self
-        form, runs, book = self.query_one(Form), self.query_one(RunsPane), self.tab_book
-        for pane, bordered in ((form, form), (book, book.query_one(ContentSwitcher)), (runs, runs)):
-            is_focused = pane in ancestors
-            if bordered.has_class("-focused") != is_focused:
-                bordered.set_class(is_focused, "-focused", update=False)
-                # Without its children, which `:focus-within` would restyle too.
-                self.app.stylesheet.update_nodes([bordered])
 
     def show_inputs(self) -> None:
         """Display the fields, their errors and the verdict."""

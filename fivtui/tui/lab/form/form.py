@@ -55,9 +55,7 @@ class FieldList(VerticalScroll):
 
     def on_blur(self) -> None:
         """Hide the cursor."""
-        # No rows are left when the app closes.
-        if self._visible_rows:
-            self.row.mark(selected=False)
+        self.row.mark(selected=False)
 
     def _show_cursor(self) -> None:
         self.row.mark(selected=True)

@@ -1,0 +1,111 @@
+"""The commands by purpose, each with an example and its page of the manual."""
+
+from collections.abc import Mapping
+from itertools import chain
+from pathlib import Path
+from typing import Final, NamedTuple
+
+from fivtui.model import InputError, unknown_name_error
+
+# The manual as HTML pages, if it was built into this installation.
+MANUAL: Final = Path(__file__).parents[1] / "manual"
+_MISSING: Final = (
+    "this installation has no manual; build it from the source distribution of fivtui: "
+    "pip install 'fivtui[docs]', then python -m sphinx -b html docs OUT"
+)
+
+
+class Entry(NamedTuple):
+    """What the help of a command names: a page of the manual, and an example."""
+
+    page: str
+    example: str
+
+
+# Commands in the order of the help, by purpose.
+SECTIONS: Final[Mapping[str, Mapping[str, Entry]]] = {
+    "Run": {
+        "simulate": Entry("how-to/compare-cases", "simulate --set F=120 --t-end 50"),
+        "compare": Entry("how-to/compare-cases", "compare --out base-scene"),
+        "run": Entry("how-to/own-scenes", "run brake-stop"),
+        "presets": Entry("how-to/own-scenes", "presets"),
+        "methods": Entry("how-to/cost", "methods"),
+        "accuracy": Entry("how-to/trust", "accuracy --set F=120"),
+        "validate": Entry(
+            "how-to/measured-data", "validate --measured measured.csv --quantity y --band 5%"
+        ),
+        "animate": Entry(
+            "how-to/film-and-sound", "animate --window 50:52 --speed 1 --out film.gif"
+        ),
+        "sound": Entry("how-to/film-and-sound", "sound --out run.wav"),
+    },
+    "Stability": {
+        "stability": Entry("how-to/check-stability", "stability --set F=120"),
+        "attractors": Entry("how-to/safe-friction", "attractors --set F=120"),
+        "branch": Entry("how-to/branches", "branch --vary mu=0.2:1 --plot branch.png"),
+        "map": Entry(
+            "how-to/map",
+            "map --over F=20:150:27 --over mu=0.1:1:19 --plot map.png",
+        ),
+    },
+    "Studies": {
+        "sweep": Entry("how-to/sweep", "sweep --vary F=20:150:27 --both --out sweep.csv"),
+        "uncertainty": Entry(
+            "how-to/uncertainty",
+            "uncertainty --vary mu~normal:0.4:0.05 --vary F~uniform:60:100",
+        ),
+        "tradeoff": Entry("how-to/cost", "tradeoff --error peak=1e-4"),
+        "extremes": Entry("how-to/trust", "extremes"),
+    },
+    "FMU": {
+        "fmu": Entry("how-to/fmu-in-fmpy", "fmu build --out slider-belt.fmu"),
+        "fmu build": Entry("how-to/fmu-in-c", "fmu build --flavour native --out native.fmu"),
+        "fmu run": Entry("how-to/fmu-inputs", "fmu run slider-belt.fmu --set F=60 --t-end 20"),
+        "fmu check": Entry("how-to/fmu-in-fmpy", "fmu check slider-belt.fmu"),
+        "fmu system": Entry("how-to/fmu-inputs", "fmu system --out brake.ssp"),
+    },
+    "Paper": {
+        "figures": Entry("explanation/claims", "figures 3-5 --out figures"),
+        "claims": Entry("explanation/claims", "claims"),
+    },
+    "Laboratory and manual": {
+        "serve": Entry("tutorial/laboratory", "serve --port 8000"),
+        "docs": Entry("index", "docs trust"),
+    },
+}
+ENTRIES: Final[Mapping[str, Entry]] = dict(
+    chain.from_iterable(section.items() for section in SECTIONS.values())
+)
+FIRST_ENTRY: Final = Entry("index", "stability --set F=120")
+
+
+def epilog(entry: Entry) -> str:
+    """The end of a help text: the example, and the page of the manual."""
+    # The mark \b keeps click from joining the lines that follow.
+    page = "" if entry.page == "index" else f" {_page_name(entry.page)}"
+    lines = "\b", "Example:", f"  fivtui {entry.example}", "", "\b", "Manual:"
+    return "\n".join((*lines, f"  {entry.page}.html, opened by fivtui docs{page}"))
+
+
+def _page_name(path: str) -> str:
+    return path.rpartition("/")[2].removesuffix(".html")
+
+
+def find_page(name: str | None) -> Path:
+    """The file of a page of the manual, by its name or by that of a command."""
+    pages = {page.stem: page for page in sorted(MANUAL.rglob("*.html"), reverse=True)}
+    if "index" not in pages:
+        raise InputError(_MISSING)
+    pages["index"] = MANUAL / "index.html"
+    entry = ENTRIES.get(name or "")
+    page = _page_name(entry.page if entry is not None else name or "index")
+    if page not in pages:
+        raise unknown_name_error("page", page, sorted(pages))
+    return pages[page]
+
+
+def open_page(page: Path) -> bool:
+    """Open a page in the browser; returns whether there is one."""
+    import webbrowser
+
+    return webbrowser.open(page.as_uri())
