@@ -1,10 +1,14 @@
-"""A chart drawn in characters: rows of styled text. Imports no Textual."""
+"""A chart drawn in characters: rows of styled text. Imports no Textual.
+
+The plot area shows the backdrop (shades), guides (reference lines), traces and cursors of a chart.
+The heading is above it, ticks are left of it, and strips (marked intervals of x) are below it.
+"""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import groupby, pairwise
 from operator import itemgetter
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,30 +36,41 @@ from fivtui.charts import (
 
 from .raster import DOTS_X, Raster
 
+# Columns left of the plot area, with the tick labels of y.
 MARGIN: Final = 8
 _COLUMNS_PER_TICK: Final = 8
 _ROWS_PER_TICK: Final = 2
-# Minimum rows of the plot below a long legend, and below values at cursors.
+# Minimum rows of the plot below a long legend, and below a heading that shows values at cursors.
 _MIN_ROWS: Final = 7
-_MIN_READ_ROWS: Final = 2
-# In cells with several traces: width of a trace's stripe in columns, dots from which a cell is
-# dense, and dots that a lower trace keeps in a dense cell.
+_MIN_ROWS_BELOW_VALUES: Final = 2
+# Where traces share cells, each is drawn in stripes of this many columns.
 _STRIPE_WIDTH: Final = 2
+# A cell with this many braille dots or more is dense; a lower trace keeps the dots `_SPARSE` of it.
 _DENSE_DOTS: Final = 5
-_SPARSE: Final = 0x95
+_SPARSE: Final = 0b10010101
+_BLANK: Final = ord(" ")
 _VERTICAL: Final = ord("│")
 _HORIZONTAL: Final = ord("─")
-_CROSSED: Final = ord("┼")
-# Line, character and style of the cursors.
+_CROSSING: Final = ord("┼")
+# Character of the line and style of both cursors.
 _CURSORS: Final = ((ord("│"), "cursor"), (ord("┊"), "cursor-2"))
+
+
+class PlotArea(NamedTuple):
+    """The position and size of the plot area in a picture, in character cells."""
+
+    first_column: int
+    top_row: int
+    columns: int
+    rows: int
 
 
 @dataclass(frozen=True, slots=True)
 class Picture:
-    """A chart drawn in characters; `plot_area` is its first column, top row, columns and rows."""
+    """A chart drawn in characters: its lines as spans of styled text."""
 
     lines: list[list[Span]]
-    plot_area: tuple[int, int, int, int]
+    plot_area: PlotArea
 
     def text(self) -> str:
         """The characters without styles, line by line."""
@@ -63,22 +78,23 @@ class Picture:
 
     def axis_positions(self, column: float, row: float) -> tuple[float, float]:
         """Axis positions of the middle of a character cell; from 0 to 1 inside the plot area."""
-        first_column, top, columns, rows = self.plot_area
-        return (column - first_column + 0.5) / columns, 1.0 - (row - top + 0.5) / rows
+        area = self.plot_area
+        x = (column - area.first_column + 0.5) / area.columns
+        return x, 1.0 - (row - area.top_row + 0.5) / area.rows
 
 
 def draw(chart: Chart, view: View, width: int, height: int, *, reserved: int = 0) -> Picture:
     """Draw a chart in `width` by `height` characters; `reserved` columns of line 1 stay blank."""
-    bottom = len(chart.strips) + int(chart.x_axis)
+    bottom_rows = len(chart.strips) + int(chart.x_axis)
     axes = view.axes(chart)
     cursors = (view.cursors.first, view.cursors.second)
     cursor_points = [points_at(chart, view, position) for position in cursors]
-    lines, needed = _wrap_spans(*heading_spans(chart, view, *cursor_points), width, reserved)
+    lines, needed_lines = _wrap_spans(*heading_spans(chart, view, *cursor_points), width, reserved)
     # A long heading loses its last lines, to keep a few rows for the plot.
-    top_rows = max(min(needed, height - bottom - _MIN_READ_ROWS), height - bottom - _MIN_ROWS, 1)
-    del lines[top_rows:]
-    top = len(lines)
-    columns, rows = max(width - MARGIN, 1), max(height - top - bottom, 1)
+    most_needed = min(needed_lines, height - bottom_rows - _MIN_ROWS_BELOW_VALUES)
+    del lines[max(most_needed, height - bottom_rows - _MIN_ROWS, 1) :]
+    top_row = len(lines)
+    columns, rows = max(width - MARGIN, 1), max(height - top_row - bottom_rows, 1)
     canvas = _Canvas(columns, rows, axes)
     if chart.backdrop is not None:
         canvas.draw_backdrop(chart.backdrop)
@@ -88,7 +104,8 @@ def draw(chart: Chart, view: View, width: int, height: int, *, reserved: int = 0
         canvas.draw_points(index, trace)
     canvas.draw_guide_labels()
     if len(chart.traces) > 1:
-        canvas.draw_numbers(chart, view)
+        canvas.draw_trace_numbers(chart, view)
+    # The first cursor is drawn over the second.
     for index in (1, 0):
         canvas.draw_cursor(index, chart, cursors[index], cursor_points[index])
     ticks, labels = axes[1].ticks(max(rows // _ROWS_PER_TICK, 2))
@@ -101,18 +118,19 @@ def draw(chart: Chart, view: View, width: int, height: int, *, reserved: int = 0
         lines.append([label_span, *canvas.strip_spans(shade_text(shares), chart, cursors)])
     if chart.x_axis:
         lines.append(_column_labels(axes[0], chart.x_label, columns))
-    return Picture(lines[:height], (MARGIN, top, columns, rows))
+    return Picture(lines[:height], PlotArea(MARGIN, top_row, columns, rows))
 
 
 class _Canvas:
-    # The cells of the plot area: characters and styles.
+    # The cells of the plot area: code points of characters, and indices of style names.
 
     def __init__(self, columns: int, rows: int, axes: tuple[Axis, Axis]) -> None:
         self._columns, self._rows = columns, rows
         self._axes = axes
-        self._characters = np.full((rows, columns), ord(" "), dtype=np.uint32)
+        self._characters = np.full((rows, columns), _BLANK, dtype=np.uint32)
         self._styles = np.zeros((rows, columns), dtype=np.intp)
         self._style_names = ["plot"]
+        # Row, first column and text of the labels of guides.
         self._guide_labels: list[tuple[int, int, str]] = []
 
     def _style_id(self, name: str) -> int:
@@ -123,11 +141,11 @@ class _Canvas:
 
     def draw_backdrop(self, backdrop: Backdrop) -> None:
         x, y = self._axes
-        cell_x = np.array([x.value((c + 0.5) / self._columns) for c in range(self._columns)])
-        cell_y = np.array([y.value(1.0 - (r + 0.5) / self._rows) for r in range(self._rows)])
-        levels = backdrop.levels[
-            _nearest(backdrop.x, cell_x)[None, :], _nearest(backdrop.y, cell_y)[:, None]
-        ]
+        columns, rows = range(self._columns), range(self._rows)
+        cell_x = np.array([x.value((column + 0.5) / self._columns) for column in columns])
+        cell_y = np.array([y.value(1.0 - (row + 0.5) / self._rows) for row in rows])
+        x_indices, y_indices = _nearest(backdrop.x, cell_x), _nearest(backdrop.y, cell_y)
+        levels = backdrop.levels[x_indices[None, :], y_indices[:, None]]
         shades = [(ord(shade.character), self._style_id(shade.style)) for shade in backdrop.shades]
         characters, styles = np.array(shades, dtype=np.intp).T
         outside_x = (cell_x < backdrop.x[0]) | (cell_x > backdrop.x[-1])
@@ -162,16 +180,17 @@ class _Canvas:
             self._write(row, column, label, style)
 
     @staticmethod
-    def _draw_line(cells: NDArray[np.uint32], line: int, crossing: int) -> None:
-        cells[:] = np.where(cells == crossing, _CROSSED, line)
+    def _draw_line(cells: NDArray[np.uint32], line: int, crossed_line: int) -> None:
+        cells[:] = np.where(cells == crossed_line, _CROSSING, line)
 
     def _write(self, row: int, column: int, text: str, style: int) -> None:
         column = max(min(column, self._columns - len(text)), 0)
         text = text[: self._columns - column]
-        self._characters[row, column : column + len(text)] = [ord(c) for c in text]
+        self._characters[row, column : column + len(text)] = [ord(character) for character in text]
         self._styles[row, column : column + len(text)] = style
 
     def _trace_positions(self, trace: Trace) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        # Axis positions (0 to 1) of the points, reduced to the resolution of the plot.
         x, y = reduce_trace(trace, self._axes[0], DOTS_X * self._columns)
         return self._axes[0].positions(x), self._axes[1].positions(y)
 
@@ -181,21 +200,24 @@ class _Canvas:
         rasters = [self._raster(trace, *self._trace_positions(trace)) for _, trace in lines]
         if not rasters:
             return
-        # The topmost trace is first; a stripe shows the trace of rank `rank` with dots in a cell.
-        cells = np.array([raster.cells for raster in reversed(rasters)])
+        # Bits of the dots by trace, row and column; the topmost trace is first.
+        dots = np.array([raster.cells for raster in reversed(rasters)])
         styles = [self._style_id(trace_style(trace, index)) for index, trace in reversed(lines)]
-        has_dots = cells > 0
+        has_dots = dots > 0
         counts = has_dots.sum(axis=0)
+        # A stripe shows one of the traces that have dots in the cell: that of rank `shown_rank`.
         stripes = np.arange(self._columns)[None, :] // _STRIPE_WIDTH
-        rank = stripes % np.maximum(counts, 1)
-        shown = has_dots & (np.cumsum(has_dots, axis=0) - 1 == rank)
-        dense = np.bitwise_count(cells) >= _DENSE_DOTS
+        shown_rank = stripes % np.maximum(counts, 1)
+        is_shown = has_dots & (np.cumsum(has_dots, axis=0) - 1 == shown_rank)
+        is_dense = np.bitwise_count(dots) >= _DENSE_DOTS
         # Fewer dots distinguish the stripes of lower traces without colour.
-        thinned = np.where(shown[1:] & dense[1:] & (rank > 0), cells[1:] & _SPARSE, 0).sum(axis=0)
-        dots = np.where(thinned > 0, thinned, np.bitwise_or.reduce(cells, axis=0))
+        is_thinned = is_shown[1:] & is_dense[1:] & (shown_rank > 0)
+        thinned_dots = np.where(is_thinned, dots[1:] & _SPARSE, 0).sum(axis=0)
+        all_dots = np.bitwise_or.reduce(dots, axis=0)
+        cell_dots = np.where(thinned_dots > 0, thinned_dots, all_dots)
         is_drawn = counts > 0
-        self._characters[is_drawn] = Raster.BLANK + dots[is_drawn]
-        self._styles[is_drawn] = np.array(styles)[shown.argmax(axis=0)][is_drawn]
+        self._characters[is_drawn] = Raster.BLANK + cell_dots[is_drawn]
+        self._styles[is_drawn] = np.array(styles)[is_shown.argmax(axis=0)][is_drawn]
 
     def draw_points(self, index: int, trace: Trace) -> None:
         """Draw the marks of a trace."""
@@ -214,6 +236,7 @@ class _Canvas:
         elif trace.ordered:
             raster.draw_lines(x, y)
         else:
+            # Lines join the last samples only.
             dot_count = max(x.size - MAX_JOINED_SAMPLES, 0)
             raster.draw_dots(x[:dot_count], y[:dot_count])
             raster.draw_lines(x[dot_count:], y[dot_count:])
@@ -222,12 +245,14 @@ class _Canvas:
     def _cells_at(
         self, x: NDArray[np.float64], y: NDArray[np.float64]
     ) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+        # Rows and columns of axis positions.
         columns = np.minimum((x * self._columns).astype(np.intp), self._columns - 1)
         rows = self._rows - 1 - np.minimum((y * self._rows).astype(np.intp), self._rows - 1)
         return rows, columns
 
-    def draw_numbers(self, chart: Chart, view: View) -> None:
-        # Numbers distinguish lines without colour.
+    def draw_trace_numbers(self, chart: Chart, view: View) -> None:
+        # Numbers distinguish lines without colour. They stand at evenly spaced x, or at the end of
+        # an unordered trace.
         count = len(chart.traces)
         for index, trace in view.visible_traces(chart):
             if trace.look != "line" or not trace.x.size:
@@ -253,11 +278,11 @@ class _Canvas:
         column, row = self._column_at(x), self._row_at(y)
         if column is not None and not chart.curve_label:
             cells = self._characters[:, column]
-            cells[cells == ord(" ")] = vertical
+            cells[cells == _BLANK] = vertical
             self._styles[:, column] = style
         if row is not None and chart.is_plane and not chart.curve_label:
             cells = self._characters[row]
-            cells[cells == ord(" ")] = _HORIZONTAL
+            cells[cells == _BLANK] = _HORIZONTAL
             self._styles[row] = style
         for point in points:
             column, row = self._column_at(point.x), self._row_at(point.y)
@@ -282,7 +307,8 @@ class _Canvas:
             position = cursors[index]
             column = None if position is None or chart.is_plane else self._column_at(position[0])
             if column is not None:
-                characters[column], styles[column] = chr(_CURSORS[index][0]), _CURSORS[index][1]
+                line, styles[column] = _CURSORS[index]
+                characters[column] = chr(line)
         for style, group in groupby(zip(characters, styles, strict=True), key=itemgetter(1)):
             yield "".join(character for character, _ in group), style
 
@@ -290,14 +316,15 @@ class _Canvas:
         """The rows from the top, split into runs of one style."""
         for characters, styles in zip(self._characters, self._styles, strict=True):
             text = "".join(map(chr, characters.tolist()))
-            starts = [0, *(np.flatnonzero(np.diff(styles)) + 1).tolist(), len(text)]
+            bounds = [0, *(np.flatnonzero(np.diff(styles)) + 1).tolist(), len(text)]
             yield [
-                (text[begin:end], self._style_names[int(styles[begin])])
-                for begin, end in pairwise(starts)
+                (text[start:stop], self._style_names[int(styles[start])])
+                for start, stop in pairwise(bounds)
             ]
 
 
 def _cell_index(position: float, cells: int) -> int:
+    # Index of the cell at an axis position; position 1 is in the last cell.
     return min(int(position * cells), cells - 1)
 
 
@@ -309,6 +336,7 @@ def _nearest(axis: NDArray[np.float64], values: NDArray[np.float64]) -> NDArray[
 
 
 def _row_labels(axis: Axis, ticks: Sequence[float], labels: Sequence[str], rows: int) -> list[str]:
+    # The margin of every row: the line of the axis, with a tick and its label.
     margin = ["│".rjust(MARGIN)] * rows
     for tick, label in zip(ticks, labels, strict=True):
         row = rows - 1 - _cell_index(float(axis.positions([tick])[0]), rows)
@@ -318,7 +346,7 @@ def _row_labels(axis: Axis, ticks: Sequence[float], labels: Sequence[str], rows:
 
 
 def _column_labels(axis: Axis, label: str, columns: int) -> list[Span]:
-    # A short label is left of the axis, a long label at its end.
+    # The line of tick labels of x. The name of the axis is left of it, or if long, at its end.
     ticks, labels = axis.ticks(max(columns // _COLUMNS_PER_TICK, 2))
     left_label = label if len(label) < MARGIN else ""
     end_label = "" if left_label else label[:columns]

@@ -1,4 +1,4 @@
-"""Entries of the command palette."""
+"""Entries of the command palette: what applies to the current state, found by search terms."""
 
 import re
 from collections.abc import Callable, Iterable, Iterator
@@ -31,9 +31,11 @@ from fivtui.tui.tabs import (
 from .keys import key_text
 from .screen import LabScreen
 
-# Scores if all words of a search match the title or the search terms. Mere letters score less.
+# Scores if all words of a search match the title or the search terms. An entry that contains only
+# the letters of the search scores less: below `_LETTERS_SCORE`.
 _TITLE_SCORE: Final = 2.0
 _TERMS_SCORE: Final = 1.0
+_LETTERS_SCORE: Final = 0.5
 _EXPORT_TERMS: Final = {
     "figure": "plot picture image pdf png svg save export write graph print",
     "data": "csv npz parquet json table numbers save export write excel",
@@ -69,6 +71,7 @@ _SEARCH_TERMS: Final = {
     "log": "messages errors history",
     "branch": "bifurcation continuation limit cycles hopf fold attractors coexistence",
 }
+# Search terms of the commands of every Textual application, by title.
 _SYSTEM_COMMAND_TERMS: Final = {
     "Theme": "dark light colours colors appearance",
     "Quit": "exit leave close end",
@@ -79,41 +82,42 @@ _SYSTEM_COMMAND_TERMS: Final = {
 
 @dataclass(frozen=True, slots=True)
 class PaletteEntry:
-    """An entry of the command palette."""
+    """An entry of the command palette; `search_terms` find it besides its title and help."""
 
     title: str
     help: str
     run: Callable[[], object]
-    # Search terms besides the title.
     search_terms: str = ""
 
     def score(self, matcher: Matcher, query: str) -> float:
         """Score of the match with a search; 0 if nothing matches."""
-        terms, title = query.lower().split(), self.title.lower()
-        letter_score = matcher.match(self.title)
-        # Keep the score of single letters below half of that of search terms.
-        letter_score = 0.5 * letter_score / (1.0 + letter_score)
-        if all(term in title for term in terms):
-            return _TITLE_SCORE + letter_score
-        vocabulary = re.split(r"[^\w+-]+", f"{title} {self.search_terms} {self.help}".lower())
-        if all(any(candidate.startswith(term) for candidate in vocabulary) for term in terms):
-            return _TERMS_SCORE + letter_score
-        return letter_score
+        query_terms, title = query.lower().split(), self.title.lower()
+        match = matcher.match(self.title)
+        # `match` has no upper limit.
+        letters_score = _LETTERS_SCORE * match / (1.0 + match)
+        if all(term in title for term in query_terms):
+            return _TITLE_SCORE + letters_score
+        terms = re.split(r"[^\w+-]+", f"{title} {self.search_terms} {self.help}".lower())
+        if all(any(term.startswith(prefix) for term in terms) for prefix in query_terms):
+            return _TERMS_SCORE + letters_score
+        return letters_score
 
 
 def _lab_entries(lab: LabScreen) -> Iterator[PaletteEntry]:
-    if lab.session.runs.active is None:
+    session = lab.session
+    if session.runs.active is None:
         yield PaletteEntry(
             "Run the transient", "F5", lab.action_run, "simulate compute start calculate solve"
         )
-        both_help = "F9: native solver, then FMU, then compare"
         yield PaletteEntry(
-            "Run with native solver and FMU", both_help, lab.action_run_both, "check verify compare"
+            "Run with native solver and FMU",
+            "F9: native solver, then FMU, then compare",
+            lab.action_run_both,
+            "check verify compare",
         )
     else:
         yield PaletteEntry("Stop the run", "F5", lab.action_stop, "cancel abort break")
     yield from _tab_entries(lab)
-    session = lab.session
     yield PaletteEntry(
         f"Engine: {session.next_engine}",
         f"F4; now {session.engine}",
@@ -126,34 +130,40 @@ def _lab_entries(lab: LabScreen) -> Iterator[PaletteEntry]:
         lab.action_help,
         "shortcuts manual equations keymap config",
     )
-    live_help = "Alt+L: the transient follows every edit; its runs are not kept"
-    title = f"Live curve {'off' if session.live_enabled else 'on'}"
-    yield PaletteEntry(title, live_help, lab.action_switch_live, "ghost redraw preview background")
+    yield PaletteEntry(
+        f"Live curve {'off' if session.live_enabled else 'on'}",
+        "Alt+L: the transient follows every edit; its runs are not kept",
+        lab.action_switch_live,
+        "ghost redraw preview background",
+    )
     yield PaletteEntry("Open a scene or result…", "Ctrl+O", lab.action_open_scene, "load file toml")
     yield PaletteEntry("Save the scene", "Ctrl+S", lab.action_save_scene, "write file toml")
     yield PaletteEntry("Save the scene as…", "Alt+S", lab.action_save_scene_as, "write file toml")
     for path in session.recent:
         open_scene = partial(lab.files.open_path, Path(path))
         yield PaletteEntry(f"Recent: {path}", "Open again", open_scene)
-    read_help = "Alt+O: a run, sweep, map, trade-off, branch"
     yield PaletteEntry(
-        "Read a result…", read_help, lab.action_read_result, "import load open csv npz json parquet"
+        "Read a result…",
+        "Alt+O: a run, sweep, map, trade-off, branch",
+        lab.action_read_result,
+        "import load open csv npz json parquet",
     )
     if session.can_undo:
         yield PaletteEntry("Undo", "Ctrl+Z", lab.action_undo, "back revert restore deleted run")
     if session.can_redo:
         yield PaletteEntry("Redo", "Ctrl+Y", lab.action_redo)
-    if lab.session.changed_fields:
+    if session.changed_fields:
         yield PaletteEntry(
             "Reset all fields",
             "To the values of the loaded scene",
             lab.action_reset_all,
             "default original revert",
         )
-    finite = session.belt_is_finite
+    is_finite = session.belt_is_finite
+    stick_help = "Fields v_belt, μ_s and v_s: the slider sticks"
     yield PaletteEntry(
-        "Belt faster than the slider" if finite else "Belt of finite speed",
-        "As in the paper: no stick" if finite else "Fields v_belt, μ_s and v_s: the slider sticks",
+        "Belt faster than the slider" if is_finite else "Belt of finite speed",
+        "As in the paper: no stick" if is_finite else stick_help,
         lab.action_switch_belt,
         "belt speed stick slip static friction Stribeck v_belt mu_s v_s",
     )
@@ -180,45 +190,51 @@ def _lab_entries(lab: LabScreen) -> Iterator[PaletteEntry]:
 
 
 def _tab_entries(lab: LabScreen) -> Iterator[PaletteEntry]:
+    # Entries that act on the current tab.
     pane = lab.pane
     if pane is None:
         return
     for kind, key in KINDS.items():
         with suppress(InputError):
             export = pane.export(kind)
-            title = f"Export the {export.kind} of {export.subject}…"
-            suffixes = f"{key}: {', '.join(export.suffixes)}"
-            write = partial(lab.action_export, kind)
-            terms = _BELT_EXPORT_TERMS if {".gif", ".wav"} & set(export.suffixes) else _EXPORT_TERMS
-            yield PaletteEntry(title, suffixes, write, terms[kind])
+            is_belt = not {".gif", ".wav"}.isdisjoint(export.suffixes)
+            yield PaletteEntry(
+                f"Export the {export.kind} of {export.subject}…",
+                f"{key}: {', '.join(export.suffixes)}",
+                partial(lab.action_export, kind),
+                (_BELT_EXPORT_TERMS if is_belt else _EXPORT_TERMS)[kind],
+            )
     with suppress(InputError):
-        line = pane.command_line()
-        copy = partial(lab.files.copy_command, pane)
-        yield PaletteEntry("Copy the command line", line, copy, "clipboard shell script cli")
+        yield PaletteEntry(
+            "Copy the command line",
+            pane.command_line(),
+            partial(lab.files.copy_command, pane),
+            "clipboard shell script cli",
+        )
     if isinstance(pane, ViewsPane) and pane.visible_charts() is not None:
         yield from _plot_entries(lab, pane)
 
 
 def _plot_entries(lab: LabScreen, pane: ViewsPane) -> Iterator[PaletteEntry]:
     # Entries that act on the first visible plot.
-    chart = next(view for view in pane.shown_chart_views() if view.chart is not None)
+    plot = next(view for view in pane.shown_chart_views() if view.chart is not None)
 
-    def entry(title: str, key: str, run: Callable[[], object], terms: str) -> PaletteEntry:
+    def entry(title: str, key: str, action: Callable[[], object], terms: str) -> PaletteEntry:
         def focus_and_run() -> None:
-            chart.focus()
-            run()
+            plot.focus()
+            action()
 
         return PaletteEntry(title, f"In the plot: {key}", focus_and_run, terms)
 
-    yield entry("Limits of the axes…", "g", chart.action_limits, "range zoom scale")
-    yield entry("Fit the axes", "r", chart.action_fit, "reset zoom limits all")
-    yield entry("Zoom in", "+", partial(chart.action_zoom, -1), "enlarge magnify")
-    yield entry("Zoom out", "-", partial(chart.action_zoom, 1), "shrink")
+    yield entry("Limits of the axes…", "g", plot.action_limits, "range zoom scale")
+    yield entry("Fit the axes", "r", plot.action_fit, "reset zoom limits all")
+    yield entry("Zoom in", "+", partial(plot.action_zoom, -1), "enlarge magnify")
+    yield entry("Zoom out", "-", partial(plot.action_zoom, 1), "shrink")
     for number, (key, title) in enumerate((("c", "First cursor"), ("C", "Second cursor"))):
-        set_cursor = partial(chart.action_cursor, number)
+        set_cursor = partial(plot.action_cursor, number)
         yield entry(title, key, set_cursor, "read value point crosshair measure difference delta")
     for axis in "xy":
-        toggle_log = partial(chart.action_log, axis)
+        toggle_log = partial(plot.action_log, axis)
         yield entry(f"Logarithmic {axis} axis", axis, toggle_log, "log linear scale")
     yield PaletteEntry(
         "Copy the plot as text",
@@ -226,24 +242,29 @@ def _plot_entries(lab: LabScreen, pane: ViewsPane) -> Iterator[PaletteEntry]:
         partial(lab.files.copy_plot, pane),
         "picture image copy characters",
     )
-    picture_help = "To the clipboard, as PNG"
-    copy = partial(lab.files.copy_picture, pane)
-    yield PaletteEntry("Copy the picture", picture_help, copy, "plot figure image png clipboard")
+    yield PaletteEntry(
+        "Copy the picture",
+        "To the clipboard, as PNG",
+        partial(lab.files.copy_picture, pane),
+        "plot figure image png clipboard",
+    )
 
 
 def _view_entries(lab: LabScreen, tab: TabSpec) -> Iterator[PaletteEntry]:
+    # Entries that show a view of a tab.
     def show(view: str) -> None:
         lab.action_show_tab(tab.id)
         lab.tab_book.when_ready(lambda pane: cast("ViewsPane", pane).show_view(view))
 
     views = getattr(tab.import_pane_class(), "VIEWS", {})
-    for view, title in views.items() if len(views) > 1 else ():
-        terms = f"plot {_SEARCH_TERMS.get(view, '')}"
+    if len(views) < 2:
+        return
+    for view, title in views.items():
         yield PaletteEntry(
             f"{tab.title}: {title}",
             f"{key_text(lab.app, tab.key)}, v",
             partial(show, view),
-            terms,
+            f"plot {_SEARCH_TERMS.get(view, '')}",
         )
 
 
@@ -283,12 +304,15 @@ def _run_entries(lab: LabScreen) -> Iterator[PaletteEntry]:
 def _session_entries(lab: LabScreen, slots: Iterable[Slot]) -> Iterator[PaletteEntry]:
     for slot in slots:
         last_used = datetime.fromtimestamp(slot.last_used)
-        hint = f"last used {last_used:%Y-%m-%d %H:%M}; saves the current session"
-        open_session = partial(lab.post_message, SessionRequested(slot.number))
-        yield PaletteEntry(f"Open session {slot.number}: {_describe(slot)}", hint, open_session)
+        yield PaletteEntry(
+            f"Open session {slot.number}: {_contents_text(slot)}",
+            f"last used {last_used:%Y-%m-%d %H:%M}; saves the current session",
+            partial(lab.post_message, SessionRequested(slot.number)),
+        )
 
 
-def _describe(slot: Slot) -> str:
+def _contents_text(slot: Slot) -> str:
+    # The contents of a saved session, or why it cannot be read.
     try:
         state = load_state(slot.path)
     except InputError as error:
@@ -296,10 +320,11 @@ def _describe(slot: Slot) -> str:
     if state is None:
         return "empty"
     contents = ["scene " + state.edit_state.loaded.name]
-    count = len(state.runs.runs)
-    if count:
-        contents.append(f"{count} run{'s' * (count > 1)}")
-    return ", ".join([*contents, *(key for key in state.results if not key.startswith("run-"))])
+    run_count = len(state.runs.runs)
+    if run_count:
+        contents.append(f"{run_count} run{'s' * (run_count > 1)}")
+    studies = [key for key in state.results if not key.startswith("run-")]
+    return ", ".join([*contents, *studies])
 
 
 def _field_entries(lab: LabScreen) -> Iterator[PaletteEntry]:
@@ -325,10 +350,10 @@ class LabCommands(Provider):
         if isinstance(self.screen, LabScreen):
             yield from _lab_entries(self.screen)
         yield from self._other_sessions
-        for command in self.app.get_system_commands(self.screen):
+        for title, help_text, run, _ in self.app.get_system_commands(self.screen):
             # Omit Textual's list of keys: the laboratory has its own.
-            if command[0] != "Keys":
-                yield PaletteEntry(*command[:3], _SYSTEM_COMMAND_TERMS.get(command[0], ""))
+            if title != "Keys":
+                yield PaletteEntry(title, help_text, run, _SYSTEM_COMMAND_TERMS.get(title, ""))
 
     async def discover(self) -> Hits:
         """All entries, while the search is empty."""

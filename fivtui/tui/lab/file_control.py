@@ -48,15 +48,16 @@ class FileController:
         self._session = lab.session
 
     def _ask_path(self, dialog: PathDialog, use_path: Callable[[Path], None]) -> None:
-        # Call `use_path` with the answer, unless the dialog is cancelled.
-        def handle_answer(target: Path | None) -> None:
-            if target is not None:
-                use_path(target)
+        # Call `use_path` with the chosen path, unless the dialog is cancelled.
+        def handle_answer(path: Path | None) -> None:
+            if path is not None:
+                use_path(path)
 
         self._lab.app.push_screen(dialog, handle_answer)
 
-    def _run_in_thread(self, name: str, work: Callable[[], None]) -> None:
-        self._lab.run_worker(work, name=name, thread=True, exit_on_error=False)
+    def _run_in_thread(self, name: str, function: Callable[[], None]) -> None:
+        # `name` appears in the report of an unexpected error.
+        self._lab.run_worker(function, name=name, thread=True, exit_on_error=False)
 
     def export(self, export: Export) -> None:
         """Ask for a path and write an export to it."""
@@ -64,12 +65,13 @@ class FileController:
         title = f"Export the {export.kind} of {export.subject}"
 
         def check(path: Path) -> None:
-            # Check before asking whether to overwrite.
+            # The export must not overwrite the opened scene.
             read_files = [] if scene_path is None else [("the scene opened", scene_path)]
             check_distinct([("the file", path)], read_files)
             export.check(path)
 
         def check_download(path: Path) -> None:
+            # The server writes the file to a temporary folder.
             name = download_name(path)
             with TemporaryDirectory() as folder:
                 try:
@@ -81,10 +83,10 @@ class FileController:
             # The browser chooses the folder; a download overwrites no file.
             hint = f"{export.hint} The browser downloads the file."
             dialog = PathDialog(title, export.file_name, hint, check_download, verb="Download")
-            self._ask_path(dialog, lambda target: self._download(export, download_name(target)))
+            self._ask_path(dialog, lambda path: self._download(export, download_name(path)))
         else:
             dialog = PathDialog(title, export.file_name, export.hint, check)
-            self._ask_path(dialog, lambda target: self._write(export, target))
+            self._ask_path(dialog, lambda path: self._write(export, path))
 
     def _download(self, export: Export, name: str) -> None:
         def write_download() -> None:
@@ -96,20 +98,20 @@ class FileController:
 
         self._run_in_thread(export.kind, write_download)
 
-    def _write(self, export: Export, target: Path) -> None:
+    def _write(self, export: Export, path: Path) -> None:
         def write_file() -> None:
-            with FILE_WRITES.track(str(target)):
-                error = write_export(export, target)
-            self._lab.call_later(self._report, export.kind, target, error)
+            with FILE_WRITES.track(str(path)):
+                error = write_export(export, path)
+            self._lab.call_later(self._report, export.kind, path, error)
 
         self._run_in_thread(export.kind, write_file)
 
-    def _report(self, label: str, path: Path, error: str, download: bytes | None = None) -> None:
+    def _report(self, kind: str, path: Path, error: str, download: bytes | None = None) -> None:
         # `download` is the content of the file if it goes to a browser.
-        text = error or f"{label} written to {describe_files(path)}"
+        text = error or f"{kind} written to {describe_files(path)}"
         if download is not None:
             self._lab.app.deliver_binary(BytesIO(download), save_filename=path.name)
-            text = f"{label} {path.name}: in the downloads folder of the browser"
+            text = f"{kind} {path.name}: in the downloads folder of the browser"
         self._lab.report(text, error=bool(error))
 
     def copy_command(self, pane: Pane) -> None:
@@ -145,11 +147,11 @@ class FileController:
     def open_scene(self) -> None:
         """Ask for a scene or result file and open it."""
 
-        def load(target: Path) -> None:
-            if _is_scene(target):
-                self.open_path(target)
+        def load(path: Path) -> None:
+            if _is_scene(path):
+                self.open_path(path)
             else:
-                self._read_result(target)
+                self._read_result(path)
 
         def check(path: Path) -> None:
             if _is_scene(path):
@@ -184,7 +186,7 @@ class FileController:
             proposal = f"{scene.name}.toml" if scene_path is None else str(scene_path)
             hint = "A scene file (.toml)."
             dialog = PathDialog("Save the scene as", proposal, hint, check_scene_path)
-            self._ask_path(dialog, lambda target: self._save(scene, target))
+            self._ask_path(dialog, lambda path: self._save(scene, path))
 
     def _file_is_current(self, path: Path) -> bool:
         try:
@@ -192,33 +194,28 @@ class FileController:
         except InputError:
             return False
 
-    def _save(self, scene: Scene, target: Path) -> None:
+    def _save(self, scene: Scene, path: Path) -> None:
         with self._lab.report_errors():
-            saved_scene = save_scene_as(scene, target)
-            self._lab.record_saved_scene(saved_scene, target)
+            saved_scene = save_scene_as(scene, path)
+            self._lab.record_saved_scene(saved_scene, path)
 
     def read_tables(self) -> None:
         """Ask for a file with parameters over time, and add them to the scene."""
-        check = read_over_time
-        dialog = PathDialog("Parameters over time", "", _TABLE_HINT, check, verb="Read")
+        dialog = PathDialog("Parameters over time", "", _TABLE_HINT, read_over_time, verb="Read")
         self._ask_path(dialog, self._read_tables)
 
-    def _read_tables(self, target: Path) -> None:
+    def _read_tables(self, path: Path) -> None:
         with self._lab.report_errors():
             # Raises `InputError` if the tables do not fit the parameters of the scene.
-            scene = replace(self._session.scene(), over_time=read_over_time(target))
-            self._lab.set_tables(scene.over_time, f"tables over time from {target}")
+            scene = replace(self._session.scene(), over_time=read_over_time(path))
+            self._lab.set_tables(scene.over_time, f"tables over time from {path}")
 
     def read_result(self) -> None:
         """Ask for a result file and read it."""
-        check = check_readable
-        self._ask_path(
-            PathDialog("Read a result", "", _RESULT_HINT, check, verb="Read"), self._read_result
-        )
+        dialog = PathDialog("Read a result", "", _RESULT_HINT, check_readable, verb="Read")
+        self._ask_path(dialog, self._read_result)
 
-    def _read_result(self, target: Path) -> None:
-        path = target
-
+    def _read_result(self, path: Path) -> None:
         def read_file() -> None:
             with self._lab.report_errors():
                 kind = kind_of(path)
@@ -232,7 +229,7 @@ class FileController:
 
 
 def load_displayable(kind: str, path: Path) -> Any:
-    """Read a result of a study; raises `InputError` if it cannot be read or displayed."""
+    """Read a result of this kind; raises `InputError` if it cannot be read or displayed."""
     result = load_study(kind, path)
     if kind == "sweep":
         with _errors_with_path(path):

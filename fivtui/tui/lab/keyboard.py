@@ -1,4 +1,4 @@
-"""Handles keys in the order of typing, and makes keys with Alt insert no text."""
+"""Handles keys in the order of typing, and keeps keys with Alt from inserting text."""
 
 from collections import deque
 from collections.abc import Awaitable, Callable
@@ -12,23 +12,26 @@ from textual.dom import DOMNode
 from textual.events import Event, Key
 from textual.widget import Widget
 
-# Digit keys by the sign that they type with a Mac's Option key if the terminal sends no Alt.
-_DIGIT_OF_OPTION_SIGN: Final = dict(zip("¡™£¢∞§¶•ªº", "1234567890", strict=True))
-_KEY_NAMES: Final = {sign: sign for sign in digits + ascii_lowercase} | {
+# Digit keys by the character that each types with a Mac's Option key if the terminal sends no Alt.
+_DIGIT_OF_OPTION_CHARACTER: Final = dict(zip("¡™£¢∞§¶•ªº", "1234567890", strict=True))
+# Textual's names of keys by character.
+_KEY_NAMES: Final = {character: character for character in digits + ascii_lowercase} | {
     "-": "minus",
     "=": "equals_sign",
 }
+# Terminals send a key with Alt as this character and the key.
+_ESCAPE: Final = "\x1b"
 
 # Letters whose Alt key in Textual is replaced: Alt+F goes to the fields, not a word forward.
 _OVERRIDDEN_LETTERS: Final = "f"
 
 # The focused widget may handle two messages: the key, then its own message of a changed value.
-_CALLBACKS_AT_TARGET: Final = 2
+_MESSAGES_OF_FOCUSED_WIDGET: Final = 2
 
 
 @dataclass(frozen=True, slots=True)
 class _AltKey:
-    # An entry of Textual's table of key sequences.
+    # An entry of Textual's table of key sequences, like a member of its enumeration of keys.
     value: str
 
 
@@ -39,18 +42,21 @@ def register_alt_keys() -> None:
         from textual._ansi_sequences import ANSI_SEQUENCES_KEYS
 
         sequences = cast("dict[str, Any]", ANSI_SEQUENCES_KEYS)
-        for sign, name in _KEY_NAMES.items():
-            # Keep keys that Textual defines, such as Alt+B (a word back).
-            if sign in _OVERRIDDEN_LETTERS or isinstance(sequences.get(f"\x1b{sign}", ""), str):
-                sequences[f"\x1b{sign}"] = (_AltKey(f"alt+{name}"),)
+        for character, name in _KEY_NAMES.items():
+            sequence = f"{_ESCAPE}{character}"
+            # Keep keys that Textual defines, such as Alt+B (a word back); a text is a symbol.
+            is_undefined = isinstance(sequences.get(sequence, ""), str)
+            if is_undefined or character in _OVERRIDDEN_LETTERS:
+                sequences[sequence] = (_AltKey(f"alt+{name}"),)
 
 
 def discard_alt_character(key: Key, *, mac_option: bool) -> None:
     """Remove the text of a key with Alt, so that no widget inserts it.
 
-    `mac_option` also reads signs that a Mac's Option key types with a digit as Alt and the digit.
+    With `mac_option`, a character that a Mac's Option key types with a digit counts as Alt and the
+    digit.
     """
-    digit = _DIGIT_OF_OPTION_SIGN.get(key.character or "")
+    digit = _DIGIT_OF_OPTION_CHARACTER.get(key.character or "")
     if mac_option and digit is not None:
         key.key = f"alt+{digit}"
     if "alt" in key.key.split("+")[:-1]:
@@ -61,7 +67,8 @@ class KeyQueue:
     """Queues keys and pasted text, so that they are handled in order.
 
     Textual inserts a letter at once, but runs the action of a key only after the key has reached
-    the application: letters typed after Ctrl+U would be inserted before it deletes.
+    the application: letters typed after Ctrl+U would be inserted before it deletes. The queue hence
+    handles an event only when the previous one was consumed or has reached the application.
     """
 
     def __init__(self, app: App[None], handle: Callable[[Event], Awaitable[None]]) -> None:
@@ -81,22 +88,23 @@ class KeyQueue:
         if not self._busy:
             return
         event, screen = self._events.popleft(), self._app.screen
-        target = self._app.focused or screen
+        focused = self._app.focused or screen
         await self._handle(event)
 
-        # Follow the event from the focused widget to its parents until one consumes it.
-        def follow(node: DOMNode, count: int = 1) -> None:
-            # `node` runs the callback after the event, unless `node` is being removed.
-            if not node.call_later(proceed, node, count):
-                proceed(node, 1)
+        # Follow the event from the focused widget to its parents until one consumes it: a callback
+        # queued in a node runs after the messages that the node has received before.
+        def wait_for(node: DOMNode, messages: int = 1) -> None:
+            # A node that is being removed accepts no callback.
+            if not node.call_later(continue_at, node, messages):
+                continue_at(node, 1)
 
-        def proceed(node: DOMNode, count: int) -> None:
-            if count > 1:
-                follow(node, count - 1)
+        def continue_at(node: DOMNode, messages: int) -> None:
+            if messages > 1:
+                wait_for(node, messages - 1)
             elif node is self._app or _is_consumed(event, node):
                 handle_next()
             else:
-                follow(node.parent or self._app)
+                wait_for(node.parent or self._app)
 
         def handle_next() -> None:
             stack = self._app.screen_stack
@@ -104,7 +112,7 @@ class KeyQueue:
             if not (stack and stack[-1] is not screen and stack[-1].call_later(self._resume)):
                 self._resume()
 
-        follow(target, _CALLBACKS_AT_TARGET)
+        wait_for(focused, _MESSAGES_OF_FOCUSED_WIDGET)
 
     def _resume(self) -> None:
         self._app.call_later(self._handle_first)

@@ -1,4 +1,8 @@
-"""Runs the edited scene in the background for the live curve."""
+"""Runs the edited scene in the background for the live curve.
+
+The live curve is a run that follows the edits and is not kept. How soon it follows an edit, its
+`Pace`, depends on how long a run takes.
+"""
 
 from functools import partial
 from typing import TYPE_CHECKING, Final
@@ -37,7 +41,7 @@ class LiveController:
     def __init__(self, screen: "LabScreen") -> None:
         self._screen = screen
         self._session = session = screen.session
-        # The scene of the last request, and the run displayed then.
+        # The scene of the last request (None if invalid), and the run displayed at that time.
         self._requested_scene = self._edited_scene()
         self._displayed = session.runs.displayed
         self._job: LiveJob | None = None
@@ -72,6 +76,7 @@ class LiveController:
         return True
 
     def _schedule(self, scene: Scene) -> None:
+        # Run a scene at once, after the current live run, after a pause, or not at all.
         live = self._session.live
         if self._job is not None and self._job.elapsed > MAX_IMMEDIATE_S:
             # The run takes longer than expected, so the next runs wait for a pause.
@@ -94,6 +99,7 @@ class LiveController:
     def _start_after_pause(self) -> None:
         self._pause_timer = None
         if SCREEN_PRIORITY.claimed:
+            # A key was pressed, so wait for another pause.
             self._pause_timer = self._screen.set_timer(_PAUSE, self._start_after_pause)
         elif self._requested_scene is not None:
             self._start_job(self._requested_scene)
@@ -123,6 +129,7 @@ class LiveController:
         elif outcome.error:
             live.show_failure(outcome.error, displayed_result)
         else:
+            # The run took too long and was stopped.
             live.record_duration(job.scene, job.estimated_duration)
             live.switch_off(job.scene)
         if self._queued_scene is not None:

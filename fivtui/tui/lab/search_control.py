@@ -1,4 +1,8 @@
-"""Searches in a thread for attractors that coexist with the equilibrium of the edited scene."""
+"""Searches in a thread for vibrations of the edited scene that a large disturbance starts.
+
+The first search finds attractors, such as limit cycles, that coexist with a stable equilibrium. The
+second finds the safe μ: the friction below which no disturbance leads to vibration.
+"""
 
 from collections import OrderedDict
 from collections.abc import Callable
@@ -21,14 +25,15 @@ _PAUSE: Final = 0.5
 # Number of parameter sets whose results are cached.
 _CACHE_SIZE: Final = 64
 
-CacheKey = tuple[System, bool]  # parameter set, and whether its equilibrium is stable
+# A parameter set, and whether its equilibrium is stable.
+CacheKey = tuple[System, bool]
 
 
 class SearchController:
     """Searches for attractors of the edited parameter set, one search at a time.
 
-    The search first finds attractors that coexist with a stable equilibrium. Then, unless the belt
-    speed is finite, it finds the safe μ. An edit stops the search, and its results are ignored.
+    An edit stops the search, and its results are ignored. A search with a finite belt speed finds
+    no safe μ.
     """
 
     def __init__(self, screen: "LabScreen") -> None:
@@ -37,10 +42,13 @@ class SearchController:
         self._job: Job | None = None
         self._pause_timer: Timer | None = None
         self._cache: OrderedDict[CacheKey, Attractors] = OrderedDict()
-        self._result: Coexistence | None = None
+        self._coexistence: Coexistence | None = None
 
     def attractors(self, system: System, *, stable: bool) -> Attractors:
-        """The results so far; schedules a search if the parameters are new."""
+        """The results so far; schedules a search if the parameters are new.
+
+        `stable` is whether the equilibrium is stable.
+        """
         key = (system, stable)
         if key != self._key:
             self.stop()
@@ -51,7 +59,7 @@ class SearchController:
 
     def stop(self) -> None:
         """Stop the search."""
-        self._key = self._result = None
+        self._key = self._coexistence = None
         if self._pause_timer is not None:
             self._pause_timer.stop()
             self._pause_timer = None
@@ -68,8 +76,8 @@ class SearchController:
         def post(store: Callable[..., None], *args: object) -> None:
             self._screen.call_later(self._store_and_show, job, store, *args)
 
-        def store_partial_result(result: "Coexistence") -> None:
-            post(self._store_result, result, False)
+        def store_partial_coexistence(result: "Coexistence") -> None:
+            post(self._store_coexistence, result, False)
 
         def search() -> None:
             from fivtui.orbits import coexistence
@@ -77,13 +85,16 @@ class SearchController:
 
             if stable:
                 outcome = compute_outcome(
-                    lambda: coexistence(system, progress=job.report, on_found=store_partial_result)
+                    lambda: coexistence(
+                        system, progress=job.report, on_found=store_partial_coexistence
+                    )
                 )
                 if outcome.error:
                     post(self._store_error, outcome.error)
                 elif outcome.result is not None:
-                    post(self._store_result, outcome.result, True)
+                    post(self._store_coexistence, outcome.result, True)
                 else:
+                    # The search was stopped.
                     return
             parameters = system.parameters
             if parameters.v_belt is not None:
@@ -100,7 +111,7 @@ class SearchController:
         )
 
     def _store_and_show(self, job: Job, store: Callable[..., None], *args: object) -> None:
-        # Ignore results if the parameters were edited since.
+        # Call `store(key, *args)` in the screen's thread, unless the parameters were edited since.
         if job is not self._job or self._key is None:
             return
         store(self._key, *args)
@@ -111,14 +122,16 @@ class SearchController:
     def _store_error(self, key: CacheKey, error: str) -> None:
         self._cache[key] = Attractors(f"search for limit cycles failed: {error}", searched=True)
 
-    def _store_result(self, key: CacheKey, result: "Coexistence", searched: bool) -> None:
+    def _store_coexistence(self, key: CacheKey, result: "Coexistence", searched: bool) -> None:
+        # `searched`: whether the search has ended, so that no further attractor follows.
         from fivtui.orbits import coexistence_phrase
 
-        self._result = result
+        self._coexistence = result
         note = (result.warning or "") if searched else ""
         self._cache[key] = Attractors(coexistence_phrase(result), note, result.coexists, searched)
 
     def _store_safe_friction(self, key: CacheKey, safe: "SafeFriction | None") -> None:
+        # The last result of a search. Limit cycles found over μ complete the text on coexistence.
         self._job = None
         previous = self._cache.get(key, Attractors(text=""))
         self._cache[key] = replace(previous, safe=safe, complete=True)
@@ -127,10 +140,11 @@ class SearchController:
         from fivtui.orbits import coexistence_phrase
         from fivtui.safety import coexistence_text
 
-        if self._result is not None and self._result.coexists and safe.others:
+        coexistence = self._coexistence
+        if coexistence is not None and coexistence.coexists and safe.others:
             suffix = f" from μ = {safe.others[0].mu:.4g}"
             self._cache[key] = replace(
-                self._cache[key], text=coexistence_phrase(self._result, suffix)
+                self._cache[key], text=coexistence_phrase(coexistence, suffix)
             )
         elif sentence := coexistence_text(safe):
             self._cache[key] = replace(self._cache[key], text=sentence, coexists=True)

@@ -103,7 +103,7 @@ def test_a_picture_has_the_requested_size_and_all_labels() -> None:
     narrow = draw(SINE, View(), 20, 14, reserved=8).text().splitlines()
     assert [line.strip() for line in narrow[:2]] == ["y (m) 1─one", "2─two"]
     assert {len(line) for line in narrow} == {20}
-    assert draw(SINE, View(), 20, 6).plot_area[1] == 1
+    assert draw(SINE, View(), 20, 6).plot_area.top_row == 1
     assert lines[-1].startswith("t (s)")
     assert lines[-1].rstrip().endswith("10")
     assert "1" in "".join(lines[1:-1])

@@ -119,7 +119,8 @@ class ChartView(DrawnChart, can_focus=True):
         if self._chart is None or picture is None:
             return
         if self.view.cursors.pinned:
-            if step_cursor(self._chart, self.view, (right, up), picture.plot_area[2:]):
+            area = picture.plot_area
+            if step_cursor(self._chart, self.view, (right, up), (area.columns, area.rows)):
                 self._notify_limits()
             self._notify_cursor()
         else:
@@ -193,13 +194,14 @@ class ChartView(DrawnChart, can_focus=True):
         picture = self._current_picture()
         if picture is None or self._chart is None:
             return
-        _, _, columns, rows = picture.plot_area
+        area = picture.plot_area
         if self._drag_start is not None:
             right, down = event.x - self._drag_start[0], event.y - self._drag_start[1]
             if right or down:
                 self._drag_start, self._was_dragged = (event.x, event.y), True
                 y_fits_data = not self._chart.is_plane and self.view.y is None
-                self.view.pan(self._chart, -right / columns, 0.0 if y_fits_data else down / rows)
+                up = 0.0 if y_fits_data else down / area.rows
+                self.view.pan(self._chart, -right / area.columns, up)
                 self._notify_limits()
         elif not self.view.cursors.pinned:
             position = picture.axis_positions(event.x, event.y)
@@ -218,7 +220,7 @@ class ChartView(DrawnChart, can_focus=True):
         """Start dragging."""
         self._was_dragged = False
         picture = self._current_picture()
-        if picture is not None and event.y >= picture.plot_area[1]:
+        if picture is not None and event.y >= picture.plot_area.top_row:
             self._drag_start = (event.x, event.y)
             self.capture_mouse()
 
@@ -249,7 +251,7 @@ class ChartView(DrawnChart, can_focus=True):
         picture = self._current_picture()
         if picture is None or self._was_dragged:
             return
-        if event.y < picture.plot_area[1]:
+        if event.y < picture.plot_area.top_row:
             for first, stop, action in self._controls:
                 if event.y == 0 and first <= event.x < stop:
                     await self.run_action(action)

@@ -1,4 +1,8 @@
-"""A gauge: safe and unsafe zones of a parameter, with a marker at the edited value."""
+"""A gauge: the zones of a parameter in which the slider is safe or squeals, and the edited value.
+
+In a zone `SAFE` no disturbance leads to squeal, in `KNOCK` a large one does, in `SQUEALS` any. In
+`SMALL` small disturbances die out and large ones were not searched; `NONE` has no equilibrium.
+"""
 
 import math
 from dataclasses import dataclass
@@ -13,12 +17,22 @@ from fivtui.safety import Zone, Zones
 
 _MARKER_GLYPH: Final = "●"
 _BOUND_GLYPH: Final = "┼"
+# Minimum columns of the bar.
+_MIN_WIDTH: Final = 4
+# Columns beside the label of a zone: on each side a blank, and at least one glyph of the zone.
+_LABEL_PADDING: Final = 4
+# Fewest significant digits of a bound; 17 digits identify any number.
 _MIN_DIGITS: Final = 3
 _MAX_DIGITS: Final = 17
+# A value whose text is longer than this is rounded to `_VALUE_DIGITS`.
+_MAX_TEXT_LENGTH: Final = 8
 _VALUE_DIGITS: Final = 5
-_MAX_LENGTH: Final = 8
-# Largest offset of a tick label, in columns.
+# Largest distance of a tick label from its centred position, in columns.
 _LARGEST_OFFSET: Final = 6
+# Ranges end at these multiples of a power of ten, and at 1.5 times the value or beyond.
+_RANGE_ENDS: Final = (1.0, 1.5, 2.0, 3.0, 5.0, 7.5, 10.0)
+_MIN_END_RATIO: Final = 1.5
+_ROUNDING: Final = 1e-12
 _STYLES: Final = {
     Zone.SAFE: "$text-success",
     Zone.KNOCK: "$text-warning",
@@ -42,13 +56,27 @@ _LABELS: Final = {
 }
 _SEARCHING: Final = ("large disturbances: searching…", "searching…", "…")
 
-# Consecutive texts with their styles.
+# Consecutive texts, each with its style.
 StyledTexts = list[tuple[str, str]]
 
 
 @dataclass(frozen=True, slots=True)
 class Gauge:
-    """The content of a gauge; `text` is the edited value, `basis` names the methods."""
+    """The content of a gauge.
+
+    Attributes
+    ----------
+    label : str
+        Symbol and unit of the parameter.
+    zones : Zones
+        The zones and their bounds, over the range of the gauge.
+    value, text : float, str
+        The edited value, and its text in the form.
+    searching : bool
+        Whether large disturbances are still being searched.
+    basis : str
+        Names of the methods that found the zones.
+    """
 
     label: str
     zones: Zones
@@ -58,11 +86,11 @@ class Gauge:
     basis: str
 
     def lines(self, width: int) -> tuple[StyledTexts, StyledTexts]:
-        """The zones, and below them the tick labels: bounds of the zones, and the value."""
+        """Two lines: the bar of zones, and below it the numbers at bounds and value."""
         margin = f"{self.label} "
-        width = max(width - len(margin), 4)
-        bar, numbers = self._bar(width), self._numbers(width)
-        return [(margin, "bold"), *bar], [(" " * len(margin), ""), *numbers]
+        width = max(width - len(margin), _MIN_WIDTH)
+        bar, tick_labels = self._bar(width), self._tick_labels(width)
+        return [(margin, "bold"), *bar], [(" " * len(margin), ""), *tick_labels]
 
     def _column(self, value: float, width: int) -> int:
         low, high = self.zones.bounds[0], self.zones.bounds[-1]
@@ -71,62 +99,62 @@ class Gauge:
 
     def _bar(self, width: int) -> StyledTexts:
         marker = self._column(self.value, width)
-        ends = [self._column(bound, width) for bound in self.zones.bounds]
-        cells: list[tuple[str, str]] = []
-        for zone, (start_column, end_column) in zip(self.zones.zones, pairwise(ends), strict=True):
-            stop = end_column if end_column < width - 1 else width
+        bound_columns = [self._column(bound, width) for bound in self.zones.bounds]
+        cells: StyledTexts = []
+        for zone, (lower, upper) in zip(self.zones.zones, pairwise(bound_columns), strict=True):
             # The bound between two zones takes a column.
-            begin = start_column + (start_column > 0)
-            style, text = _STYLES[zone], list(_GLYPHS[zone] * (stop - begin))
+            first = lower + (lower > 0)
+            stop = upper if upper < width - 1 else width
+            style, glyphs = _STYLES[zone], list(_GLYPHS[zone] * (stop - first))
             # If the marker divides a zone, the label of the zone is in the larger part.
-            spans = [(begin, stop)]
-            if begin <= marker < stop:
-                spans = [(begin, marker), (marker + 1, stop)]
-            start, end = max(spans, key=lambda span: span[1] - span[0])
-            self._write_label(zone, text, start - begin, end - begin)
-            cells += [(letter, style) for letter in text]
-            if end_column < width - 1:
+            parts = [(first, stop)]
+            if first <= marker < stop:
+                parts = [(first, marker), (marker + 1, stop)]
+            part_first, part_stop = max(parts, key=lambda part: part[1] - part[0])
+            self._write_label(zone, glyphs, part_first - first, part_stop - first)
+            cells += [(glyph, style) for glyph in glyphs]
+            if upper < width - 1:
                 cells.append((_BOUND_GLYPH, "bold"))
         del cells[width:]
         cells[marker] = (_MARKER_GLYPH, "bold")
         return _join_cells(cells)
 
-    def _write_label(self, zone: Zone, text: list[str], start: int, end: int) -> None:
-        texts = _SEARCHING if zone is Zone.SMALL and self.searching else _LABELS[zone]
-        label = next(
-            (f" {option} " for option in texts if cell_len(option) + 4 <= end - start),
-            "",
-        )
-        first = start + (end - start - len(label)) // 2
-        text[first : first + len(label)] = label
+    def _write_label(self, zone: Zone, glyphs: list[str], first: int, stop: int) -> None:
+        # Replace the middle of `glyphs[first:stop]` by the longest label that fits.
+        labels = _SEARCHING if zone is Zone.SMALL and self.searching else _LABELS[zone]
+        room = stop - first - _LABEL_PADDING
+        label = next((f" {label} " for label in labels if cell_len(label) <= room), "")
+        start = first + (stop - first - len(label)) // 2
+        glyphs[start : start + len(label)] = label
 
-    def _numbers(self, width: int) -> StyledTexts:
-        line: list[tuple[str, str]] = [(" ", "")] * width
-        # Value, first column and end column of every tick label in the line.
-        placed: list[tuple[float, int, int]] = []
+    def _tick_labels(self, width: int) -> StyledTexts:
+        cells: StyledTexts = [(" ", "")] * width
+        # Value, first column and end column of every label in the line.
+        labels: list[tuple[float, int, int]] = []
 
         def write(value: float, text: str, style: str) -> None:
             # Keep the labels in ascending order, separated by blanks.
-            start = max((end + 1 for number, _, end in placed if number < value), default=0)
-            stop = min((first - 1 for number, first, _ in placed if number > value), default=width)
-            first = _first_column(self._column(value, width), len(text), start, stop, width)
+            lower = max((stop + 1 for number, _, stop in labels if number < value), default=0)
+            upper = min((first - 1 for number, first, _ in labels if number > value), default=width)
+            first = _label_column(self._column(value, width), len(text), (lower, upper), width)
             if first is not None:
-                end = first + len(text)
-                line[first:end] = [(letter, style) for letter in text]
-                placed.append((value, first, end))
+                stop = first + len(text)
+                cells[first:stop] = [(letter, style) for letter in text]
+                labels.append((value, first, stop))
 
-        # Round a computed value that has many digits.
-        label = self.text if len(self.text) <= _MAX_LENGTH else f"{self.value:.{_VALUE_DIGITS}g}"
-        write(self.value, label, "bold")
+        text = self.text
+        if len(text) > _MAX_TEXT_LENGTH:
+            text = f"{self.value:.{_VALUE_DIGITS}g}"
+        write(self.value, text, "bold")
         bounds = self.zones.bounds
         # The ends of the range take precedence over other bounds.
         for bound in (bounds[0], bounds[-1], *bounds[1:-1]):
             if bound != self.value:
-                write(bound, _number_text(bound, self.value), "")
-        return _join_cells(line)
+                write(bound, _bound_text(bound, self.value), "")
+        return _join_cells(cells)
 
 
-def _number_text(bound: float, value: float) -> str:
+def _bound_text(bound: float, value: float) -> str:
     # Round to the fewest digits that keep the bound on its side of the value.
     for digits in range(_MIN_DIGITS, _MAX_DIGITS):
         text = f"{bound:.{digits}g}"
@@ -135,14 +163,17 @@ def _number_text(bound: float, value: float) -> str:
     return repr(bound)
 
 
-def _first_column(column: int, size: int, start: int, stop: int, width: int) -> int | None:
-    # First column of a label between `start` and `stop`, centred at `column` if possible.
-    centred = min(max(column - size // 2, 0), width - size)
-    first = min(max(centred, start), stop - size)
+def _label_column(column: int, length: int, free: tuple[int, int], width: int) -> int | None:
+    # First column of a label within the free columns, centred at `column` if possible; None if the
+    # label does not fit near `column`. `width` is that of the line.
+    start, stop = free
+    centred = min(max(column - length // 2, 0), width - length)
+    first = min(max(centred, start), stop - length)
     return first if first >= start and abs(first - centred) <= _LARGEST_OFFSET else None
 
 
 def _join_cells(cells: StyledTexts) -> StyledTexts:
+    # Join neighbouring cells of one style.
     parts: StyledTexts = []
     for text, style in cells:
         if parts and parts[-1][1] == style:
@@ -173,19 +204,13 @@ class GaugeView(Widget):
         return Content("\n").join(Content.assemble(*line) for line in lines)
 
 
-# Factors of a power of ten at which ranges end, and the least ratio of the end to the value.
-_FACTORS: Final = (1.0, 1.5, 2.0, 3.0, 5.0, 7.5, 10.0)
-_RANGE_FACTOR: Final = 1.5
-
-
 def round_range(value: float, lower: float, upper: float) -> tuple[float, float]:
     """A round range around a value, from 0 unless it is negative, within the allowed limits.
 
     A round range stays the same while the value is edited.
     """
-    least_end = _RANGE_FACTOR * abs(value) or 1.0
+    least_end = _MIN_END_RATIO * abs(value) or 1.0
     decade = 10.0 ** math.floor(math.log10(least_end))
-    end = next(
-        (decade * f for f in _FACTORS if decade * f >= least_end * (1.0 - 1e-12)), 10.0 * decade
-    )
+    ends = (decade * multiple for multiple in _RANGE_ENDS)
+    end = next((end for end in ends if end >= least_end * (1.0 - _ROUNDING)), 10.0 * decade)
     return max(-end if value < 0.0 else 0.0, lower), min(end, upper)

@@ -1,4 +1,8 @@
-"""Computes the gauges of the edited parameter and of μ; a thread follows limit cycles."""
+"""Computes the gauges of μ and of the edited parameter for the verdict.
+
+A gauge shows the zones of a parameter in which the slider is safe or squeals. Zones by eigenvalues
+are shown at once; a thread finds the zones that large disturbances limit.
+"""
 
 from collections import OrderedDict
 from dataclasses import dataclass
@@ -19,14 +23,14 @@ _CACHE_SIZE: Final = 64
 _MU: Final = "mu"
 _STATIC_FRICTION: Final = "mu_s"
 # The parameter of the second gauge, until a parameter other than μ is edited.
-_SECOND: Final = "F"
-# Least ratio of the end of the needed range to the end of the range that is kept.
-_MIN_FILL: Final = 0.4
+_DEFAULT_SECOND: Final = "F"
+# A gauge keeps its range while the needed range reaches at least this share of its end.
+_MIN_SHARE: Final = 0.4
 
 
 @dataclass(frozen=True, slots=True)
 class _GaugeRange:
-    # Key of cached zones: a range of a parameter, and the system with the parameter at its end.
+    # A range of the parameter `name`; `system` has the other parameters, and `high` in its place.
     system: System
     name: str
     low: float
@@ -38,111 +42,133 @@ class GaugeController:
 
     def __init__(self, screen: "LabScreen") -> None:
         self._screen, self._session = screen, screen.session
-        self._focused, self._second_name = _MU, _SECOND
+        self._focused, self._second = _MU, _DEFAULT_SECOND
+        # Zones that were computed; None if the computation failed.
         self._cache: OrderedDict[_GaugeRange, Zones | None] = OrderedDict()
+        # Lower and upper end of the displayed ranges by parameter.
         self._ranges: dict[str, tuple[float, float]] = {}
         self._queue: list[_GaugeRange] = []
         self._running: tuple[_GaugeRange, Job] | None = None
 
     def focus(self, name: str) -> None:
-        """Set the parameter of the gauge: that of the focused field, or else μ."""
+        """Show the gauge of a focused field, or that of μ if the field is no parameter."""
         self._focused = name if name in ALL_PARAMETERS else _MU
         if self._focused != _MU:
-            self._second_name = self._focused
+            self._second = self._focused
 
-    def gauges(self, result: Stability, attractors: Attractors, *, both: bool) -> list[Gauge | str]:
-        """The gauge of the edited parameter, or if `both`, of μ and of the second parameter."""
+    def gauges(
+        self, stability: Stability, attractors: Attractors, *, both: bool
+    ) -> list[Gauge | str]:
+        """The gauge of the edited parameter, or if `both`, of μ and of the second parameter.
+
+        A text replaces a gauge that cannot be drawn.
+        """
         over_time = [name for name, _ in self._session.over_time]
         if over_time:
             self.stop()
             change = f"{', '.join(over_time)} {_change_verb(over_time)} over time"
             return [f"no zones: {change}; F5 runs the scene"]
-        parameters = result.parameters
-        second = _SECOND if getattr(parameters, self._second_name) is None else self._second_name
-        focused_name = _MU if getattr(parameters, self._focused) is None else self._focused
-        names = [_MU, second] if both else [focused_name]
+        # Optional parameters, such as the belt speed, may have no value.
+        values = stability.parameters.as_dict()
+        second = _DEFAULT_SECOND if values.get(self._second) is None else self._second
+        focused = _MU if values.get(self._focused) is None else self._focused
+        names = [_MU, second] if both else [focused]
         self._queue = []
-        gauges = [self._gauge_or_error(name, result, attractors) for name in dict.fromkeys(names)]
+        gauges = [
+            self._gauge_or_error(name, stability, attractors) for name in dict.fromkeys(names)
+        ]
         self._start_next()
         return gauges
 
-    def _gauge_or_error(self, name: str, result: Stability, attractors: Attractors) -> Gauge | str:
+    def _gauge_or_error(
+        self, name: str, stability: Stability, attractors: Attractors
+    ) -> Gauge | str:
         try:
-            return self._gauge(name, result, attractors)
+            return self._gauge(name, stability, attractors)
         except (ComputationError, InputError) as error:
             return f"{FIELDS[name].symbol}: no zones: {error}"
 
-    def _gauge(self, name: str, result: Stability, attractors: Attractors) -> Gauge | str:
-        value = getattr(result.parameters, name)
-        key = self._gauge_range(name, value, result)
-        safe = attractors.safe if name == _MU else None
-        zones, searching = self._cache.get(key), False
-        if safe is not None:
-            zones = zones_of_verdict(safe, key.low, key.high)
-        elif key not in self._cache:
-            self._queue.append(key)
+    def _gauge(self, name: str, stability: Stability, attractors: Attractors) -> Gauge:
+        value = getattr(stability.parameters, name)
+        gauge_range = self._gauge_range(name, value, stability)
+        low, high = gauge_range.low, gauge_range.high
+        safe_friction = attractors.safe
+        zones, searching = self._cache.get(gauge_range), False
+        if name == _MU and safe_friction is not None:
+            zones = zones_of_verdict(safe_friction, low, high)
+        elif gauge_range not in self._cache:
+            self._queue.append(gauge_range)
             searching = True
         if zones is None:
-            zones = linear_zones(key.system, key.name, key.low, key.high)
-        is_refuted = attractors.safe is not None and result.parameters.mu > attractors.safe.safe_to
-        if is_refuted and name != _MU and zones.at(value) is Zone.SAFE:
-            # The search contradicts the continuation, so do not show its safe zones.
+            zones = linear_zones(gauge_range.system, name, low, high)
+        is_unsafe = safe_friction is not None and stability.parameters.mu > safe_friction.safe_to
+        if is_unsafe and name != _MU and zones.at(value) is Zone.SAFE:
+            # The search over μ contradicts these zones, so do not show them as safe.
             zones = zones.without_safe()
         field = FIELDS[name]
         unit = f" ({field.unit})" if field.unit else ""
-        text, basis = self._session.texts[name].strip(), _methods_text(result, safe is not None)
+        text = self._session.texts[name].strip()
+        basis = _methods_text(stability, searched=name == _MU and safe_friction is not None)
         return Gauge(f"{field.symbol}{unit}", zones, value, text, searching, basis)
 
-    def _gauge_range(self, name: str, value: float, result: Stability) -> _GaugeRange:
-        parameters = result.parameters
+    def _gauge_range(self, name: str, value: float, stability: Stability) -> _GaugeRange:
+        parameters, spec = stability.parameters, ALL_PARAMETERS[name]
         if name == _MU:
-            low, high = 0.0, scan_top(result)
+            low, high = 0.0, scan_top(stability)
         else:
-            low, high = round_range(value, ALL_PARAMETERS[name].lower, ALL_PARAMETERS[name].upper)
+            low, high = round_range(value, spec.lower, spec.upper)
         # Keep a range that is wide enough but not too wide, so that the gauge does not jump.
-        old = self._ranges.get(name)
-        if old is not None and old[0] <= low and _MIN_FILL * old[1] <= high <= old[1]:
-            low, high = old
+        old_low, old_high = self._ranges.get(name, (low, high))
+        if old_low <= low and _MIN_SHARE * old_high <= high <= old_high:
+            low, high = old_low, old_high
         self._ranges[name] = low, high
         # Static friction is at least the sliding friction.
         if name == _MU and parameters.mu_s is not None:
             high = min(high, parameters.mu_s)
         if name == _STATIC_FRICTION:
             low = max(low, parameters.mu)
-        return _GaugeRange(result.system.with_values({name: high}), name, low, high)
+        return _GaugeRange(stability.system.with_values({name: high}), name, low, high)
 
     def _start_next(self) -> None:
+        # Compute the zones of the first range that is queued, unless those of another one are
+        # still needed and being computed.
         if self._running is not None:
-            key, job = self._running
-            if key in self._queue:
+            running_range, running_job = self._running
+            if running_range in self._queue:
                 return
-            job.stop()
+            running_job.stop()
             self._running = None
         if not self._queue:
             return
-        key, job = self._queue[0], Job()
-        self._running = key, job
+        gauge_range, job = self._queue[0], Job()
+        self._running = gauge_range, job
 
         def compute() -> None:
             from fivtui.safety import safety_zones
 
             job.report(0.0)
             outcome = compute_outcome(
-                lambda: safety_zones(key.system, key.name, key.low, key.high, progress=job.report)
+                lambda: safety_zones(
+                    gauge_range.system,
+                    gauge_range.name,
+                    gauge_range.low,
+                    gauge_range.high,
+                    progress=job.report,
+                )
             )
             if outcome.result is not None or outcome.error:
-                self._screen.call_later(self.store, key, outcome.result)
+                self._screen.call_later(self.store, gauge_range, outcome.result)
 
         self._screen.run_worker(
             compute, name="zones over a parameter", thread=True, exit_on_error=False
         )
 
-    def store(self, key: _GaugeRange, zones: Zones | None) -> None:
+    def store(self, gauge_range: _GaugeRange, zones: Zones | None) -> None:
         """Cache the zones of a range, even if the parameters were edited since."""
-        self._cache[key] = zones
+        self._cache[gauge_range] = zones
         while len(self._cache) > _CACHE_SIZE:
             self._cache.popitem(last=False)
-        if self._running is not None and self._running[0] == key:
+        if self._running is not None and self._running[0] == gauge_range:
             self._running = None
         self._screen.show_verdict()
 
@@ -150,13 +176,14 @@ class GaugeController:
         """Stop computing zones."""
         self._queue = []
         if self._running is not None:
-            self._running[1].stop()
+            _, job = self._running
+            job.stop()
             self._running = None
 
 
-def _methods_text(result: Stability, searched: bool) -> str:
+def _methods_text(stability: Stability, *, searched: bool) -> str:
     # Names the methods that found the zones.
-    if result.parameters.v_belt is not None:
+    if stability.parameters.v_belt is not None:
         return "zones by eigenvalues; large disturbances are not searched at finite belt speed"
     search = " and a global search" if searched else ""
     return f"zones by eigenvalues, continuation{search}"
