@@ -15,7 +15,7 @@ from .eigenvalues import Stability
 FloatArray = NDArray[np.float64]
 
 _POINT_COUNT: Final = 241
-# Number of points between calls of `go_on`.
+# Number of points between calls of `should_continue`.
 _BLOCK: Final = 24
 _MIN_TOP: Final = 1.0
 _TOP_FACTOR: Final = 1.5
@@ -73,17 +73,17 @@ def mode_scan(
     system: System,
     top: float,
     *,
-    go_on: Callable[[], bool] = lambda: True,
+    should_continue: Callable[[], bool] = lambda: True,
 ) -> ModeScan:
     """Eigenvalues over evenly spaced μ from 0 to `top`.
 
-    Raises `ComputationError` if there is no equilibrium, and `Cancelled` if `go_on`, called
-    repeatedly, returns False.
+    Raises `ComputationError` if there is no equilibrium, and `Cancelled` if `should_continue`,
+    called repeatedly, returns False.
     """
     mu = np.linspace(0.0, top, _POINT_COUNT)
     matrices = np.empty((_POINT_COUNT, 4, 4))
     for index, value in enumerate(mu.tolist()):
-        if index % _BLOCK == 0 and not go_on():
+        if index % _BLOCK == 0 and not should_continue():
             raise Cancelled
         changed = system.with_values({"mu": value})
         point = equilibrium(changed)

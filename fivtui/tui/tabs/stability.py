@@ -1,4 +1,7 @@
-"""The stability tab: modes over μ, eigenvalues, summary; updated on every edit."""
+"""The stability tab: vibration modes over μ, eigenvalues, summary; updated on every edit.
+
+The eigenvalues of the edited parameters are shown at once, the scan over μ after a short delay.
+"""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -20,7 +23,7 @@ from fivtui.equilibrium import (
     scan_top,
     stability_rows,
 )
-from fivtui.model import Cancelled, ComputationError, InputError, Parameters
+from fivtui.model import Cancelled, ComputationError, InputError
 from fivtui.ranges import number_text
 from fivtui.tui.chart import ChartView
 from fivtui.tui.session import Session, attractor_rows, base_scene
@@ -34,6 +37,7 @@ if TYPE_CHECKING:
 
 # Delay between the last key and the scan over μ, s.
 _SCAN_DELAY: Final = 0.05
+# Significant digits of the μ of an opened point.
 _MU_DIGITS: Final = 6
 
 
@@ -50,10 +54,12 @@ class StabilityPane(ViewsPane):
 
     def __init__(self, session: Session) -> None:
         super().__init__(session)
-        self._analysis: tuple[Parameters, Stability] | None = None
+        # The stability of the edited parameters; None with an error.
+        self._stability: Stability | None = None
         self._error = ""
-        self._scan_key: object = None
+        # The eigenvalues over μ, and the inputs from which they are computed.
         self._scan: ModeScan | None = None
+        self._scan_inputs: object = None
 
     def compose_views(self) -> ComposeResult:
         """Growth rates and frequencies, eigenvalues, summary."""
@@ -67,59 +73,63 @@ class StabilityPane(ViewsPane):
     def scene_changed(self) -> None:
         """Display the stability of the edited parameters; the scan over μ follows."""
         try:
-            p, result = self.session.parameters(), self.session.stability()
+            stability = self.session.stability()
         except (InputError, ComputationError) as error:
-            self._analysis, self._error, self._scan_key = None, str(error), None
+            self._stability, self._error, self._scan_inputs = None, str(error), None
             self.draw()
             return
-        self._analysis = (p, result)
-        top = scan_top(result)
-        key = (p.with_values({"mu": 0.0}), self.session.separation, top)
-        if key != self._scan_key:
-            self._scan_key = key
+        self._stability = stability
+        fixed_parameters = stability.parameters.with_values({"mu": 0.0})
+        inputs = (fixed_parameters, self.session.separation, scan_top(stability))
+        if inputs != self._scan_inputs:
+            self._scan_inputs = inputs
             self.call_after_pause(_SCAN_DELAY, self._start_scan)
         self.draw()
 
     def _start_scan(self) -> None:
-        if self._analysis is None:
+        if self._stability is None:
             return
-        key, (_, result) = self._scan_key, self._analysis
+        inputs, stability = self._scan_inputs, self._stability
 
         def compute() -> None:
             worker = get_current_worker()
             try:
                 scan = mode_scan(
-                    result.system, scan_top(result), go_on=lambda: not worker.is_cancelled
+                    stability.system,
+                    scan_top(stability),
+                    should_continue=lambda: not worker.is_cancelled,
                 )
             except (Cancelled, ComputationError):
-                # A missing equilibrium at one μ prevents the chart.
+                # Without an equilibrium at every μ there is no chart.
                 return
-            self.call_later(self._show_scan, key, scan)
+            self.call_later(self._show_scan, inputs, scan)
 
         self.run_worker(compute, group="scan", thread=True, exclusive=True, exit_on_error=False)
 
-    def _show_scan(self, key: object, scan: ModeScan) -> None:
+    def _show_scan(self, inputs: object, scan: ModeScan) -> None:
         # Ignore the scan if the parameters have been edited since its start.
-        if key == self._scan_key:
+        if inputs == self._scan_inputs:
             self._scan = scan
             self.draw()
 
     def draw(self) -> None:
         """Draw the current view."""
+        stability = self._stability
         if self.view == "facts":
-            rows = [] if self._analysis is None else stability_rows(self._analysis[1])
+            rows = [] if stability is None else stability_rows(stability)
             attractors = self.session.attractors
             if rows and attractors is not None:
+                # After the row of the verdict.
                 rows[1:1] = attractor_rows(attractors)
             self.query_one("#facts", RowsView).show(rows, self._error)
         elif self.view == "plane":
-            chart = None if self._analysis is None else plane_chart(self._analysis[1], self._scan)
+            chart = None if stability is None else plane_chart(stability, self._scan)
             self.query_one("#eigenvalues", ChartView).show(chart, empty_text=self._error)
         else:
             for name, make_chart in (("growth", growth_chart), ("frequency", frequency_chart)):
                 chart = None
-                if self._analysis is not None and self._scan is not None:
-                    chart = make_chart(self._scan, *self._analysis)
+                if stability is not None and self._scan is not None:
+                    chart = make_chart(self._scan, stability.parameters, stability)
                 self.query_one(f"#{name}", ChartView).show(chart, empty_text=self._error)
 
     @on(ChartView.Opened)
@@ -131,16 +141,17 @@ class StabilityPane(ViewsPane):
         """The displayed charts as figure; the modes over μ and the eigenvalues as data."""
         from .exports.export import replace_figure, scene_study_export
 
-        if self._analysis is None:
+        stability = self._stability
+        if stability is None:
             raise InputError(f"no stability to export: {self._error}")
-        export = scene_study_export(kind, "stability", self._analysis[1], self.session.name)
-        heading = Heading([self._analysis[0]], ignores_separation=not self.session.separation)
+        export = scene_study_export(kind, "stability", stability, self.session.name)
+        heading = Heading([stability.parameters], ignores_separation=not self.session.separation)
         return replace_figure(export, self.visible_charts(), heading)
 
     def command_line(self) -> str:
         """The command that computes the stability of the edited parameters."""
         from fivtui.tui.session import study_command
 
-        p = self.session.parameters()
-        scene = replace(base_scene(), parameters=p, separation=self.session.separation)
+        parameters, separation = self.session.parameters(), self.session.separation
+        scene = replace(base_scene(), parameters=parameters, separation=separation)
         return study_command("stability", scene, self.session.origin)

@@ -1,4 +1,8 @@
-"""The transient tab: time histories, phase portraits, spectrum, difference, summary."""
+"""The transient tab: plots of the displayed run and of the overlaid runs, and a summary.
+
+While a scene is edited, the live curve, a run of the edited scene, replaces the displayed run; the
+ghost is the curve before the edit. The view "difference" subtracts the run chosen as baseline.
+"""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
@@ -48,7 +52,8 @@ from .views_pane import ViewsPane
 if TYPE_CHECKING:
     from .exports.export import Export
 
-# Quantities of the time histories from the top, and by decreasing importance.
+# Quantities of the time histories from the top, and in the order in which they are shown if the
+# screen is too low for all of them.
 _QUANTITIES: Final = ("y", "x", "P")
 _DEFAULT_ORDER: Final = ("y", "P", "x")
 _MIN_CHART_ROWS: Final = 4
@@ -56,7 +61,8 @@ _MIN_CHART_ROWS: Final = 4
 _OTHER_ROWS: Final = 2
 # Minimum columns for three phase portraits side by side.
 _WIDE_COLUMNS: Final = 120
-_LAST_FRACTION: Final = 0.1
+# Part of the run that the key for its end shows.
+_END_SHARE: Final = 0.1
 # Mark and colour of the ghost, the live curve before an edit.
 _GHOST_STYLE: Final = ("·", "#808080")
 _NO_RUN: Final = "no run yet: press F5"
@@ -89,8 +95,9 @@ class TransientPane(ViewsPane):
 
     def __init__(self, session: Session) -> None:
         super().__init__(session)
+        # What is plotted: first the displayed run or the live curve, then the overlaid runs.
         self._plotted: list[PlottedRun] = []
-        # The first of the plotted runs; None if it is the live curve.
+        # The run that is plotted first; None if it is the live curve.
         self._first_run: Run | None = None
         self._order = _DEFAULT_ORDER
 
@@ -135,11 +142,10 @@ class TransientPane(ViewsPane):
             self._clear()
             return
         self._show_summary(_summary(run.result))
-        plotted = _plotted_runs(reversed(self.session.runs.plotted))
-        self._show([item for item in plotted if item is not None], run)
+        self._show(_plotted_runs(reversed(self.session.runs.plotted)), run)
 
     def _show_live(self) -> None:
-        # The live curve lies over the overlaid runs, these lie over the ghost.
+        # The live curve is drawn over the overlaid runs, these over the ghost.
         live, runs = self.session.live, self.session.runs
         summary_lines: list[str] = [live.error]
         plotted: list[PlottedRun | None] = []
@@ -157,11 +163,10 @@ class TransientPane(ViewsPane):
         if live.ghost is not None and all(run.result is not live.ghost for run in overlaid):
             plotted.append(plotted_run(live.ghost, "before", *_GHOST_STYLE))
         self._show_summary(summary_lines)
-        self._show([item for item in plotted if item is not None], None)
+        self._show(plotted, None)
 
     def _show_summary(self, lines: Sequence[str]) -> None:
-        view = self.query_one("#summary", Static)
-        view.update(flow_facts(lines, self.size.width))
+        self.query_one("#summary", Static).update(flow_facts(lines, self.size.width))
 
     def _clear(self) -> None:
         if self._plotted and self.session.runs.active is None:
@@ -184,8 +189,10 @@ class TransientPane(ViewsPane):
             )
             self._show([plotted], run)
 
-    def _show(self, plotted: list[PlottedRun], first: Run | None) -> None:
-        self._plotted, self._first_run = plotted, first
+    def _show(self, plotted: Sequence[PlottedRun | None], first: Run | None) -> None:
+        # A run without a trajectory is None.
+        self._plotted = [run for run in plotted if run is not None]
+        self._first_run = first
         self.draw()
 
     def draw(self) -> None:
@@ -207,6 +214,7 @@ class TransientPane(ViewsPane):
         visible = [chart for chart in charts if chart.display]
         for quantity, chart in zip(_QUANTITIES, charts, strict=True):
             if chart.display:
+                # The strip of separations is shown once, and so is the time axis.
                 strip, x_axis = chart is visible[0], chart is visible[-1]
                 chart.show(time_chart(quantity, self._plotted, strip=strip, x_axis=x_axis))
 
@@ -226,6 +234,7 @@ class TransientPane(ViewsPane):
             view.show(None, empty_text=str(error))
 
     def _draw_difference(self) -> None:
+        # The baseline is the chosen run, or else the ghost.
         run, ghost = self.session.runs.baseline, self.session.live.ghost
         baseline = None if run in (None, self._first_run) else _plotted_run(run, _run_name(run))
         if run is None and ghost is not None:
@@ -274,12 +283,13 @@ class TransientPane(ViewsPane):
         from .exports.export import FIGURE, charts_export, points_export, run_export
 
         live, run, charts = self.session.live, self.session.runs.displayed, self.visible_charts()
-        drawn = [item.result for item in self.session.runs.plotted if item.result is not None]
+        plotted_runs = self.session.runs.plotted
+        results = [run.result for run in plotted_runs if run.result is not None]
         if live.visible:
             data_export = self._live_export(kind)
-            overlaid = [item.result for item in self.session.runs.plotted if item.overlaid]
+            overlaid = [run.result for run in plotted_runs if run.overlaid]
             first = None if live.curve is None else live.curve.result
-            drawn = [item for item in (first, live.ghost, *overlaid) if item is not None]
+            results = [result for result in (first, live.ghost, *overlaid) if result is not None]
         elif run is not None and run.result is not None and self.view in ("belt", "measured"):
             return self._view_export(kind, run)
         else:
@@ -294,10 +304,9 @@ class TransientPane(ViewsPane):
             stem = f"{stem}-{self.view}"
         if kind != FIGURE:
             return points_export(subject, stem, charts)
-        ignored = not any(item.separation for item in drawn)
-        return charts_export(
-            subject, stem, charts, Heading([item.parameters for item in drawn], (), ignored)
-        )
+        parameters = [result.parameters for result in results]
+        ignores_separation = not any(result.separation for result in results)
+        return charts_export(subject, stem, charts, Heading(parameters, (), ignores_separation))
 
     def _live_export(self, kind: str) -> "Export":
         from .exports.export import study_export
@@ -336,6 +345,7 @@ class TransientPane(ViewsPane):
         self._fit_charts()
 
     def _fit_charts(self) -> None:
+        # Hide the plots that do not fit.
         chart_count = max((self.view_switcher.size.height - _OTHER_ROWS) // _MIN_CHART_ROWS, 1)
         for name in _QUANTITIES:
             self.query_one(f"#plot-{name}").display = name in self._order[:chart_count]
@@ -367,7 +377,7 @@ class TransientPane(ViewsPane):
             t_end = self._plotted[0].t_end
             for name in _QUANTITIES:
                 view = self.query_one(f"#plot-{name}", ChartView).view
-                view.x = Axis((1.0 - _LAST_FRACTION) * t_end, t_end)
+                view.x = Axis((1.0 - _END_SHARE) * t_end, t_end)
                 view.newest_run = self.session.runs.count
             self.draw()
 
@@ -377,14 +387,16 @@ def _run_name(run: Run) -> str:
 
 
 def _summary(result: Transient) -> list[str]:
+    # The lines of the summary; a warning follows the first.
     first, *details = result_summary(result)
-    return [first, *_remarks(result), *details]
+    return [first, *_warnings(result), *details]
 
 
 def _plotted_runs(runs: Iterable[Run]) -> list[PlottedRun | None]:
-    drawn_runs = list(runs)
-    names = legend_names({run.number: run.scene for run in drawn_runs})
-    return list(map(_plotted_run, drawn_runs, names))
+    # Runs named by what distinguishes their scenes.
+    run_list = list(runs)
+    names = legend_names({run.number: run.scene for run in run_list})
+    return list(map(_plotted_run, run_list, names))
 
 
 def _plotted_run(run: Run, name: str) -> PlottedRun | None:
@@ -394,10 +406,10 @@ def _plotted_run(run: Run, name: str) -> PlottedRun | None:
     return plotted_run(run.result, name, style.marker_sign, style.colour_code, run.number)
 
 
-def _remarks(result: Transient) -> list[str]:
+def _warnings(result: Transient) -> list[str]:
     try:
-        result_stability = stability(result.parameters, separation=result.separation)
+        linear_stability = stability(result.parameters, separation=result.separation)
     except (ComputationError, InputError):
         return []
-    text = late_separation_warning(result, result_stability)
-    return [text] if text else []
+    warning = late_separation_warning(result, linear_stability)
+    return [warning] if warning else []

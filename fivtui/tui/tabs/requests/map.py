@@ -17,10 +17,11 @@ if TYPE_CHECKING:
 
 FloatArray = NDArray[np.float64]
 
+EXAMPLE: Final = "μ=0:1.5:121 F=5:120:93"
 # Mapped values that do not depend on μ, and ranges for them.
 WITHOUT_MU: Final = ("critical-mu", "safe-mu")
 EXAMPLE_WITHOUT_MU: Final = "F=5:120:93 k_nl=20:500:61"
-EXAMPLE: Final = "μ=0:1.5:121 F=5:120:93"
+# Titles of the mapped values.
 TITLES: Final = {
     "growth-rate": "Growth",
     "critical-mu": "μ_c",
@@ -29,11 +30,15 @@ TITLES: Final = {
     "coexistence": "Regions",
 }
 _MAX_POINTS: Final = 1_000_000
+# Significant digits of the coordinates of an opened point.
 _DIGITS: Final = 9
 
 
 def map_request(text: str, value: str) -> "tuple[NamedRange, NamedRange]":
-    """Parse the two ranges of a map, such as ``μ=0:1.5:121 F=5:120:93``; the first is along x."""
+    """Parse the two ranges of a map, such as ``μ=0:1.5:121 F=5:120:93``; the first is along x.
+
+    `value` is the mapped value, a key of `TITLES`. Raises `InputError` for an invalid text.
+    """
     from fivtui.maps import check_map
     from fivtui.ranges import parse_ranges
 

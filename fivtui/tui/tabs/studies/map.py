@@ -1,4 +1,8 @@
-"""The map tab: stability over two parameters, updated on every edit."""
+"""The map tab: a value such as the growth rate over two parameters, updated on every edit.
+
+The parameters on the axes are the mapped ones, all others are fixed. A map read from a file is
+displayed until the user computes another one.
+"""
 
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, ClassVar, Final
@@ -37,7 +41,7 @@ _RANGES_SETTING: Final = "over"
 _RANGES_WITHOUT_MU: Final = "over-others"
 # Delay between the last edit and the computation of the map, s.
 _MAP_DELAY: Final = 0.1
-# Maximum values per axis of a map of safe friction: a point takes milliseconds.
+# Maximum number of values per axis of a map of safe friction: a point takes milliseconds.
 _MAX_AXIS_VALUES: Final = 41
 
 
@@ -46,8 +50,8 @@ def thin_values(values: FloatArray) -> FloatArray:
     if values.size <= _MAX_AXIS_VALUES:
         return values
     indices = np.linspace(0, values.size - 1, _MAX_AXIS_VALUES).round().astype(int)
-    thin_array: FloatArray = values[indices]
-    return thin_array
+    selected: FloatArray = values[indices]
+    return selected
 
 
 class MapPane(StudyPane):
@@ -64,9 +68,10 @@ class MapPane(StudyPane):
 
     def __init__(self, session: Session) -> None:
         super().__init__(session)
-        # Not stored with the session, because it is recomputed quickly.
+        # The computed map; not stored with the session, because it is recomputed quickly.
         self._computed: DisplayedStudy[StabilityMap] | None = None
-        self._map_key: object = None
+        # The inputs of that map, compared to find whether it is outdated.
+        self._inputs: object = None
 
     def compose_bar(self) -> ComposeResult:
         """The mapped value and the two ranges."""
@@ -110,11 +115,11 @@ class MapPane(StudyPane):
         if self.NAME in self.session.studies:
             return
         try:
-            key = self._edited_map()[-1]
+            _, inputs = self._axes_and_inputs()
         except InputError as error:
             self.show_status(str(error))
             return
-        if key != self._map_key:
+        if inputs != self._inputs:
             self.call_after_pause(_MAP_DELAY, self._recompute)
 
     @on(ChartView.LimitsChanged)
@@ -131,30 +136,37 @@ class MapPane(StudyPane):
         except InputError as error:
             self.show_status(str(error))
 
-    def _edited_map(self) -> tuple[dict[str, FloatArray], object]:
-        # The values along both axes within the limits, and a key that identifies the map.
+    def _axes_and_inputs(self) -> tuple[dict[str, FloatArray], object]:
+        # The values along both axes within the limits of the plot, and all inputs of the map.
         ranges = map_request(self.text, self.choice)
-        p, view = self.session.parameters(), self.query_one(ChartView).view
+        parameters, view = self.session.parameters(), self.query_one(ChartView).view
         limits = (view.x, view.y)
         axes = {
             named_range.name: mapped_values(named_range, axis)
             for named_range, axis in zip(ranges, limits, strict=True)
         }
         # The map does not depend on the edited values of the mapped parameters.
-        fixed = tuple((name, value) for name, value in p.as_dict().items() if name not in axes)
+        fixed = tuple(
+            (name, value) for name, value in parameters.as_dict().items() if name not in axes
+        )
         return axes, (ranges, limits, fixed, self.choice, self.session.separation)
 
     def start_from_inputs(self) -> None:
         """Compute the map."""
-        axes, self._map_key = self._edited_map()
-        p, value, separation = (self.session.parameters(), self.choice, self.session.separation)
+        axes, self._inputs = self._axes_and_inputs()
+        parameters, separation = self.session.parameters(), self.session.separation
+        value = self.choice
 
         def compute(job: Job) -> "StabilityMap":
             from fivtui.maps import SAFETY_VALUES, compute_map
 
-            is_slow = value in SAFETY_VALUES
-            mapped = {name: thin_values(v) if is_slow else v for name, v in axes.items()}
-            return compute_map(p, mapped, value, separation=separation, progress=job.report)
+            mapped = axes
+            if value in SAFETY_VALUES:
+                # A point takes long.
+                mapped = {name: thin_values(values) for name, values in axes.items()}
+            return compute_map(
+                parameters, mapped, value, separation=separation, progress=job.report
+            )
 
         self.session.studies.pop(self.NAME, None)
         self.start(compute)
@@ -206,7 +218,7 @@ class MapPane(StudyPane):
         self.stop()
         self.check_input()
         try:
-            self._edited_map()
+            self._axes_and_inputs()
         except InputError as error:
             # The displayed map shows a different value.
             self._computed = None
