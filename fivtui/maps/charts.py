@@ -1,4 +1,7 @@
-"""Chart of a map over two parameters."""
+"""Chart of a map over two parameters: shaded levels with contour lines.
+
+A level is the index of a shade. In the terminal a shade is a character, in a figure a colour.
+"""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -30,12 +33,22 @@ from fivtui.charts import (
 )
 from fivtui.model import Parameters
 
-from .result import NOT_KNOWN, REGIONS, MapValue, StabilityMap
+from .result import (
+    KNOCK_REGION,
+    NOT_KNOWN,
+    REGIONS,
+    SAFE_REGION,
+    SQUEAL_REGION,
+    MapValue,
+    StabilityMap,
+)
 from .stability import MU_FREE_VALUES
 
 FloatArray = NDArray[np.float64]
 
-_SIZE: Final = (5.2, 4.2)
+# Width and height of a figure, inches.
+_FIGURE_SIZE: Final = (5.2, 4.2)
+# Labels in the terminal; figures have the meanings of the columns.
 _LABELS: Final[Mapping[MapValue, str]] = {
     "growth-rate": "growth rate (1/s)",
     "critical-mu": "μ_c",
@@ -44,28 +57,39 @@ _LABELS: Final[Mapping[MapValue, str]] = {
     "coexistence": "escapes from (m)",
 }
 # Shades of growth rates, from the fastest decay to the fastest growth.
-_STABLE: Final = tuple(Shade(character, "stable") for character in ":· ")
-_UNSTABLE: Final = tuple(Shade(character, "unstable") for character in "░▒▓█")
-_MODES: Final = (_STABLE[1], _UNSTABLE[1])
-_NOT_KNOWN: Final = Shade("×", "hidden", fill="0.65", name=NOT_KNOWN, missing_text=NOT_KNOWN)
-_SAFE: Final = Shade("·", "stable", "safe", fill="#e8f1ea", name=REGIONS[0])
-# Shades of displacements that escape, from the largest to the smallest.
-_KNOCK: Final = tuple(
-    Shade(character, "trace-2", fill="#f7d9a0", name=REGIONS[1]) for character in "░▒▓"
+_STABLE_SHADES: Final = tuple(Shade(character, "stable") for character in ":· ")
+_UNSTABLE_SHADES: Final = tuple(Shade(character, "unstable") for character in "░▒▓█")
+# Shades of zero and of one unstable mode.
+_MODE_SHADES: Final = (Shade("·", "stable"), Shade("▒", "unstable"))
+_NOT_KNOWN_SHADE: Final = Shade("×", "hidden", fill="0.65", name=NOT_KNOWN, missing_text=NOT_KNOWN)
+_SAFE_SHADE: Final = Shade("·", "stable", "safe", fill="#e8f1ea", name=REGIONS[SAFE_REGION])
+# Shades of the region of coexistence, from the largest to the smallest displacement that escapes.
+_KNOCK_SHADES: Final = tuple(
+    Shade(character, "trace-2", fill="#f7d9a0", name=REGIONS[KNOCK_REGION]) for character in "░▒▓"
 )
-_SQUEALS: Final = Shade("█", "unstable", "squeals", fill="#d98880", name=REGIONS[2])
+_SQUEAL_SHADE: Final = Shade(
+    "█", "unstable", "squeals", fill="#d98880", name=REGIONS[SQUEAL_REGION]
+)
 # Least relative step between two shades, twice the accuracy of displacements.
 _LEAST_STEP: Final = 0.04
-# Contours of displacements in each decade.
+# Contours of displacements in each decade, relative to its lower end.
 _CONTOUR_STEPS: Final = (1.0, 2.0, 5.0)
+# Contours of safe μ relative to critical μ, their names in the terminal and in figures.
+_SAFE_SHARES: Final = (
+    (0.99, "99 % of critical μ", "1 % below the critical μ"),
+    (0.5, "50 % of critical μ", "half the critical μ"),
+)
 
 
 def map_chart(result: StabilityMap, edited: Parameters | None = None) -> Chart:
-    """A map as shades, with the stability boundary and the point of the edited parameters."""
-    first, second = result.names
-    # The axes of shades must ascend.
+    """A map as shades, with the stability boundary and the point of the edited parameters.
+
+    `edited` are the parameters in the editor.
+    """
+    x_name, y_name = result.names
+    # The axes of shades must ascend: reverse those that descend.
     slices = tuple(slice(None, None, -1 if axis[0] > axis[-1] else 1) for axis in result.axes)
-    x, y = (axis[part] for axis, part in zip(result.axes, slices, strict=True))
+    x, y = (axis[order] for axis, order in zip(result.axes, slices, strict=True))
     values = shown_offsets(result) if result.value == "coexistence" else result.values
     levels, shades = _level_grid(result, values)
     column = result.column
@@ -84,7 +108,7 @@ def map_chart(result: StabilityMap, edited: Parameters | None = None) -> Chart:
         )
     ]
     if edited is not None:
-        point = np.array([getattr(edited, first)]), np.array([getattr(edited, second)])
+        point = np.array([getattr(edited, x_name)]), np.array([getattr(edited, y_name)])
         traces.append(Trace("now", *point, look="points", ordered=False, mark="◆"))
     return Chart(
         axis_label(result.grid.specs[0]),
@@ -102,12 +126,12 @@ def map_chart(result: StabilityMap, edited: Parameters | None = None) -> Chart:
 def map_sheet(result: StabilityMap) -> Sheet:
     """The map in colours, with the stability boundary or, in the title, the basis of safe μ."""
     chart = map_chart(result)
-    unused = ("mu",) if result.value in MU_FREE_VALUES else ()
-    title = parameter_text(result.parameters, (*result.names, *unused))
+    irrelevant = ("mu",) if result.value in MU_FREE_VALUES else ()
+    title = parameter_text(result.parameters, (*result.names, *irrelevant))
     if result.of_safety:
         chart = replace(chart, traces=())
         title += f"\ncycles by {result.basis}"
-    return Sheet([[chart]], _SIZE, title)
+    return Sheet([[chart]], _FIGURE_SIZE, title)
 
 
 def shown_offsets(result: StabilityMap) -> FloatArray:
@@ -117,8 +141,9 @@ def shown_offsets(result: StabilityMap) -> FloatArray:
     """
     regions = result.values
     escape = np.full(regions.shape, np.nan) if result.escape is None else result.escape
-    inside = np.where(np.isnan(escape), np.inf, escape)
-    return np.where(regions == 2.0, 0.0, np.where(regions == 1.0, inside, np.nan))
+    knock_offsets = np.where(np.isnan(escape), np.inf, escape)
+    offsets = np.where(regions == KNOCK_REGION, knock_offsets, np.nan)
+    return np.where(regions == SQUEAL_REGION, 0.0, offsets)
 
 
 def is_logarithmic(values: FloatArray) -> bool:
@@ -145,12 +170,11 @@ def _colours(result: StabilityMap, label: str) -> ColourScale | None:
 def _contours(result: StabilityMap) -> list[Contours]:
     """Contour lines, with which a map can be read without colours."""
     if result.value == "safe-mu":
-        share = result.safe_mu / result.critical_mu
-        return [
-            Contours(result.safe_mu, label="%.3g"),
-            Contours(share, [0.99], "99 % of critical μ", _mu_label("1 % below the critical μ")),
-            Contours(share, [0.5], "50 % of critical μ", _mu_label("half the critical μ")),
-        ]
+        shares = result.safe_mu / result.critical_mu
+        share_contours = (
+            Contours(shares, [share], name, _mu_label(label)) for share, name, label in _SAFE_SHARES
+        )
+        return [Contours(result.safe_mu, label="%.3g"), *share_contours]
     if result.value == "coexistence" and result.escape is not None:
         finite = result.escape[np.isfinite(result.escape)]
         ends = np.floor(np.log10([finite.min(), finite.max()])) if finite.size else (0, -1)
@@ -164,50 +188,61 @@ def _contours(result: StabilityMap) -> list[Contours]:
 
 
 def _mu_label(text: str) -> Label:
+    # A text with μ, which figures print as a symbol.
     return Label(text, text.replace("μ", "$\\mu$"))
 
 
 def _level_grid(result: StabilityMap, values: FloatArray) -> tuple[Levels, Shades]:
-    """The level of every point, and the shade of every level."""
+    """The level of every point, and the shade of every level.
+
+    The levels of points without a value and of those whose value is not known come last.
+    """
     missing = np.isnan(result.values)
     if result.value == "coexistence":
         levels, shades = region_levels(result.values, values)
     elif result.value == "growth-rate":
-        shades = (*_STABLE, *_UNSTABLE)
-        middle = len(_STABLE)
+        shades = (*_STABLE_SHADES, *_UNSTABLE_SHADES)
+        stable_count = len(_STABLE_SHADES)
         finite = values[~missing]
-        decay = max(-float(finite.min(initial=0.0)), np.finfo(float).tiny)
-        growth = max(float(finite.max(initial=0.0)), np.finfo(float).tiny)
+        fastest_decay = max(-float(finite.min(initial=0.0)), np.finfo(float).tiny)
+        fastest_growth = max(float(finite.max(initial=0.0)), np.finfo(float).tiny)
         rates = np.nan_to_num(values)
-        stable_levels = middle - 1 - np.floor(-rates / decay * middle)
-        unstable_levels = middle + np.floor(rates / growth * len(_UNSTABLE))
+        stable_levels = stable_count - 1 - np.floor(-rates / fastest_decay * stable_count)
+        unstable_levels = stable_count + np.floor(rates / fastest_growth * len(_UNSTABLE_SHADES))
         levels = np.where(
             rates < 0.0,
-            np.clip(stable_levels, 0, middle - 1),
-            np.clip(unstable_levels, middle, len(shades) - 1),
+            np.clip(stable_levels, 0, stable_count - 1),
+            np.clip(unstable_levels, stable_count, len(shades) - 1),
         )
     elif result.value == "unstable-modes":
-        shades, levels = _MODES, np.clip(np.nan_to_num(values), 0, 1)
+        shades, levels = _MODE_SHADES, np.clip(np.nan_to_num(values), 0, 1)
     else:
+        # The last shade of graded values is for points without a value.
         levels, (*shades, _) = grade_values(values)
     levels = np.where(missing, len(shades), levels)
     levels = np.where(result.unknown, len(shades) + 1, levels).astype(np.intp)
     name = "none" if result.value in MU_FREE_VALUES else "no equilibrium"
     no_value = NO_VALUE._replace(text=result.missing, name=name)
-    return levels, label_shades(levels, (*shades, no_value, _NOT_KNOWN), values)
+    return levels, label_shades(levels, (*shades, no_value, _NOT_KNOWN_SHADE), values)
 
 
 def region_levels(regions: FloatArray, escape: FloatArray) -> tuple[Levels, Shades]:
-    """Levels and shades of the three regions; the region of coexistence is graded by `escape`."""
-    inside = (regions == 1.0) & np.isfinite(escape)
+    """Levels and shades of the three regions.
+
+    The region of coexistence is graded by `escape`, the displacement that escapes, m.
+    """
+    is_graded = (regions == KNOCK_REGION) & np.isfinite(escape)
     knock_levels = np.ones(regions.shape, dtype=np.intp)
-    knock_levels[inside] += rank_levels(-escape[inside], len(_KNOCK), _LEAST_STEP)
-    squeals = 1 + len(_KNOCK)
-    levels = np.where(regions == 0.0, 0, np.where(regions == 2.0, squeals, knock_levels))
-    least = [escape[inside & (levels == level)].min(initial=np.inf) for level in range(1, squeals)]
-    texts = [f"≥{low:.2g} m" if np.isfinite(low) else "squeals after a knock" for low in least]
-    knock_shades = [shade._replace(text=text) for shade, text in zip(_KNOCK, texts, strict=True)]
-    return levels, (_SAFE, *knock_shades, _SQUEALS)
+    knock_levels[is_graded] += rank_levels(-escape[is_graded], len(_KNOCK_SHADES), _LEAST_STEP)
+    squeal_level = 1 + len(_KNOCK_SHADES)
+    levels = np.where(regions == SQUEAL_REGION, squeal_level, knock_levels)
+    levels = np.where(regions == SAFE_REGION, 0, levels)
+    knock_shades = []
+    for level, shade in enumerate(_KNOCK_SHADES, start=1):
+        least = escape[is_graded & (levels == level)].min(initial=np.inf)
+        text = f"≥{least:.2g} m" if np.isfinite(least) else "squeals after a knock"
+        knock_shades.append(shade._replace(text=text))
+    return levels, (_SAFE_SHADE, *knock_shades, _SQUEAL_SHADE)
 
 
 def _zero_lines(x: FloatArray, y: FloatArray, excess: FloatArray) -> tuple[FloatArray, FloatArray]:

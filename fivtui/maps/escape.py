@@ -1,4 +1,7 @@
-"""Least vertical displacements from rest that lead to another attractor, of many sets."""
+"""Escape offsets of many parameter sets: least displacements from rest that lead to vibration.
+
+The slider is released above and below the equilibrium, at growing displacements.
+"""
 
 from collections.abc import Mapping
 from typing import Final
@@ -12,7 +15,7 @@ from fivtui.model import Progress, System, equilibrium
 
 Floats = NDArray[np.float64]
 
-# Tested displacements, relative to the half range at the fold: least, greatest, and their count.
+# Tested displacements, relative to the half range of the cycle at the fold: least, greatest, count.
 _LEAST_RATIO: Final = 0.02
 _GREATEST_RATIO: Final = 5.0
 _RATIO_COUNT: Final = 14
@@ -21,84 +24,95 @@ _BISECTIONS: Final = 5
 # cycles on the boundary of the basins slowly.
 _DECAY_TIMES: Final = 12.0
 _TOL: Final = 1e-6
-_MOST_STEPS: Final = 50_000
-# Ratio of a half range to that at the fold above which a motion has escaped.
+_MAX_STEPS: Final = 50_000
+# A motion has escaped if its half range is above this, relative to that of the cycle at the fold.
 _ESCAPE_RATIO: Final = 0.7
-# Parameter sets in a batch.
+# Parameter sets in a batch: bounds its memory.
 _CHUNK_SIZE: Final = 256
+_X, _Y = 0, 2
 
 
 def escape_offsets(
     system: System,
     columns: Mapping[str, Floats],
-    fold_sizes: Floats,
+    fold_half_ranges: Floats,
     *,
     work: Progress,
 ) -> Floats:
-    """Least displacements from rest that escape, to 2 %; NaN if none of those tested escapes."""
-    offsets = np.full(fold_sizes.size, np.nan)
-    for begin in range(0, fold_sizes.size, _CHUNK_SIZE):
-        work.report(begin / fold_sizes.size)
-        part = slice(begin, begin + _CHUNK_SIZE)
-        chunk_columns = {name: column[part] for name, column in columns.items()}
-        offsets[part] = _Chunk(system, chunk_columns, fold_sizes[part]).escape_offsets()
+    """Least displacements from rest that escape, m, to 2 %; NaN if none of those tested escapes.
+
+    `columns` are the parameters that vary, and `fold_half_ranges` the half ranges, m, of the cycles
+    at the folds, each with an element per parameter set.
+    """
+    offsets = np.full(fold_half_ranges.size, np.nan)
+    for begin in range(0, fold_half_ranges.size, _CHUNK_SIZE):
+        work.report(begin / fold_half_ranges.size)
+        rows = slice(begin, begin + _CHUNK_SIZE)
+        chunk_columns = {name: column[rows] for name, column in columns.items()}
+        offsets[rows] = _Chunk(system, chunk_columns, fold_half_ranges[rows]).escape_offsets()
     return offsets
 
 
 class _Chunk:
-    # Parameter sets whose motions are computed in two batches, displaced upwards and downwards.
+    # Parameter sets whose motions are computed together.
 
-    def __init__(self, system: System, columns: Mapping[str, Floats], fold_sizes: Floats) -> None:
-        self._system, self._columns, self._fold_sizes = system, columns, fold_sizes
-        sets = [
-            system.with_values({name: float(column[index]) for name, column in columns.items()})
-            for index in range(fold_sizes.size)
+    def __init__(
+        self, system: System, columns: Mapping[str, Floats], fold_half_ranges: Floats
+    ) -> None:
+        self._system, self._columns, self._fold_half_ranges = system, columns, fold_half_ranges
+        systems = [
+            system.with_values({name: float(column[row]) for name, column in columns.items()})
+            for row in range(fold_half_ranges.size)
         ]
-        equilibria = [equilibrium(changed) for changed in sets]
-        self._rest = np.array([(point.x, point.y) for point in equilibria])
-        rates = [(p.c1 + p.c2) / (4.0 * p.m) for p in (changed.parameters for changed in sets)]
-        self._horizon = float(_DECAY_TIMES / min(rates))
+        equilibria = [equilibrium(system_of_row) for system_of_row in systems]
+        self._rest_x = np.array([point.x for point in equilibria])
+        self._rest_y = np.array([point.y for point in equilibria])
+        parameter_sets = (system_of_row.parameters for system_of_row in systems)
+        decay_rates = [(p.c1 + p.c2) / (4.0 * p.m) for p in parameter_sets]
+        self._duration = float(_DECAY_TIMES / min(decay_rates))
 
     def escape_offsets(self) -> Floats:
-        ratios = np.geomspace(_LEAST_RATIO, _GREATEST_RATIO, _RATIO_COUNT)
-        offsets_by_side = [self._offsets_on_side(sign, ratios) for sign in (1.0, -1.0)]
-        return np.fmin(*offsets_by_side)
+        upward, downward = (self._offsets_in_direction(direction) for direction in (1.0, -1.0))
+        return np.fmin(upward, downward)
 
-    def _offsets_on_side(self, sign: float, ratios: Floats) -> Floats:
-        count = self._fold_sizes.size
-        sets = np.repeat(np.arange(count), ratios.size)
-        offsets = np.outer(self._fold_sizes, ratios)
-        escaped = self._escape_flags(sets, sign * offsets.ravel()).reshape(offsets.shape)
-        first = escaped.argmax(axis=1)
-        escaping = np.flatnonzero(escaped.any(axis=1))
-        outside = offsets[escaping, first[escaping]]
-        inside = np.where(
-            first[escaping] > 0, offsets[escaping, np.maximum(first[escaping] - 1, 0)], 0.0
-        )
+    def _offsets_in_direction(self, direction: float) -> Floats:
+        # Least displacements upwards (1) or downwards (-1) that escape, NaN without one.
+        count = self._fold_half_ranges.size
+        ratios = np.geomspace(_LEAST_RATIO, _GREATEST_RATIO, _RATIO_COUNT)
+        offsets = np.outer(self._fold_half_ranges, ratios)
+        rows = np.repeat(np.arange(count), ratios.size)
+        escapes = self._escape_flags(rows, direction * offsets.ravel()).reshape(offsets.shape)
+        escaping_rows = np.flatnonzero(escapes.any(axis=1))
+        first = escapes.argmax(axis=1)[escaping_rows]
+        # Bisect between a displacement that returns and one that escapes.
+        escaping = offsets[escaping_rows, first]
+        returning = np.where(first > 0, offsets[escaping_rows, np.maximum(first - 1, 0)], 0.0)
         for _ in range(_BISECTIONS):
-            middle = 0.5 * (inside + outside)
-            escapes = self._escape_flags(escaping, sign * middle)
-            inside, outside = np.where(escapes, inside, middle), np.where(escapes, middle, outside)
+            middle = 0.5 * (returning + escaping)
+            escapes = self._escape_flags(escaping_rows, direction * middle)
+            returning = np.where(escapes, returning, middle)
+            escaping = np.where(escapes, middle, escaping)
         least_offsets = np.full(count, np.nan)
-        least_offsets[escaping] = outside
+        least_offsets[escaping_rows] = escaping
         return least_offsets
 
-    def _escape_flags(self, sets: NDArray[np.int64], offsets: Floats) -> NDArray[np.bool_]:
-        starts = np.zeros((sets.size, 4))
-        starts[:, 0] = self._rest[sets, 0]
-        starts[:, 2] = self._rest[sets, 1] + offsets
-        if not sets.size:
+    def _escape_flags(self, rows: NDArray[np.int64], offsets: Floats) -> NDArray[np.bool_]:
+        # Whether motions from rest escape, at displacements of the parameter sets in these rows.
+        starts = np.zeros((rows.size, 4))
+        starts[:, _X] = self._rest_x[rows]
+        starts[:, _Y] = self._rest_y[rows] + offsets
+        if not rows.size:
             return np.zeros(0, dtype=bool)
         run = simulate_batch(
-            {name: column[sets] for name, column in self._columns.items()},
+            {name: column[rows] for name, column in self._columns.items()},
             base=self._system.parameters,
-            t_end=self._horizon,
+            t_end=self._duration,
             tol=_TOL,
             separation=self._system.separation,
             start=starts,
             require={"steady"},
-            max_steps=_MOST_STEPS,
+            max_steps=_MAX_STEPS,
         )
-        is_large = run.steady.y_half_range > _ESCAPE_RATIO * self._fold_sizes[sets]
-        escaped: NDArray[np.bool_] = is_large | (run.status == Status.OVERFLOW)
-        return escaped
+        is_large = run.steady.y_half_range > _ESCAPE_RATIO * self._fold_half_ranges[rows]
+        escapes: NDArray[np.bool_] = is_large | (run.status == Status.OVERFLOW)
+        return escapes

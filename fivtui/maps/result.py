@@ -1,4 +1,7 @@
-"""A map over two parameters: quantities at all points of a grid, as a table and as data."""
+"""A map over two parameters: quantities at all points of a grid, as a table and as data.
+
+A map of safety is of safe μ or of coexistence; others follow from eigenvalues alone.
+"""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -21,8 +24,9 @@ MapValue = Literal["growth-rate", "critical-mu", "unstable-modes", "safe-mu", "c
 MAP_VALUES: Final[tuple[MapValue, ...]] = get_args(MapValue)
 # Values computed from limit cycles; all others follow from eigenvalues.
 SAFETY_VALUES: Final = MAP_VALUES[3:]
-# Regions of a map of coexistence.
+# Regions of a map of coexistence, and their indices.
 REGIONS: Final = ("safe", "safe for small disturbances alone", "squeals")
+SAFE_REGION, KNOCK_REGION, SQUEAL_REGION = range(len(REGIONS))
 # Label of points whose safe μ is not known.
 NOT_KNOWN: Final = "not known"
 # The column of quantities that a map of each value shows.
@@ -126,12 +130,12 @@ class StabilityMap(GridResult, Plottable):
 
     @property
     def unknown(self) -> NDArray[np.bool_]:
-        """Flags of points whose safe μ is not known: the nearest search contradicts it."""
+        """Flags of points whose safe μ is not known: the nearest search does not confirm it."""
         if "safe_mu" not in self.quantities:
             return np.zeros(self.grid.shape, dtype=bool)
-        contradicted = nearest_limits(self.searched, self.grid.shape) < PARAMETERS["mu"].upper
-        missing = np.isnan(self.safe_mu) & ~np.isnan(self.excess)
-        return missing & (contradicted | ~np.isnan(self.critical_mu))
+        has_limit = nearest_limits(self.searched, self.grid.shape) < PARAMETERS["mu"].upper
+        is_missing = np.isnan(self.safe_mu) & ~np.isnan(self.excess)
+        return is_missing & (has_limit | ~np.isnan(self.critical_mu))
 
     @property
     def missing(self) -> str:
@@ -172,15 +176,16 @@ class StabilityMap(GridResult, Plottable):
         return rows + (self._safety_rows() if self.of_safety else self._stability_rows())
 
     def _stability_rows(self) -> list[Row]:
-        size, valued = self.grid.size, np.count_nonzero(~np.isnan(self.values))
-        missing = np.count_nonzero(np.isnan(self.excess))
+        without_value = np.count_nonzero(np.isnan(self.values))
+        without_equilibrium = np.count_nonzero(np.isnan(self.excess))
         rows = [
-            Row("points", str(size)),
+            Row("points", str(self.grid.size)),
             Row(self.column.meaning, _range_text(self.values, self.column.unit)),
-            Row("points without value", str(size - valued)),
+            Row("points without value", str(without_value)),
         ]
-        if missing:
-            rows.append(Row("without equilibrium", f"{missing} of them, {_WHY_NO_EQUILIBRIUM}"))
+        if without_equilibrium:
+            text = f"{without_equilibrium} of them, {_WHY_NO_EQUILIBRIUM}"
+            rows.append(Row("without equilibrium", text))
         return [*rows, Row("unstable", self._share(self.excess > 0.0))]
 
     def _safety_rows(self) -> list[Row]:
@@ -195,8 +200,8 @@ class StabilityMap(GridResult, Plottable):
             rows.append(Row("offset from rest that escapes", _range_text(self.escape, "m")))
         return [*rows, Row("basis of safe μ", self.basis)]
 
-    def _share(self, chosen: NDArray[np.bool_]) -> str:
-        return f"{np.count_nonzero(chosen) / chosen.size:.1%} of the points"
+    def _share(self, flags: NDArray[np.bool_]) -> str:
+        return f"{np.count_nonzero(flags) / flags.size:.1%} of the points"
 
     def _summary(self) -> list[Row]:
         return [Row("scene", scene_text(self.system, without=self.names)), *self.rows()]
@@ -210,8 +215,8 @@ class StabilityMap(GridResult, Plottable):
             return self._system_data()
         return self._system_data() | {
             "basis": _CONTINUATION,
-            "searched": [list(point.place) for point in self.searched],
-            "confirmed_to": [point.limit for point in self.searched],
+            "searched": [list(point.indices) for point in self.searched],
+            "confirmed_to": [point.confirmed_to for point in self.searched],
         }
 
     def to_dict(self) -> dict[str, Any]:
@@ -225,7 +230,7 @@ class StabilityMap(GridResult, Plottable):
         ``critical_mu`` is not is not known. In a map of coexistence ``values`` are indices in
         ``regions``; it adds ``safe_mu`` and ``escape_offset`` (m).
         """
-        further = {
+        further_quantities = {
             key: array for key, array in self.quantities.items() if key != SHOWN_COLUMN[self.value]
         }
         return {
@@ -234,7 +239,7 @@ class StabilityMap(GridResult, Plottable):
             "value": self.value,
             "unit": "" if self.of_safety else self.column.unit,
             "values": to_data(self.values),
-            **to_data(further),
+            **to_data(further_quantities),
             **({"regions": list(REGIONS)} if self.value == "coexistence" else {}),
         }
 

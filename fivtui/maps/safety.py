@@ -1,4 +1,8 @@
-"""Maps over two parameters: safe friction coefficients, and regions where a knock causes squeal."""
+"""Maps over two parameters of safe μ, or of the regions where a knock causes squeal.
+
+Below safe μ no disturbance leads to vibration: it is the least μ of the limit cycles, or the
+critical μ, above which the equilibrium is unstable.
+"""
 
 import contextlib
 import math
@@ -24,14 +28,16 @@ from fivtui.safety import SafeFriction, safe_friction
 
 from .escape import escape_offsets
 from .fold_sheets import FoldSheets
-from .result import SAFETY_VALUES, StabilityMap
+from .result import KNOCK_REGION, SAFE_REGION, SAFETY_VALUES, SQUEAL_REGION, StabilityMap
 from .searched_points import SearchedPoint, nearest_limits, searched_indices
 from .stability import check_map, check_points, parse_map_value, stability_map
 
 Floats = NDArray[np.float64]
 MAX_POINTS: Final = 250_000
-# Share of the global searches in the progress of folds.
+# Share of the progress of folds that is reported for the global searches.
 _SEARCH_SHARE: Final = 0.4
+# Share of the progress of a map of coexistence that is reported for the folds.
+_FOLD_SHARE: Final = 0.5
 
 
 def safety_map(
@@ -95,22 +101,25 @@ def safety_map(
     check_points(math.prod(len(values) for values in over.values()), MAX_POINTS)
     linear = stability_map(p, over, "unstable-modes", separation=separation)
     critical = _critical_mus(linear)
-    folds_share = 1.0 if value == "safe-mu" else 0.5
+    fold_share = 1.0 if value == "safe-mu" else _FOLD_SHARE
     work = Progress(progress)
     varied = {
         name: axis for name, axis in zip(linear.names, linear.axes, strict=True) if name != "mu"
     }
-    verdicts, mus, sizes = _follow_folds(system, varied, work.stage(0.0, folds_share))
+    verdicts, fold_mus, half_ranges = _follow_folds(system, varied, work.stage(0.0, fold_share))
     shape = critical.shape
     if "mu" in linear.names:
+        # Folds do not depend on the μ of a point: repeat them along that axis.
         axis = linear.names.index("mu")
-        mus, sizes = (np.broadcast_to(np.expand_dims(grid, axis), shape) for grid in (mus, sizes))
+        fold_mus, half_ranges = (
+            np.broadcast_to(np.expand_dims(array, axis), shape) for array in (fold_mus, half_ranges)
+        )
         verdicts = {
             (*indices[:axis], index, *indices[axis:]): verdict
             for indices, verdict in verdicts.items()
             for index in range(shape[axis])
         }
-    safe_mu = np.fmin(mus, critical)
+    safe_mu = np.fmin(fold_mus, critical)
     safe_mu[np.isnan(linear.excess)] = np.nan
     searched = tuple(
         SearchedPoint(indices, verdict.limit_of(safe_mu[indices]))
@@ -121,12 +130,12 @@ def safety_map(
     if map_kind == "coexistence":
         regions = _regions(linear, safe_mu, searched)
         escape = np.full(shape, np.nan)
-        inside = (regions == 1.0) & ~np.isnan(sizes)
-        escape[inside] = escape_offsets(
+        coexists = (regions == KNOCK_REGION) & ~np.isnan(half_ranges)
+        escape[coexists] = escape_offsets(
             system,
-            {name: mesh[inside] for name, mesh in linear.grid.meshes().items()},
-            sizes[inside],
-            work=work.stage(folds_share, 1.0),
+            {name: mesh[coexists] for name, mesh in linear.grid.meshes().items()},
+            half_ranges[coexists],
+            work=work.stage(fold_share, 1.0),
         )
         quantities |= {"region": regions, "escape_offset": escape}
     work.advance(1.0)
@@ -137,9 +146,10 @@ def _regions(linear: StabilityMap, safe_mu: Floats, searched: Sequence[SearchedP
     """Index in `REGIONS` of every point of a map, NaN if it is not known."""
     mu = linear.grid.meshes().get("mu", np.full(linear.excess.shape, linear.parameters.mu))
     with np.errstate(invalid="ignore"):
-        regions = np.where(linear.excess >= 0.0, 2.0, np.where(mu >= safe_mu, 1.0, 0.0))
+        regions = np.where(mu >= safe_mu, float(KNOCK_REGION), float(SAFE_REGION))
+        regions[linear.excess >= 0.0] = SQUEAL_REGION
     unknown = np.isnan(safe_mu) & (mu > nearest_limits(searched, linear.excess.shape))
-    regions[np.isnan(linear.excess) | (unknown & (regions == 0.0))] = np.nan
+    regions[np.isnan(linear.excess) | (unknown & (regions == SAFE_REGION))] = np.nan
     return regions
 
 
@@ -155,7 +165,8 @@ def _critical_mus(linear: StabilityMap) -> Floats:
 def _follow_folds(
     system: System, varied: Mapping[str, Floats], work: Progress
 ) -> tuple[dict[tuple[int, ...], SafeFriction], Floats, Floats]:
-    # Verdicts of global searches by indices; μ and half range of the lowest fold at every point.
+    # Verdicts of global searches by indices of their points; μ and half range, m, of the lowest
+    # fold at every point.
     p, separation = system.parameters, system.separation
     shape = tuple(values.size for values in varied.values())
     damped = p.c1 > 0.0 or p.c2 > 0.0 or "c1" in varied or "c2" in varied
@@ -164,11 +175,12 @@ def _follow_folds(
         # A linear or an undamped system has no folds: eigenvalues decide.
         return {}, np.full(shape, np.nan), np.full(shape, np.nan)
     verdicts: dict[tuple[int, ...], SafeFriction] = {}
-    points = searched_indices(shape)
-    for count, indices in enumerate(points):
-        work.report(_SEARCH_SHARE * count / len(points))
+    searched = searched_indices(shape)
+    for count, indices in enumerate(searched):
+        work.report(_SEARCH_SHARE * count / len(searched))
         values = {
-            name: float(axis[i]) for (name, axis), i in zip(varied.items(), indices, strict=True)
+            name: float(axis[index])
+            for (name, axis), index in zip(varied.items(), indices, strict=True)
         }
         with contextlib.suppress(ComputationError):
             verdicts[indices] = safe_friction(p.with_values(values), separation=separation)

@@ -1,4 +1,8 @@
-"""Points of a map with a global search, whose results also hold for the points nearest to them."""
+"""Points of a map at which a global search checks safe μ.
+
+Continuation, which gives safe μ at every point, may miss limit cycles. A search finds up to which μ
+its results hold; this limit is applied to all points that are nearest to the searched one.
+"""
 
 import math
 from collections.abc import Sequence
@@ -17,14 +21,14 @@ class SearchedPoint:
 
     Attributes
     ----------
-    place : tuple of int
+    indices : tuple of int
         Indices of the point along the axes.
-    limit : float
-        The μ up to which the search confirms continuation.
+    confirmed_to : float
+        The μ up to which the search confirms safe μ by continuation.
     """
 
-    place: tuple[int, ...]
-    limit: float
+    indices: tuple[int, ...]
+    confirmed_to: float
 
 
 def searched_indices(shape: Sequence[int]) -> list[tuple[int, ...]]:
@@ -34,19 +38,24 @@ def searched_indices(shape: Sequence[int]) -> list[tuple[int, ...]]:
 
 
 def nearest_limits(points: Sequence[SearchedPoint], shape: Sequence[int]) -> NDArray[np.float64]:
-    """For every point the limit of the nearest searched point, with axes of equal length."""
+    """For every point of a grid the μ up to which the nearest search confirms safe μ.
+
+    Distances are those on a grid whose axes have the length 1. Without searches there is no limit:
+    the result is the greatest μ.
+    """
     if not points:
         return np.full(shape, PARAMETERS["mu"].upper)
-    grids = np.meshgrid(*(np.linspace(0.0, 1.0, size) for size in shape), indexing="ij")
-    nearest, limit = np.full(shape, math.inf), np.full(shape, math.inf)
+    positions = np.meshgrid(*(np.linspace(0.0, 1.0, size) for size in shape), indexing="ij")
+    least_distance, limits = np.full(shape, math.inf), np.full(shape, math.inf)
     for point in points:
         distance = np.sqrt(
             sum(
-                (grid - index / max(size - 1, 1)) ** 2
-                for grid, index, size in zip(grids, point.place, shape, strict=True)
+                (position - index / max(size - 1, 1)) ** 2
+                for position, index, size in zip(positions, point.indices, shape, strict=True)
             )
         )
         # At equal distances the lowest limit counts.
-        nearer = (distance < nearest) | ((distance == nearest) & (point.limit < limit))
-        nearest[nearer], limit[nearer] = distance[nearer], point.limit
-    return limit
+        is_lower = (distance == least_distance) & (point.confirmed_to < limits)
+        is_nearer = (distance < least_distance) | is_lower
+        least_distance[is_nearer], limits[is_nearer] = distance[is_nearer], point.confirmed_to
+    return limits

@@ -1,6 +1,7 @@
-"""Maps of growth rate, critical μ or unstable modes over two parameters.
+"""Maps of growth rate, critical μ or unstable modes over two parameters, from eigenvalues.
 
-Points are computed in chunks, so that memory is little more than that of the map.
+The excess of a point is above zero where the equilibrium is unstable. Points are computed in
+chunks, so that memory is little more than that of the map.
 """
 
 from collections.abc import Collection, Mapping, Sequence
@@ -33,7 +34,7 @@ EIGENVALUE_VALUES: Final = tuple(value for value in MAP_VALUES if value not in S
 MAX_POINTS: Final = 100_000_000
 # Points in a chunk: its arrays fit into the cache of the processor.
 _CHUNK_SIZE: Final = 8192
-# On a belt of finite speed points are computed one by one.
+# On a belt of finite speed points are slow: report progress more often.
 _CHUNK_SIZE_ON_BELT: Final = 64
 
 
@@ -90,23 +91,22 @@ def stability_map(
     grid = build_grid("over", over, parameter_spec)
     total = grid.size
     check_points(total, MAX_POINTS)
-    (first, second), (rows, columns) = grid.names, grid.axes
+    (first, second), (first_axis, second_axis) = grid.names, grid.axes
     values, excess = np.empty(total), np.empty(total)
     work = Progress(progress)
     on_belt = has_finite_speed(p, over)
-    chunk = _CHUNK_SIZE_ON_BELT if on_belt else _CHUNK_SIZE
-    for start in range(0, total, chunk):
+    chunk_size = _CHUNK_SIZE_ON_BELT if on_belt else _CHUNK_SIZE
+    for start in range(0, total, chunk_size):
         work.report(start / total)
-        indices = np.arange(start, min(start + chunk, total))
-        row, column = np.divmod(indices, columns.size)
-        varied = {first: rows[row], second: columns[column]}
+        indices = np.arange(start, min(start + chunk_size, total))
+        first_index, second_index = np.divmod(indices, second_axis.size)
+        varied = {first: first_axis[first_index], second: second_axis[second_index]}
+        separations = np.full(indices.size, separation)
         if on_belt:
-            values[indices], excess[indices] = _values_on_belt(
-                p, varied, value, np.full(indices.size, separation)
-            )
+            values[indices], excess[indices] = _values_on_belt(p, varied, value, separations)
             continue
         with np.errstate(all="ignore"):
-            points = StabilityPoints(p, varied, np.full(indices.size, separation))
+            points = StabilityPoints(p, varied, separations)
             excess[indices] = points.excess()
             values[indices] = _mapped_quantity(points, value, excess[indices])
     work.advance(1.0)
@@ -120,18 +120,18 @@ def stability_map(
 
 
 def _values_on_belt(
-    p: Parameters, varied: Mapping[str, FloatArray], value: str, separation: NDArray[np.bool_]
+    p: Parameters, varied: Mapping[str, FloatArray], value: str, separations: NDArray[np.bool_]
 ) -> tuple[FloatArray, FloatArray]:
-    # The mapped quantity and the excess, from the eigenvalues of each point.
-    growth, stable, _ = judge_stability(p, varied, separation)
+    # The mapped quantity and the excess on a belt of finite speed, from each point's eigenvalues.
+    growth, stable, _ = judge_stability(p, varied, separations)
     excess = growth * time_scale(p)
     if value == "critical-mu":
-        return critical_mus(p, varied, separation), excess
+        return critical_mus(p, varied, separations), excess
     if value == "growth-rate":
         return growth, excess
-    modes = (~stable).astype(float)
-    modes[np.isnan(growth)] = np.nan
-    return modes, excess
+    unstable_modes = (~stable).astype(float)
+    unstable_modes[np.isnan(growth)] = np.nan
+    return unstable_modes, excess
 
 
 def compute_map(
@@ -180,6 +180,7 @@ def check_points(count: int, limit: int) -> None:
 
 
 def _mapped_quantity(points: StabilityPoints, value: str, excess: FloatArray) -> FloatArray:
+    # The mapped quantity at points without a belt speed; NaN without an equilibrium.
     if value == "critical-mu":
         values = points.critical_mu()
     elif value == "growth-rate":
