@@ -28,7 +28,7 @@ _DIRECTION_COUNT: Final = 32
 _SETTLING_PERIODS: Final = 100.0
 _MEASURED_PERIODS: Final = 100.0
 _TOL: Final = 1e-8
-_MOST_STEPS: Final = 100_000
+_MAX_STEPS: Final = 100_000
 # Accuracy of the result, relative to the upper limit of μ.
 _MU_ACCURACY: Final = 1e-7
 
@@ -65,10 +65,11 @@ def least_growth_mu(p: Parameters, mu_limit: float) -> float | None:
 
 def _fastest_growing_states(p: Parameters, mus: Floats) -> list[State]:
     # For each μ the final state, scaled to size one, of the motion that grows most.
-    speed = math.tau / slowest_period(p)
+    frequency = math.tau / slowest_period(p)
+    units = [1.0, frequency, 1.0, frequency]
     # The first two points of the sequence are its origin and its centre, which give no direction.
     points = 2.0 * Sobol(4, scramble=False).fast_forward(2).random(_DIRECTION_COUNT) - 1.0
-    directions = points / np.linalg.norm(points, axis=1)[:, None] * [1.0, speed, 1.0, speed]
+    directions = points / np.linalg.norm(points, axis=1)[:, None] * units
     run = simulate_batch(
         {"mu": np.repeat(mus, _DIRECTION_COUNT)},
         base=p,
@@ -76,9 +77,9 @@ def _fastest_growing_states(p: Parameters, mus: Floats) -> list[State]:
         tol=_TOL,
         start=np.tile(directions, (mus.size, 1)),
         require={"final"},
-        max_steps=_MOST_STEPS,
+        max_steps=_MAX_STEPS,
     )
-    sizes = np.linalg.norm(run.final / [1.0, speed, 1.0, speed], axis=1)
+    sizes = np.linalg.norm(run.final / units, axis=1)
     # Overflow is the fastest growth.
     sizes = np.where(np.isfinite(sizes), sizes, np.inf).reshape(mus.size, _DIRECTION_COUNT)
     fastest = sizes.argmax(axis=1)
@@ -88,7 +89,8 @@ def _fastest_growing_states(p: Parameters, mus: Floats) -> list[State]:
 
 
 def _growth_rate(p: Parameters, mu: float, start: State) -> float:
-    # Growth rate, 1/s, between separations, which are every second switch, in settled direction.
+    # Growth rate, 1/s, of a motion whose direction has settled, from the first separation of the
+    # measured duration to the last.
     at_mu = p.with_values({"mu": mu})
     period = slowest_period(p)
     state = start
@@ -100,7 +102,7 @@ def _growth_rate(p: Parameters, mu: float, start: State) -> float:
                 tol=_TOL,
                 start=state,
                 samples="dense",
-                max_steps=_MOST_STEPS,
+                max_steps=_MAX_STEPS,
             )
             run = integrate(request)
             final = run.final
@@ -109,14 +111,19 @@ def _growth_rate(p: Parameters, mu: float, start: State) -> float:
         # Overflow is growth.
         return math.inf
     assert run.solution is not None  # noqa: S101
-    separation_times = run.switch_times[::2]
-    times = separation_times[[0, -1]] if separation_times.size > 1 else np.array([0.0, run.t_end])
+    # Every second switch is of the same kind, separation or reattachment.
+    same_kind_times = run.switch_times[::2]
+    times = same_kind_times[[0, -1]] if same_kind_times.size > 1 else np.array([0.0, run.t_end])
     states = run.solution(times)
-    speed = math.tau / period
-    sizes = np.linalg.norm([states.x, states.vx / speed, states.y, states.vy / speed], axis=0)
-    return float(np.log(sizes[1] / sizes[0]) / (times[1] - times[0]))
+    frequency = math.tau / period
+    sizes = np.linalg.norm(
+        [states.x, states.vx / frequency, states.y, states.vy / frequency], axis=0
+    )
+    (begin, end), (first_size, last_size) = times, sizes
+    return float(np.log(last_size / first_size) / (end - begin))
 
 
 def _normalise(state: Floats) -> State:
+    # The state, scaled so that its greatest component is 1 or -1.
     x, vx, y, vy = (state / np.abs(state).max()).tolist()
     return (x, vx, y, vy)

@@ -1,4 +1,4 @@
-"""Least μ at which a limit cycle of the branch from the Hopf point is stable.
+"""Safe μ by continuation: the least μ of stable limit cycles on the branch from the Hopf point.
 
 In units of m, k1 and the load, motion depends only on μ and five dimensionless groups.
 """
@@ -27,12 +27,14 @@ from fivtui.transient import START_SEEDS, Request, vary
 
 Floats = NDArray[np.float64]
 
-# Stiffnesses over k1, dampings over √(m k1), and k_nl load²/k1³.
+# Groups, named after a parameter: stiffnesses over k1, dampings over √(m k1), and k_nl load²/k1³.
 GROUPS: Final = ("k2", "k3", "c1", "c2", "k_nl")
 # Upper end of a branch, relative to the critical μ.
 _UPPER_END: Final = 2.0
+# Number of groups whose safe μ is kept in memory.
 _CACHE_SIZE: Final = 65_536
 _NO_START_DEVIATION: Final = (0.0, 0.0, 0.0, 0.0)
+# Tolerance of the run over the period of a fold.
 _TOL: Final = 1e-13
 
 
@@ -51,6 +53,7 @@ def dimensionless_groups(p: Parameters, varied: Mapping[str, Floats], count: int
 
 
 def _group_values(p: Any) -> list[Any]:
+    # The groups of parameters, which may be numbers, columns or numbers with derivatives.
     damping = np.sqrt(p.m * p.k1)
     cubic = p.k_nl / p.k1 * (load(p) / p.k1) ** 2
     return [p.k2 / p.k1, p.k3 / p.k1, p.c1 / damping, p.c2 / damping, cubic]
@@ -58,11 +61,12 @@ def _group_values(p: Any) -> list[Any]:
 
 def _parameters_by_group() -> dict[str, tuple[str, ...]]:
     # Values must not be zero: a factor of zero hides the other parameters of a product.
-    defaults = {name: spec.default or 1.0 for name, spec in PARAMETERS.items()}
-    base = Parameters().with_values(defaults)
-    changes = {name: _group_values(base.perturbed({name: 1.0})) for name in PARAMETERS}
+    values = {name: spec.default or 1.0 for name, spec in PARAMETERS.items()}
+    base = Parameters().with_values(values)
+    # Complex steps: the imaginary part of a group is a multiple of its derivative by the parameter.
+    perturbed_groups = {name: _group_values(base.perturbed({name: 1.0})) for name in PARAMETERS}
     return {
-        group: tuple(name for name, change in changes.items() if change[index].imag != 0.0)
+        group: tuple(name for name, groups in perturbed_groups.items() if groups[index].imag != 0.0)
         for index, group in enumerate(GROUPS)
     }
 
@@ -146,11 +150,13 @@ def safe_mu_derivatives(system: System) -> dict[str, float] | None:
     variation = vary(request, [*START_SEEDS, *seeds])
     # Velocities times the period have the unit of displacements.
     weights = np.array([1.0, cycle.period, 1.0, cycle.period])
-    by_state = (variation.derivatives[:, :4] - np.eye(4)) * weights[:, None] / weights
+    by_start, by_parameter = np.split(variation.derivatives, [len(START_SEEDS)], axis=1)
+    by_state = (by_start - np.eye(4)) * weights[:, None] / weights
     by_period = variation.final_rate * weights
-    vectors = np.linalg.svd(np.column_stack([by_state, by_period / np.abs(by_period).max()]))[0]
-    left_null = vectors[:, -1] * weights
-    mu_slope, *slopes = (left_null @ variation.derivatives[:, 4:]).tolist()
+    jacobian = np.column_stack([by_state, by_period / np.abs(by_period).max()])
+    left_vectors, _, _ = np.linalg.svd(jacobian)
+    left_null_vector = left_vectors[:, -1] * weights
+    mu_slope, *slopes = (left_null_vector @ by_parameter).tolist()
     if mu_slope == 0.0:
         raise ComputationError(
             "the fold is degenerate: safe μ has no derivatives", "change a parameter a little"

@@ -1,6 +1,8 @@
 """The global search: motions from many starts at many μ, followed until they decay or persist.
 
-The search is limited by integration steps, not by time: every machine gives the same result.
+A search has rounds, each at values of μ below the least one of a known attractor; a level is one of
+these values. A round follows its motions in stages of growing duration. The search is limited by
+integration steps, not by time: every machine gives the same result.
 """
 
 import math
@@ -23,21 +25,23 @@ Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
 Flags = NDArray[np.bool_]
 
-# Starts: dimensions of Sobol points; the least size in characteristic lengths; decades of sizes.
+# Starts are Sobol points of five dimensions: direction of the state, and size of the disturbance.
 _START_DIMENSIONS: Final = 5
+# Least size of a disturbance, in characteristic lengths, and decades of sizes.
 _LEAST_SIZE: Final = 0.1
 _SIZE_DECADES: Final = 3.0
-# Levels are the values of μ in a round: their number; the lowest and highest, relative to the least
-# known μ; starts per level in full rounds and in cheap scout rounds before them; least starts.
+# Number of levels; the lowest and the highest, relative to the least μ of a known attractor.
 LEVELS: Final = 16
 _LOWEST_LEVEL: Final = 0.06
 _HIGHEST_LEVEL: Final = 0.99
+# Starts per level in full rounds, and in cheap scout rounds before them.
 STARTS: Final = 128
 SCOUT_STARTS: Final = 16
-_LEAST_STARTS: Final = 4
+# Least number of motions per level that are followed near the limit of steps.
+_MIN_MOTIONS: Final = 4
 # Limit of integration steps of a round.
-_MOST_STEPS: Final = 12_000_000
-# Duration of each stage in decay times of small disturbances at the level with the fastest decay,
+_MAX_STEPS: Final = 12_000_000
+# Duration of each stage: in decay times of small disturbances at the level with the fastest decay,
 # and its minimum in slowest periods.
 _STAGES: Final = (
     (2.5, 50.0),
@@ -59,11 +63,12 @@ _PLANNED_SHARE: Final = 0.8
 _STIFF_RATIO: Final = 20.0
 _STIFF_STEP_COST: Final = 6
 # Least limit of steps of one motion in a stage.
-_LEAST_STEP_LIMIT: Final = 2_000
+_MIN_STEP_LIMIT: Final = 2_000
 _TOL: Final = 1e-6
-# Ratio to the start extent below which a motion counts as at rest, without a proof of decay.
+# An extent is the distance of a state from the equilibrium. Relative to that of the start, it is
+# below this for a motion that counts as at rest, without a proof of decay.
 _REST_EXTENT: Final = 1e-9
-# A motion is unbounded above this multiple of its start extent and of the length of the system.
+# A motion is unbounded above this multiple of its start extent and of the characteristic length.
 _UNBOUNDED_GROWTH: Final = 1e6
 # Decay rate, relative to that of small disturbances, below which a motion persists.
 _SLOW_DECAY: Final = 0.5
@@ -72,8 +77,9 @@ _STEADY_CHANGE: Final = 0.1
 # Half range, relative to that at the first μ, above which a motion persists at lower μ.
 _PERSISTENT_SIZE: Final = 0.1
 # Search for a least μ: intervals of μ in a refinement, and number of refinements.
-_REFINED_LEVELS: Final = 32
+_REFINED_INTERVALS: Final = 32
 _REFINEMENTS: Final = 2
+_Y: Final = 2
 
 
 @dataclass(frozen=True, slots=True)
@@ -127,7 +133,7 @@ class SearchRound:
 
 
 class _Fate(IntEnum):
-    # State of a motion in the search; `STOPPED` by the limit of steps.
+    # What has become of a motion in the search; `STOPPED` is by the limit of steps.
     MOVING = 0
     DIED_OUT = 1
     UNBOUNDED = 2
@@ -142,10 +148,11 @@ class _StageResults(NamedTuple):
     unbounded: Flags
 
 
-class Round:
+class RunningRound:
     """One round of the search: motions from Sobol starts at evenly spaced μ, stage by stage.
 
-    If damping is too small for motions to come to rest, the round has no motions.
+    Each level below `mu_limit` has the same number of starts. If damping is too small for motions
+    to come to rest, the round has no motions.
     """
 
     def __init__(
@@ -162,12 +169,14 @@ class Round:
         self._regions = [_decay_region(at_mu) for at_mu in systems]
         self._growth_rates = np.array([region.growth for region in self._regions])
         self._slowest_period = slowest_period(system.parameters)
-        self._durations = _stage_durations(-self._growth_rates.min(), self._slowest_period)
-        fastest, decay = max(region.fastest for region in self._regions), -self._growth_rates.min()
-        stiff = fastest * self._slowest_period > _STIFF_RATIO * math.tau
-        self._step_limit = _MOST_STEPS // (_STIFF_STEP_COST if stiff else 1)
-        too_slow = sum(self._durations[:2]) > _PERIOD_LIMIT * self._slowest_period
-        count = 0 if too_slow or decay <= _ZERO_DECAY * fastest else starts
+        fastest_decay = -self._growth_rates.min()
+        self._durations = _stage_durations(fastest_decay, self._slowest_period)
+        fastest_frequency = max(region.fastest for region in self._regions)
+        is_stiff = fastest_frequency * self._slowest_period > _STIFF_RATIO * math.tau
+        self._step_limit = _MAX_STEPS // (_STIFF_STEP_COST if is_stiff else 1)
+        is_too_slow = sum(self._durations[:2]) > _PERIOD_LIMIT * self._slowest_period
+        decays = fastest_decay > _ZERO_DECAY * fastest_frequency
+        count = starts if decays and not is_too_slow else 0
         starts_by_level = [disturbed_states(at_mu, count) for at_mu in systems]
         self._starts: Floats = np.concatenate(starts_by_level)
         self._level_of: Indices = np.repeat(np.arange(LEVELS), count)
@@ -180,9 +189,10 @@ class Round:
         self._half_ranges = np.full(len(self._starts), np.nan)
         # Logarithm of the ratio of amplitudes in the last two stages, by motion, and its value for
         # small disturbances, by level.
-        self._log_ratio = np.full(len(self._starts), np.nan)
-        self._expected_ratio = np.zeros(LEVELS)
+        self._log_ratios = np.full(len(self._starts), np.nan)
+        self._expected_log_ratios = np.zeros(LEVELS)
         self._fates = np.zeros(len(self._starts), dtype=np.int64)
+        # Index of the next stage, and integration steps so far.
         self._stage, self._steps = 0, 0
 
     def advance(self) -> bool:
@@ -199,15 +209,17 @@ class Round:
         return True
 
     def _follow(self, followed: Indices, duration: float) -> None:
+        # Follow motions for a stage, and determine their fates.
         results = self._run_stage(followed, duration)
-        previous = self._half_ranges[followed]
+        previous_half_ranges = self._half_ranges[followed]
         self._states[followed], self._half_ranges[followed] = results.states, results.half_ranges
         with np.errstate(divide="ignore", invalid="ignore"):
-            self._log_ratio[followed] = np.log(results.half_ranges / previous)
+            self._log_ratios[followed] = np.log(results.half_ranges / previous_half_ranges)
         if self._stage:
-            # Amplitudes are taken over the second halves of the stages.
+            # Half ranges are those of the second halves of the stages: from the middle of one of
+            # these to the middle of the next.
             time_between = 0.25 * self._durations[self._stage - 1] + 0.75 * duration
-            self._expected_ratio = self._growth_rates * time_between
+            self._expected_log_ratios = self._growth_rates * time_between
         self._fates[followed[self._rest_flags(followed)]] = _Fate.DIED_OUT
         self._fates[followed[results.unbounded]] = _Fate.UNBOUNDED
         self._fates[followed[results.stopped]] = _Fate.STOPPED
@@ -220,7 +232,7 @@ class Round:
         survivors: list[Survivor] = []
         for level in range(LEVELS):
             motions = np.flatnonzero(self._persistent_flags() & (self._level_of == level))
-            order = np.argsort(np.abs(self._log_ratio[motions]), kind="stable")
+            order = np.argsort(np.abs(self._log_ratios[motions]), kind="stable")
             survivors += self._survivors(motions[order[:per_level]], self._states)
         return survivors
 
@@ -231,10 +243,13 @@ class Round:
     def result(self) -> SearchRound:
         """The results up to the current stage."""
         moving = self._fates == _Fate.MOVING
-        steady = self._persistent_flags() & (np.abs(self._log_ratio) < _STEADY_CHANGE)
-        decaying = moving & (self._log_ratio <= _SLOW_DECAY * self._expected_ratio[self._level_of])
-        decaying &= self._half_ranges < 0.5 * np.abs(self._rest_states[self._level_of, 2])
+        steady = self._persistent_flags() & (np.abs(self._log_ratios) < _STEADY_CHANGE)
+        expected = self._expected_log_ratios[self._level_of]
+        decaying = moving & (self._log_ratios <= _SLOW_DECAY * expected)
+        # A motion of less than half the static deflection stays in contact.
+        decaying &= self._half_ranges < 0.5 * np.abs(self._rest_states[self._level_of, _Y])
         if self._stage < len(self._durations):
+            # Only the last stage is long enough to tell.
             steady[:] = decaying[:] = False
         undecided = (moving & ~steady & ~decaying) | (self._fates == _Fate.STOPPED)
         died_out = decaying | (self._fates == _Fate.DIED_OUT)
@@ -251,7 +266,9 @@ class Round:
         )
 
     def _persistent_flags(self) -> Flags:
-        decays_slowly = self._log_ratio > _SLOW_DECAY * self._expected_ratio[self._level_of]
+        # Whether motions decay more slowly than small disturbances.
+        expected = self._expected_log_ratios[self._level_of]
+        decays_slowly = self._log_ratios > _SLOW_DECAY * expected
         persists: Flags = (self._fates == _Fate.MOVING) & decays_slowly
         return persists
 
@@ -259,14 +276,16 @@ class Round:
         # As many motions as the limit of steps allows, the same number at every μ.
         if not self._steps:
             return moving
-        cost = self._step_rate * duration
-        per_level = max(int((self._step_limit - self._steps) / (cost * LEVELS)), _LEAST_STARTS)
+        steps_per_motion = self._step_rate * duration
+        affordable = int((self._step_limit - self._steps) / (steps_per_motion * LEVELS))
+        per_level = max(affordable, _MIN_MOTIONS)
         return np.concatenate(
             [moving[self._level_of[moving] == level][:per_level] for level in range(LEVELS)]
         )
 
     def _run_stage(self, followed: Indices, duration: float) -> _StageResults:
-        limit = max(_LEAST_STEP_LIMIT, 2 * (self._step_limit - self._steps) // followed.size)
+        # A motion may use twice its share of the steps that are left.
+        limit = max(_MIN_STEP_LIMIT, 2 * (self._step_limit - self._steps) // followed.size)
         results = self._integrate_motions(followed, duration, limit)
         # Unused steps are available to motions that the limit stopped.
         stopped = np.flatnonzero(results.stopped)
@@ -291,6 +310,7 @@ class Round:
         )
         steps = int(run.steps.sum())
         self._steps += steps
+        # Steps of one motion per second of its time.
         self._step_rate = max(steps, 1) / (followed.size * duration)
         scales = np.maximum(self._start_extents[followed], self._length_scale)
         unbounded = np.maximum(run.peak.y_abs, run.peak.x_abs) > _UNBOUNDED_GROWTH * scales
@@ -301,20 +321,23 @@ class Round:
             unbounded | (run.status == Status.OVERFLOW),
         )
 
-    def _extents(self, states: Floats, level: Indices) -> Floats:
+    def _extents(self, states: Floats, levels: Indices) -> Floats:
         # Distances from the equilibrium; velocities are divided by the slowest angular frequency.
-        extent: Floats = np.linalg.norm((states - self._rest_states[level]) * self._weights, axis=1)
-        return extent
+        deviations = (states - self._rest_states[levels]) * self._weights
+        extents: Floats = np.linalg.norm(deviations, axis=1)
+        return extents
 
     def _rest_flags(self, motions: Indices) -> Flags:
-        level, states = self._level_of[motions], self._states[motions]
-        at_rest = self._extents(states, level) <= _REST_EXTENT * self._start_extents[motions]
-        for index, region in enumerate(self._regions):
-            at_level = level == index
+        # Whether motions are at rest, or are proven to decay.
+        levels, states = self._level_of[motions], self._states[motions]
+        at_rest = self._extents(states, levels) <= _REST_EXTENT * self._start_extents[motions]
+        for level, region in enumerate(self._regions):
+            at_level = levels == level
             at_rest[at_level] |= region.contains_states(states[at_level])
         return at_rest
 
     def _survivors(self, motions: Indices, states: Floats) -> list[Survivor]:
+        # Motions with their μ and half ranges, and states of `states`.
         survivors = []
         for index in motions.tolist():
             x, vx, y, vy = states[index].tolist()
@@ -324,15 +347,15 @@ class Round:
 
 
 def starts_within_limit(scouts: SearchRound) -> int:
-    """Number of starts per μ within the limit of steps, estimated from a scout round."""
+    """Number of starts per level within the limit of steps, estimated from a scout round."""
     if not scouts.steps:
         return STARTS
-    steps = scouts.steps / scouts.starts * LEVELS
-    return min(STARTS, int(_PLANNED_SHARE * scouts.most_steps / steps))
+    steps_per_start = scouts.steps / scouts.starts * LEVELS
+    return min(STARTS, int(_PLANNED_SHARE * scouts.most_steps / steps_per_start))
 
 
 def least_unbounded_mu(system: System, motion: Survivor, search_round: SearchRound) -> float:
-    """The least μ from which on a start grows without bounds, to 1/1000 of the level spacing."""
+    """The least μ from which on a motion grows without bounds, to 1/1000 of the level spacing."""
     index = search_round.levels.index(motion.mu)
     lower_mu = search_round.levels[index - 1] if index else 0.0
     scale = max(float(np.abs(motion.state).max()), length_scale(system))
@@ -342,7 +365,7 @@ def least_unbounded_mu(system: System, motion: Survivor, search_round: SearchRou
         unbounded |= run.status == Status.OVERFLOW
         return unbounded
 
-    return _least_mu_where(system, motion, (lower_mu, search_round.horizon), grows)
+    return _least_mu_where(system, motion, grows, lower_mu, search_round.horizon)
 
 
 def least_persistent_mu(system: System, motion: Survivor, low: float) -> float:
@@ -359,19 +382,20 @@ def least_persistent_mu(system: System, motion: Survivor, low: float) -> float:
         persistent: Flags = run.steady.y_half_range > _PERSISTENT_SIZE * motion.half_range
         return persistent
 
-    return _least_mu_where(system, motion, (low, horizon), persists)
+    return _least_mu_where(system, motion, persists, low, horizon)
 
 
 def _least_mu_where(
     system: System,
     motion: Survivor,
-    low_and_horizon: tuple[float, float],
-    holds: Callable[[Batch], Flags],
+    condition: Callable[[Batch], Flags],
+    low: float,
+    horizon: float,
 ) -> float:
-    # The least μ such that `holds` is true from it up to the μ of the motion.
-    (low, horizon), high = low_and_horizon, motion.mu
+    # The least μ from `low` on such that the condition is true from it up to the μ of the motion.
+    high = motion.mu
     for _ in range(_REFINEMENTS):
-        mus = np.linspace(low, high, _REFINED_LEVELS + 1)
+        mus = np.linspace(low, high, _REFINED_INTERVALS + 1)
         run = simulate_batch(
             {"mu": mus[:-1]},
             base=system.parameters,
@@ -380,9 +404,9 @@ def _least_mu_where(
             separation=system.separation,
             start=motion.state,
             require={"peak", "steady"},
-            max_steps=_MOST_STEPS // _REFINED_LEVELS,
+            max_steps=_MAX_STEPS // _REFINED_INTERVALS,
         )
-        false_indices = np.flatnonzero(~holds(run))
+        false_indices = np.flatnonzero(~condition(run))
         index = int(false_indices[-1]) if false_indices.size else 0
         low, high = float(mus[index]), float(mus[index + 1]) if false_indices.size else low
     return high
@@ -392,10 +416,13 @@ def _decay_region(system: System) -> DecayRegion:
     return DecayRegion(system, equilibrium(system))
 
 
-def _stage_durations(decay: float, period: float) -> list[float]:
+def _stage_durations(decay_rate: float, period: float) -> list[float]:
     # Durations of the stages, s.
-    time = 1.0 / decay if decay > 0.0 else 0.0
-    return [min(max(decays * time, periods * period), MAX_T_END) for decays, periods in _STAGES]
+    decay_time = 1.0 / decay_rate if decay_rate > 0.0 else 0.0
+    return [
+        min(max(decay_times * decay_time, periods * period), MAX_T_END)
+        for decay_times, periods in _STAGES
+    ]
 
 
 def disturbed_states(system: System, count: int) -> Floats:
@@ -408,6 +435,7 @@ def disturbed_states(system: System, count: int) -> Floats:
     points = Sobol(_START_DIMENSIONS, scramble=False).fast_forward(1).random(count)
     rest = equilibrium(system)
     frequency = 2.0 * math.pi / slowest_period(system.parameters)
-    sizes = length_scale(system) * _LEAST_SIZE * 10.0 ** (_SIZE_DECADES * points[:, 4])
-    displacements: Floats = (2.0 * points[:, :4] - 1.0) * sizes[:, None]
-    return displacements * [1.0, frequency, 1.0, frequency] + [rest.x, 0.0, rest.y, 0.0]
+    unit_states, unit_sizes = points[:, :4], points[:, 4]
+    sizes = length_scale(system) * _LEAST_SIZE * 10.0 ** (_SIZE_DECADES * unit_sizes)
+    disturbances: Floats = (2.0 * unit_states - 1.0) * sizes[:, None]
+    return disturbances * [1.0, frequency, 1.0, frequency] + [rest.x, 0.0, rest.y, 0.0]

@@ -1,5 +1,6 @@
 """Safe μ of many parameter sets: by continuation for every set, or by polynomials fitted to folds.
 
+A fold is a safe μ computed by continuation. Groups are the dimensionless groups of the parameters.
 If one group varies, its range is split into cells until the error at test folds is small enough, or
 the limit of folds is reached. If several groups vary, one polynomial is fitted to folds at random
 parameters, so that it is most accurate where these are likely.
@@ -31,8 +32,8 @@ Floats = NDArray[np.float64]
 MAX_FOLDS: Final = 512
 # Error of μ at which a table is accurate enough.
 _TARGET_ERROR: Final = 2e-5
-# Bounds of safe μ along one group.
-_BOUNDS: Final = (0.0, PARAMETERS["mu"].upper)
+# Values of polynomials along one group are clipped to the range of μ.
+_MU_RANGE: Final = (0.0, PARAMETERS["mu"].upper)
 # Over one group: degree of the polynomial of a cell, and its folds for the fit and for the test.
 _CELL_DEGREE: Final = 8
 _FIT_NODES: Final = 14
@@ -41,7 +42,7 @@ _TEST_NODES: Final = 6
 _TOTAL_DEGREES: Final = range(1, 7)
 _MAX_COEFFICIENTS_PER_FOLD: Final = 0.5
 # Margin of the box and of safe μ beyond the fitted values, relative to their range.
-_BOX_MARGIN: Final = 0.25
+_MARGIN: Final = 0.25
 # One fold in this many is for the test; number of folds of the first fit.
 _TEST_EVERY: Final = 3
 _FIRST_FOLDS: Final = 128
@@ -49,8 +50,9 @@ _FIRST_FOLDS: Final = 128
 _QUANTILE: Final = 0.95
 # A direction whose spread, relative to the widest, is below this does not vary.
 _FLAT_SPREAD: Final = 1e-6
-# Lower bound of a stiffness before its logarithm; points whose polynomials are evaluated together.
+# Lower bound of a stiffness before its logarithm.
 _LEAST_STIFFNESS: Final = 1e-9
+# Number of points whose polynomials are evaluated together: bounds the memory.
 _BLOCK_SIZE: Final = 1 << 16
 
 
@@ -102,18 +104,22 @@ class SafeTable(msgspec.Struct, frozen=True):
         points = points - np.array(self.centre)
         # Explicit sums: rounding in a matrix product depends on the number of rows.
         positions = np.stack(
-            [sum(points[:, k] * w for k, w in enumerate(row)) for row in self.directions], axis=1
+            [
+                sum(points[:, column] * weight for column, weight in enumerate(weights))
+                for weights in self.directions
+            ],
+            axis=1,
         )
         defined = ~np.isnan(positions).any(axis=1)
         low = np.min([cell.low for cell in self.cells], axis=0)
         high = np.max([cell.high for cell in self.cells], axis=0)
-        inside = np.clip(positions, low, high)
+        positions = np.clip(positions, low, high)
         mu = np.full(len(positions), np.nan)
         for cell in self.cells:
             # A face of two cells belongs to the second: both agree within the error.
-            in_cell = defined & ((inside >= cell.low) & (inside <= cell.high)).all(axis=1)
+            in_cell = defined & ((positions >= cell.low) & (positions <= cell.high)).all(axis=1)
             if in_cell.any():
-                mu[in_cell] = _evaluate_cell(cell, inside[in_cell])
+                mu[in_cell] = _evaluate_cell(cell, positions[in_cell])
         return mu
 
 
@@ -124,17 +130,22 @@ def safe_mus(
     table: SafeTable | None = None,
     progress: OnProgress | None = None,
 ) -> Floats:
-    """Safe μ of n parameter sets by continuation from the Hopf point or a table, shape (n,)."""
+    """Safe μ of n parameter sets by continuation from the Hopf point or a table, shape (n,).
+
+    `varied` has columns of the parameters that differ from `p`; `separation` says for each set
+    whether separation is considered.
+    """
     groups = dimensionless_groups(p, varied, separation.size)
     if table is not None:
         critical = critical_mus(p, varied, separation)
         return np.where(np.isnan(critical), np.nan, np.minimum(table.at(groups), critical))
+    # Sets of equal groups have the same safe μ: follow one branch for all of them.
     rows, row_of_set = np.unique(np.column_stack([groups, separation]), axis=0, return_inverse=True)
     mu, work = np.full(len(rows), np.nan), Progress(progress)
-    for row, (*group, with_separation) in enumerate(rows.tolist()):
+    for row, (*group, considers_separation) in enumerate(rows.tolist()):
         work.report(row / len(rows))
         if not np.isnan(group[0]):
-            mu[row] = least_cycle_mu(tuple(group), separation=bool(with_separation))
+            mu[row] = least_cycle_mu(tuple(group), separation=bool(considers_separation))
     return mu[row_of_set.ravel()]
 
 
@@ -145,7 +156,7 @@ def safe_table(
     *,
     progress: OnProgress | None = None,
 ) -> SafeTable | None:
-    """A table of safe μ over varying parameters; None if only μ varies."""
+    """A table of safe μ over parameters with ranges and random draws; None if only μ varies."""
     names = tuple(name for name in GROUPS if set(GROUP_PARAMETERS[name]) & ranges.keys())
     if not names:
         return None
@@ -156,7 +167,8 @@ def safe_table(
 
 
 class _Folds:
-    # Computes safe μ by continuation at coordinates, and counts these folds.
+    # Computes safe μ by continuation at coordinates, and counts these folds. `names` are the groups
+    # that vary, `indices` their positions among all groups.
 
     def __init__(
         self, names: tuple[str, ...], progress: OnProgress | None, *, separation: bool
@@ -201,6 +213,7 @@ def _table_over_one_group(
     points = _coordinates(dimensionless_groups(p, varied, len(corners)))
     _check_all_defined(np.isfinite(points).all(axis=1))
     (index,) = folds.indices
+    # Positions of the folds in a cell, scaled to -1 .. 1.
     scaled = _fit_and_test_nodes(_FIT_NODES, _TEST_NODES)
 
     def fit_cell(low: float, high: float) -> tuple[SafeCell, Floats]:
@@ -208,7 +221,8 @@ def _table_over_one_group(
         nodes[:, index] = low + (high - low) * 0.5 * (scaled + 1.0)
         values = np.array([folds.mu_at(node) for node in nodes])
         is_fit = np.arange(len(scaled)) < _FIT_NODES
-        return _fit_cell(scaled[:, None], values, is_fit, _CELL_DEGREE, ((low,), (high,), *_BOUNDS))
+        limits = ((low,), (high,), *_MU_RANGE)
+        return _fit_cell(scaled[:, None], values, is_fit, _CELL_DEGREE, limits)
 
     cells = [fit_cell(float(points[:, index].min()), float(points[:, index].max()))]
     while folds.count + 2 * len(scaled) <= MAX_FOLDS:
@@ -234,7 +248,7 @@ def _table_over_groups(p: Parameters, draws: Mapping[str, Floats], folds: _Folds
     _, spreads, directions = np.linalg.svd(varying - centre, full_matrices=False)
     directions = directions[spreads > _FLAT_SPREAD * spreads[0]]
     positions = (varying - centre) @ directions.T
-    box_margin = _BOX_MARGIN * np.ptp(positions, axis=0)
+    box_margin = _MARGIN * np.ptp(positions, axis=0)
     low, high = positions.min(axis=0) - box_margin, positions.max(axis=0) + box_margin
     scaled = 2.0 * (positions - low) / (high - low) - 1.0
     corners = (tuple(low.tolist()), tuple(high.tolist()))
@@ -246,7 +260,7 @@ def _table_over_groups(p: Parameters, draws: Mapping[str, Floats], folds: _Folds
         max_coefficients = _MAX_COEFFICIENTS_PER_FOLD * np.count_nonzero(is_fit)
         # Far from all draws a polynomial may have any value: clip it.
         least, greatest = float(np.nanmin(values[is_fit])), float(np.nanmax(values[is_fit]))
-        mu_margin = _BOX_MARGIN * (greatest - least)
+        mu_margin = _MARGIN * (greatest - least)
         limits = (*corners, least - mu_margin, greatest + mu_margin)
         cells = [
             _fit_cell(scaled[:count], values, is_fit, degree, limits)
@@ -292,6 +306,7 @@ _IS_LOGARITHMIC: Final = np.array([name.startswith("k") for name in GROUPS])
 
 
 def _coordinates(groups: Floats) -> Floats:
+    # The groups, with logarithms in place of stiffnesses.
     points = groups.copy()
     points[:, _IS_LOGARITHMIC] = np.log(np.maximum(points[:, _IS_LOGARITHMIC], _LEAST_STIFFNESS))
     return points
@@ -304,12 +319,14 @@ def _fit_and_test_nodes(fit_count: int, test_count: int) -> Floats:
     return np.concatenate([nodes, between])
 
 
-def _chebyshev_degrees(size: int, degree: int) -> NDArray[np.int64]:
-    powers = itertools.product(range(degree + 1), repeat=size)
-    return np.array([row for row in powers if sum(row) <= degree])
+def _chebyshev_degrees(variable_count: int, total_degree: int) -> NDArray[np.int64]:
+    # Degrees by variable, one row for each product of Chebyshev polynomials up to a total degree.
+    rows = itertools.product(range(total_degree + 1), repeat=variable_count)
+    return np.array([row for row in rows if sum(row) <= total_degree])
 
 
 def _chebyshev_products(scaled: Floats, degrees: NDArray[np.int64]) -> Floats:
+    # Values of the products at points, one row for each point.
     max_degree = int(degrees.max(initial=0))
     products = np.ones((len(scaled), len(degrees)))
     for axis in range(scaled.shape[1]):

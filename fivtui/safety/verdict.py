@@ -1,4 +1,8 @@
-"""The verdict on a parameter set: the μ below which every motion comes to rest, and its basis."""
+"""The verdict on a parameter set: safe μ, below which every motion comes to rest, and its basis.
+
+Continuation follows limit cycles from the Hopf point to their least μ. A global search then looks
+for further attractors at lower μ, in rounds, until a round finds none.
+"""
 
 import math
 import time
@@ -35,7 +39,7 @@ from .growth import least_growth_mu
 from .hopf_branch import least_attracting_cycle
 from .search import (
     SCOUT_STARTS,
-    Round,
+    RunningRound,
     SearchRound,
     Survivor,
     least_persistent_mu,
@@ -51,15 +55,20 @@ AttractorKind = Literal["limit cycle", "unbounded growth", "other motion"]
 _UPPER_MU_FACTOR: Final = 2.0
 # An attractor counts as below the critical μ if its μ is less by this relative difference.
 _MU_ROUNDING: Final = 1e-9
-# Limit of rounds of scouts, and of full rounds.
+# Limit of the rounds with few starts (scouts), and of the full rounds.
 _ROUND_LIMIT: Final = 8
-# Number of motions of a stage from which shooting starts, per μ and in total; legs of each at most.
+# Fractions of the progress at the end of the branch from the Hopf point, and of the scouts.
+_BRANCH_SHARE: Final = 0.2
+_SCOUTS_END: Final = 0.4
+# Number of motions of a stage from which shooting starts, per μ and in total.
 _SHOTS_PER_LEVEL: Final = 3
 _SHOTS_PER_STAGE: Final = 12
+# Each of them is followed for at most this many legs, the units of time of `Explorer.reach`.
 _LEG_LIMIT: Final = 16
 # Share of undecided motions from which on safe μ is not known.
 _UNDECIDED_LIMIT: Final = 0.05
-# Lower end of the search for motion on a torus, relative to the μ below it of a cycle or a level.
+# Lower end of the search for motion on a torus, relative to the next known μ below it: the least μ
+# of the branch, or the next level.
 _TORUS_RANGE: Final = 0.95
 # Relative difference of amplitudes below which two cycles are the same.
 _SIZE_TOLERANCE: Final = 1e-2
@@ -184,17 +193,17 @@ class SafeFriction(SystemResult):
             return self.unknown_above
         return self.searched_to if self.safe_mu is None else self.safe_mu
 
-    def limit_of(self, continued: float) -> float:
-        """The μ up to which the search confirms a safe μ by continuation; the largest μ if none.
+    def limit_of(self, continued_mu: float) -> float:
+        """The μ up to which the search confirms a safe μ by continuation; the largest μ if at all.
 
         Parameters
         ----------
-        continued : float
+        continued_mu : float
             The least μ of the branch from the Hopf point, or the critical μ; NaN without either.
         """
         if self.unknown_above is not None:
             return self.unknown_above
-        if self.safe_mu is None or continued <= (1.0 + _MU_TOLERANCE) * self.safe_mu:
+        if self.safe_mu is None or continued_mu <= (1.0 + _MU_TOLERANCE) * self.safe_mu:
             return PARAMETERS["mu"].upper
         return self.safe_mu
 
@@ -262,11 +271,8 @@ def safe_friction(
     cpu_start = time.process_time()
     search = _SafeFrictionSearch(system, Progress(progress))
     search.run()
-    attractors, unknown_above, critical = (
-        search.attractors_below_critical(),
-        search.unknown_above,
-        search.critical,
-    )
+    attractors = search.attractors_below_critical()
+    unknown_above, critical = search.unknown_above, search.critical
     safe_mu: float | None = None
     found_by: FoundBy | None = None
     if unknown_above is None and attractors:
@@ -326,12 +332,12 @@ class _SafeFrictionSearch:
             if self.growth_at_any_size is not None:
                 self._record(self.growth_at_any_size, "unbounded growth")
         self._follow_from_hopf()
-        self.work.report(0.2)
+        self.work.report(_BRANCH_SHARE)
         # Scouts lower the least μ cheaply where many motions reach cycles.
-        self._run_rounds(SCOUT_STARTS, 0.2)
+        self._run_rounds(SCOUT_STARTS, _BRANCH_SHARE)
         starts = starts_within_limit(self.rounds[-1])
         if starts > SCOUT_STARTS and not self._rounds_exhausted:
-            self._run_rounds(starts, 0.4)
+            self._run_rounds(starts, _SCOUTS_END)
 
     @property
     def budget_ended(self) -> bool:
@@ -366,6 +372,7 @@ class _SafeFrictionSearch:
         return tuple(sorted(below, key=lambda attractor: attractor.mu))
 
     def coexisting(self) -> tuple[CyclePoint, ...]:
+        # The stable cycles at the μ of the parameter set, by growing size.
         mu = self._p.mu
         curves = (curve for curve in self.branches if curve.low <= mu <= curve.high)
         cycles = [cycle for curve in curves for cycle in cycles_at(curve, mu) if cycle.stable]
@@ -376,10 +383,11 @@ class _SafeFrictionSearch:
                 distinct.append(cycle)
         return tuple(distinct)
 
-    def _go_on(self, _fraction: float) -> bool:
+    def _should_continue(self, _fraction: float) -> bool:
         return self.work.should_continue()
 
     def _least_mu(self) -> float:
+        # The least μ of the attractors so far, below which to search.
         return min((attractor.mu for attractor in self._attractors), default=self.searched_to)
 
     def _follow_from_hopf(self) -> None:
@@ -390,7 +398,12 @@ class _SafeFrictionSearch:
         at_hopf, upper_mu = self._p.with_values({"mu": self.critical}), self._upper_mu
         try:
             curve = branch(
-                at_hopf, "mu", low=0.0, high=upper_mu, separation=separation, progress=self._go_on
+                at_hopf,
+                "mu",
+                low=0.0,
+                high=upper_mu,
+                separation=separation,
+                progress=self._should_continue,
             )
         except ComputationError as error:
             self.not_followed = str(error)
@@ -398,7 +411,8 @@ class _SafeFrictionSearch:
             self._add_branch(curve, "continuation")
 
     def _run_rounds(self, starts: int, fraction: float) -> None:
-        # Rounds until none finds an attractor; progress goes from `fraction` to twice `fraction`.
+        # Run rounds until one finds no attractor. The progress goes from `fraction` to twice that:
+        # each round halves what is missing, as their number is unknown in advance.
         for count in range(_ROUND_LIMIT):
             if not self._find_lower_attractor(starts):
                 return
@@ -408,9 +422,9 @@ class _SafeFrictionSearch:
     def _find_lower_attractor(self, starts: int) -> bool:
         # Run a round below the least known μ; return whether it found an attractor.
         least_mu = self._least_mu()
-        search_round = Round(self._system, least_mu, starts, progress=self._go_on)
+        search_round = RunningRound(self._system, least_mu, starts, progress=self._should_continue)
         while self._least_mu() >= least_mu and search_round.advance():
-            # Shooting from persisting motions, until a cycle is found: its branch leads to lower μ.
+            # Shoot from persisting motions until a cycle is found: its branch leads to lower μ.
             for motion in search_round.persistent_motions(_SHOTS_PER_LEVEL)[:_SHOTS_PER_STAGE]:
                 if self._follow_cycle_near(motion):
                     break
@@ -464,7 +478,7 @@ class _SafeFrictionSearch:
             return False
         cycle, mu_range = (orbit.start, orbit.period), (0.0, self._upper_mu)
         try:
-            curve = branch_through(system, "mu", cycle, mu_range, progress=self._go_on)
+            curve = branch_through(system, "mu", cycle, mu_range, progress=self._should_continue)
         except ComputationError:
             # Continuation cannot follow the cycle: it counts at the μ of the motion.
             self._record(motion.mu, "limit cycle")

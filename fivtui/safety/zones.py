@@ -1,4 +1,8 @@
-"""Zones over one parameter: safe, squeals after a knock, squeals by itself."""
+"""Zones over one parameter: safe, squeals after a knock, squeals by itself.
+
+Eigenvalues give the zones for small disturbances; safe μ, the least μ of limit cycles, gives those
+for large ones. A bound is a value at which the zone changes.
+"""
 
 import math
 from collections.abc import Callable, Sequence
@@ -20,15 +24,19 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 
-# Values of the parameter for eigenvalues, also on a belt of finite speed, and for branches.
+# Number of values of the parameter at which eigenvalues are computed: with a belt that is always
+# faster than the slider, and with a belt of finite speed, where they are slow.
 _EIGENVALUE_POINTS: Final = 129
 _EIGENVALUE_POINTS_ON_BELT: Final = 33
+# Number of values of the parameter at which branches of limit cycles are followed.
 _BRANCH_POINTS: Final = 25
-# Refinements of a bound of zones: steps to an eighth of the interval, and bisections.
-_EIGHTH_STEPS: Final = 4
+# Eigenvalues of many values are computed together. A refinement splits an interval into this many.
+_INTERVALS: Final = 8
+# Refinements of a bound of zones, and of an interval that may hide a zone.
+_BOUND_REFINEMENTS: Final = 4
+_ZONE_REFINEMENTS: Final = 3
+# Branches are computed one by one: bisections of a bound, and golden-section steps to a zone.
 _BISECTIONS: Final = 10
-# Search for a zone between two values: zooms into an eighth, and golden-section steps.
-_ZOOM_STEPS: Final = 3
 _GOLDEN_SECTIONS: Final = 12
 _GOLDEN_RATIO: Final = 0.5 * (math.sqrt(5.0) - 1.0)
 # Distance of the lowest computed value from the low end, relative to the range.
@@ -49,7 +57,10 @@ class Zone(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Zones:
-    """Zones along one parameter with all other parameters fixed."""
+    """Zones along one parameter with all other parameters fixed.
+
+    `bounds` are ascending, with both ends of the range; `zones` are those between them.
+    """
 
     name: str
     bounds: tuple[float, ...]
@@ -59,8 +70,7 @@ class Zones:
         """The zone of a value, None outside the range."""
         if not self.bounds[0] <= value <= self.bounds[-1]:
             return None
-        inside = sum(bound <= value for bound in self.bounds[1:-1])
-        return self.zones[inside]
+        return self.zones[sum(bound <= value for bound in self.bounds[1:-1])]
 
     def without_safe(self) -> "Zones":
         """The same zones with ``SMALL`` instead of ``SAFE``."""
@@ -139,10 +149,10 @@ class _EigenvalueZones:
         return self._zones_and_growth(values)[0]
 
     def _zones_and_growth(self, values: Floats) -> tuple[list[Zone], Floats]:
-        # Zones by eigenvalues, and growth rates.
-        inside = np.maximum(values, self.lower_value)
+        # Zones by eigenvalues, and growth rates, 1/s.
+        allowed_values = np.maximum(values, self.lower_value)
         growth, stabilities, _ = judge_stability(
-            self.p, {self.name: inside}, np.full(values.size, self.separation)
+            self.p, {self.name: allowed_values}, np.full(values.size, self.separation)
         )
         decay_zone = Zone.SAFE if self.is_linear else Zone.SMALL
         zones = [
@@ -170,23 +180,26 @@ class _EigenvalueZones:
 
     def _zones_between(self, low: float, high: float) -> dict[float, Zone]:
         # Values in a different zone, near the minimum of |growth|, between two values of one zone.
-        for _ in range(_ZOOM_STEPS):
-            values = np.linspace(low, high, 9)
+        for _ in range(_ZONE_REFINEMENTS):
+            values = np.linspace(low, high, _INTERVALS + 1)
             zones, growth = self._zones_and_growth(values)
-            different = [index for index in range(9) if zones[index] is not zones[0]]
-            if different:
-                return {float(values[index]): zones[index] for index in different}
-            index = min(max(int(np.argmin(np.abs(growth))), 1), 7)
-            low, high = float(values[index - 1]), float(values[index + 1])
+            zone_at = {
+                float(value): zone
+                for value, zone in zip(values, zones, strict=True)
+                if zone is not zones[0]
+            }
+            if zone_at:
+                return zone_at
+            middle = min(max(int(np.argmin(np.abs(growth))), 1), _INTERVALS - 1)
+            low, high = float(values[middle - 1]), float(values[middle + 1])
         return {}
 
     def _find_bound(self, low: float, high: float) -> float:
-        for _ in range(_EIGHTH_STEPS):
-            values = np.linspace(low, high, 9)
-            zones = self.zones_at(values)
-            index = next(
-                (position for position in range(8) if zones[position] is not zones[position + 1]), 0
-            )
+        # The value between two of different zones at which the zone changes.
+        for _ in range(_BOUND_REFINEMENTS):
+            values = np.linspace(low, high, _INTERVALS + 1)
+            changes = (before is not after for before, after in pairwise(self.zones_at(values)))
+            index = next((index for index, change in enumerate(changes) if change), 0)
             low, high = float(values[index]), float(values[index + 1])
         return 0.5 * (low + high)
 
@@ -199,11 +212,13 @@ class _EigenvalueZones:
 
         `large_zone` returns the zone for large disturbances; it changes at `changes`.
         """
-        inside = (value for value in (*self.bounds(), *changes) if self.low < value < self.high)
-        bounds = [self.low, *sorted(inside), self.high]
+        values = (value for value in (*self.bounds(), *changes) if self.low < value < self.high)
+        bounds = [self.low, *sorted(values), self.high]
         middles = [0.5 * (begin + end) for begin, end in pairwise(bounds)]
-        pairs = zip(self.zones_at(np.array(middles)), middles, strict=True)
-        zones = [large_zone(middle) if zone is Zone.SMALL else zone for zone, middle in pairs]
+        zones = [
+            large_zone(middle) if zone is Zone.SMALL else zone
+            for zone, middle in zip(self.zones_at(np.array(middles)), middles, strict=True)
+        ]
         return _merge_zones(self.name, bounds, zones)
 
 
@@ -237,6 +252,7 @@ def _zones_by_continuation(linear: _EigenvalueZones, progress: OnProgress | None
     work, p = Progress(progress), linear.p
 
     def least_mu(value: float) -> float:
+        # Safe μ at a value of the parameter, NaN without one; stored in `least_mus`.
         if value not in least_mus:
             work.report(min(len(least_mus) / (2 * _BRANCH_POINTS), 1.0))
             column = {linear.name: np.array([value])}
@@ -254,25 +270,31 @@ def _zones_by_continuation(linear: _EigenvalueZones, progress: OnProgress | None
     distances = np.array([least_mu(value) - p.mu for value in values.tolist()])
     for index in _local_minima(distances, [zone_at(value) for value in values.tolist()]):
         _search_between(least_mu, zone_at, p.mu, float(values[index - 1]), float(values[index + 1]))
-    for pair in pairwise(sorted(least_mus)):
-        low, high = pair
+    for begin, end in pairwise(sorted(least_mus)):
+        low, high = begin, end
         for _ in range(_BISECTIONS):
             if zone_at(low) is zone_at(high):
                 break
             middle = 0.5 * (low + high)
             low, high = (middle, high) if zone_at(middle) is zone_at(low) else (low, middle)
-    computed = np.array(sorted(least_mus))
+    computed_values = np.array(sorted(least_mus))
     bounds = [
         0.5 * (low + high)
-        for low, high in pairwise(computed.tolist())
+        for low, high in pairwise(computed_values.tolist())
         if zone_at(low) is not zone_at(high)
     ]
     # Without a zone of knocks, safe μ is the critical μ: skip bounds that eigenvalues also give.
-    edges, gap = linear.bounds(), _BOUND_TOLERANCE * (linear.high - linear.low)
-    bounds = [value for value in bounds if all(abs(value - edge) > gap for edge in edges)]
-    return linear.zones(
-        bounds, lambda value: zone_at(float(computed[np.argmin(np.abs(computed - value))]))
-    )
+    linear_bounds, tolerance = linear.bounds(), _BOUND_TOLERANCE * (linear.high - linear.low)
+    bounds = [
+        bound
+        for bound in bounds
+        if all(abs(bound - linear_bound) > tolerance for linear_bound in linear_bounds)
+    ]
+
+    def nearest_zone(value: float) -> Zone:
+        return zone_at(float(computed_values[np.argmin(np.abs(computed_values - value))]))
+
+    return linear.zones(bounds, nearest_zone)
 
 
 def _search_between(

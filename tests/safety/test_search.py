@@ -10,7 +10,7 @@ from fivtui.safety.search import (
     LEVELS,
     SCOUT_STARTS,
     STARTS,
-    Round,
+    RunningRound,
     SearchRound,
     disturbed_states,
     least_unbounded_mu,
@@ -18,7 +18,7 @@ from fivtui.safety.search import (
 )
 
 
-def run_to_end(motions: Round) -> SearchRound:
+def run_to_end(motions: RunningRound) -> SearchRound:
     while motions.advance():
         pass
     return motions.result()
@@ -34,7 +34,7 @@ def test_starts_are_around_the_equilibrium_in_all_directions() -> None:
 
 def test_persistent_and_decaying_motions_are_distinguished() -> None:
     p = Parameters(F=120.0)
-    result = run_to_end(Round(System(p), 0.32, 32))
+    result = run_to_end(RunningRound(System(p), 0.32, 32))
     assert result.died_out + len(result.settled) + result.undecided == result.starts
     levels = {motion.mu for motion in result.settled}
     assert levels == {mu for mu in result.levels if mu > 0.278}
@@ -46,7 +46,7 @@ def test_persistent_and_decaying_motions_are_distinguished() -> None:
 
 
 def test_persistent_motions_are_sorted_by_steadiness() -> None:
-    motions = Round(System(Parameters(F=120.0)), 0.32, 32)
+    motions = RunningRound(System(Parameters(F=120.0)), 0.32, 32)
     assert motions.advance()
     assert motions.advance()
     highest_mu = motions.result().levels[-1]
@@ -67,7 +67,7 @@ def test_persistent_motions_are_sorted_by_steadiness() -> None:
 
 def test_unbounded_growth_is_found_with_its_least_friction() -> None:
     p = Parameters(F=1000.0)
-    result = run_to_end(Round(System(p), 3.0, 8))
+    result = run_to_end(RunningRound(System(p), 3.0, 8))
     motion = result.unbounded[0]
     mu = least_unbounded_mu(System(p), motion, result)
     assert 1.0 < mu <= motion.mu
@@ -76,8 +76,8 @@ def test_unbounded_growth_is_found_with_its_least_friction() -> None:
 def test_motions_stopped_by_the_limit_of_steps_are_undecided(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(search, "_MOST_STEPS", 200_000)
-    result = run_to_end(Round(System(Parameters(c1=0.01, c2=0.01)), 0.27, 4))
+    monkeypatch.setattr(search, "_MAX_STEPS", 200_000)
+    result = run_to_end(RunningRound(System(Parameters(c1=0.01, c2=0.01)), 0.27, 4))
     assert result.undecided > 0.5 * result.starts
     assert result.steps < 3 * result.most_steps
     assert len(result.levels) == len(result.undecided_at) == LEVELS
@@ -85,7 +85,7 @@ def test_motions_stopped_by_the_limit_of_steps_are_undecided(
 
 def test_the_number_of_starts_follows_from_the_steps_of_scouts() -> None:
     for p, fewer in ((Parameters(), False), (Parameters(c1=0.03, c2=0.03), True)):
-        scouts = run_to_end(Round(System(p), 0.27, SCOUT_STARTS))
+        scouts = run_to_end(RunningRound(System(p), 0.27, SCOUT_STARTS))
         starts = starts_within_limit(scouts)
         assert SCOUT_STARTS < starts <= STARTS
         assert (starts < STARTS) is fewer
