@@ -6,7 +6,7 @@ if TYPE_CHECKING:
     from .charts import tradeoff_chart
     from .measure import Tradeoff, measure_tradeoff, tradeoff
     from .options import TradeoffOptions
-    from .settings import MeasuredSetting, Setting, cheapest, pareto
+    from .settings import MeasuredSetting, Setting, cheapest, pareto_front
 else:
     from fivtui.lazy import lazy_exports
 

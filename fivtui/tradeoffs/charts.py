@@ -16,8 +16,9 @@ from .settings import MeasuredSetting
 _SIZE: Final = (7.2, 3.9)
 _MARKS: Final = "○□△▽◇×+☆"
 _EDITED_MARK: Final = "◆"
-# Smaller errors, such as 0, are drawn at this value.
-_LEAST: Final = 1e-16
+# Smaller errors, such as 0, are drawn at this value. The axis of figures begins below it.
+_MIN_DRAWN_ERROR: Final = 1e-16
+_MIN_AXIS_ERROR: Final = 0.3 * _MIN_DRAWN_ERROR
 _LABELS: Final[Mapping[str, Label]] = {
     "final": Label("error of final state", "Error of the final state (1)"),
     "peak": Label("error of peak", "Error of the peak of $|y|$ (1)"),
@@ -55,7 +56,7 @@ def tradeoff_chart(
         guides=(uncertainty,) if floor > 0.0 else (),
         tight=False,
         log="xy",
-        figure_y=(0.3 * _LEAST, None),
+        figure_y=(_MIN_AXIS_ERROR, None),
     )
 
 
@@ -70,7 +71,10 @@ def tradeoff_sheet(result: Tradeoff) -> Sheet:
         chart = tradeoff_chart(result, quantity)
         front = _trace("", fronts[quantity], quantity, "line", role="Pareto front")
         floor_guide = Guide(
-            max(result.floor.of(quantity), _LEAST), "uncertainty", vertical=False, role="floor"
+            max(result.floor.of(quantity), _MIN_DRAWN_ERROR),
+            "uncertainty",
+            vertical=False,
+            role="floor",
         )
         charts.append(replace(chart, traces=(front, *chart.traces), guides=(floor_guide,)))
     return Sheet([[chart] for chart in charts], _SIZE)
@@ -85,7 +89,9 @@ def _trace(
     mark: str = "",
     role: str = "",
 ) -> Trace:
-    errors = [(row.cpu_s, row.error.of(quantity)) for row in rows if row.error is not None]
-    finite = [(cpu_s, max(error, _LEAST)) for cpu_s, error in errors if math.isfinite(error)]
-    x, y = np.array(finite, dtype=float).reshape(-1, 2).T
+    points = [(row.cpu_s, row.error.of(quantity)) for row in rows if row.error is not None]
+    drawn_points = [
+        (cpu_s, max(error, _MIN_DRAWN_ERROR)) for cpu_s, error in points if math.isfinite(error)
+    ]
+    x, y = np.array(drawn_points, dtype=float).reshape(-1, 2).T
     return Trace(name, x, y, look=look, ordered=False, mark=mark, role=role)

@@ -1,4 +1,7 @@
-"""Convert trade-offs to JSON and CSV, and read them."""
+"""Convert trade-offs to JSON and CSV, and read them.
+
+A row is a setting of a method with its measured error and CPU time.
+"""
 
 import math
 from collections.abc import Mapping
@@ -15,7 +18,7 @@ from fivtui.transient import QUANTITIES, Deviation
 from fivtui.version import __version__
 
 from .measure import Feature, Tradeoff
-from .settings import MeasuredSetting, Setting, cheapest, pareto
+from .settings import MeasuredSetting, Setting, cheapest, pareto_front
 
 _KIND: Final = "trade-off"
 _TEXT_COLUMNS: Final = ("method", "kernel", "setting", "failure", "pareto")
@@ -71,11 +74,12 @@ def tradeoff_table(result: Tradeoff) -> Table:
 
 
 def pareto_fronts(result: Tradeoff) -> dict[str, list[MeasuredSetting]]:
-    """The Pareto front of each quantity, see `pareto`."""
-    return {name: pareto(result.rows, name, result.floor.of(name)) for name in QUANTITIES}
+    """The Pareto front of each quantity, see `pareto_front`."""
+    return {name: pareto_front(result.rows, name, result.floor.of(name)) for name in QUANTITIES}
 
 
 def _rows(result: Tradeoff) -> list[dict[str, Any]]:
+    # The measured settings as data for JSON.
     fronts, has_belt = pareto_fronts(result), result.scene.parameters.v_belt is not None
     return [
         {

@@ -1,11 +1,14 @@
-"""Measure error and CPU time of every method on a scene."""
+"""Measure error and CPU time of every method on a scene.
+
+The setting of a method is its tolerance or its step. Errors are deviations from a reference run.
+"""
 
 import math
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, cast
+from typing import TYPE_CHECKING, Any, Final, NamedTuple, cast
 
 import numpy as np
 
@@ -47,9 +50,10 @@ from .settings import Ladder, MeasuredSetting, Setting, ladders
 if TYPE_CHECKING:
     from fivtui.charts import Sheet
 
-# CPU time of a whole measurement, s, and the fraction for each method.
+# CPU time of a whole measurement, s.
 QUICK_S: Final = 7.0
 THOROUGH_S: Final = 120.0
+# Fraction of that CPU time for each method.
 _SHARES: Final = {
     "taylor": 0.1,
     "scipy-dop853": 0.1,
@@ -65,10 +69,12 @@ _COST_EXPONENT: Final = {"tol": 0.1, "step": 0.7}
 # A run is repeated up to this CPU time, s, and this number of runs; the least time counts.
 _REPEAT_UNTIL_S: Final = 0.02
 _MOST_REPEATS: Final = 15
+# Number of samples of the trajectory whose cost is measured.
 _SAMPLES: Final = 5001
 # Number of batches per measurement, and of members per batch.
 _BATCH_RUNS: Final = 3
 _BATCH_MEMBERS: Final = 64
+# Tolerances of the reference, and of a run that shows the uncertainty of the reference.
 _REFERENCE_TOL: Final = TOL_RANGE[0]
 _CHECK_TOL: Final = 10.0 * TOL_RANGE[0]
 
@@ -129,11 +135,14 @@ class Tradeoff(Result, Tabular, Plottable):
             ("uncertainty", f"{self.floor.of('peak'):.2g} of the peak"),
         ]
         for label in dict.fromkeys(row.setting.label for row in self.rows):
-            finished = [r for r in self.rows if r.setting.label == label and r.error is not None]
-            times = [(row.error.of("peak"), row.cpu_s) for row in finished if row.error is not None]
+            measured = [
+                (row.error.of("peak"), row.cpu_s)
+                for row in self.rows
+                if row.setting.label == label and row.error is not None
+            ]
             text = "no run finished"
-            if times:
-                error, cpu_s = min(times)
+            if measured:
+                error, cpu_s = min(measured)
                 text = f"peak to {error:.1g} in {cpu_s:.2g} s"
             rows.append((label, text))
         return rows
@@ -225,7 +234,7 @@ def measure_tradeoff(
         divergence = find_divergence(check, reference)
         if divergence is not None:
             raise divergence.error()
-    floor = _worst_deviation(deviation(observation(check), expected) for check in checks)
+    floor = _greatest_deviation([deviation(observation(check), expected) for check in checks])
     rows: list[MeasuredSetting] = []
     with temporary_folder() as folder:
         fmus = _build_fmus(folder)
@@ -239,7 +248,7 @@ def measure_tradeoff(
             monitor.report(0.05 + 0.85 * number / len(method_ladders))
             rows += benchmark.measure_ladder(ladder, _SHARES[ladder.method] * budget)
     monitor.report(0.9)
-    features = _features(scene, monitor)
+    features = _measure_features(scene, monitor)
     monitor.report(1.0)
     return Tradeoff(scene, reference, floor, rows, features)
 
@@ -255,13 +264,13 @@ def _build_fmus(folder: Path) -> dict[str, Path]:
     }
 
 
-def _worst_deviation(deviations: Iterator[Deviation]) -> Deviation:
-    entries = list(deviations)
-    worst = {name: max(entry.of(name) for entry in entries) for name in QUANTITIES}
+def _greatest_deviation(deviations: Sequence[Deviation]) -> Deviation:
+    # The greatest deviation in each quantity and count.
+    greatest = {name: max(entry.of(name) for entry in deviations) for name in QUANTITIES}
     return Deviation(
-        **worst,
-        separations=max(abs(entry.separations) for entry in entries),
-        sticks=max(abs(entry.sticks) for entry in entries),
+        **greatest,
+        separations=max(abs(entry.separations) for entry in deviations),
+        sticks=max(abs(entry.sticks) for entry in deviations),
     )
 
 
@@ -275,11 +284,13 @@ class _Benchmark:
     monitor: Progress
 
     def measure_ladder(self, ladder: Ladder, total_s: float) -> list[MeasuredSetting]:
+        # Measure settings until one has no significant error, or the next one would take too long.
         rows: list[MeasuredSetting] = []
         begin = time.thread_time()
+        cost_ratio = ladder.factor ** -_COST_EXPONENT[ladder.knob]
         for setting in ladder.settings():
             budget_s = total_s - (time.thread_time() - begin)
-            if rows and budget_s < rows[-1].cpu_s * ladder.factor ** -_COST_EXPONENT[ladder.knob]:
+            if rows and budget_s < rows[-1].cpu_s * cost_ratio:
                 break
             row = self.measure(setting, budget_s)
             rows.append(row)
@@ -288,13 +299,14 @@ class _Benchmark:
         return rows
 
     def measure(self, setting: Setting, budget_s: float) -> MeasuredSetting:
+        # Run a setting several times; a run that exceeds the CPU time `budget_s` is cancelled.
         begin = time.thread_time()
-        stopped = False
+        is_over_budget = False
 
         def continue_run(_fraction: float) -> bool:
-            nonlocal stopped
-            stopped = time.thread_time() - begin > budget_s
-            return self.monitor.should_continue() and not stopped
+            nonlocal is_over_budget
+            is_over_budget = time.thread_time() - begin > budget_s
+            return self.monitor.should_continue() and not is_over_budget
 
         try:
             observed, steps, cpu_s = self._run(setting, Progress(continue_run))
@@ -305,15 +317,14 @@ class _Benchmark:
         except ComputationError as error:
             return MeasuredSetting(setting, time.thread_time() - begin, 0, None, error.why)
         except Cancelled:
-            if not stopped:
+            if not is_over_budget:
                 raise
-            spent = time.thread_time() - begin
-            return MeasuredSetting(
-                setting, spent, 0, None, f"not finished within {budget_s:.2g} s of CPU time"
-            )
+            failure = f"not finished within {budget_s:.2g} s of CPU time"
+            return MeasuredSetting(setting, time.thread_time() - begin, 0, None, failure)
         return MeasuredSetting(setting, cpu_s, steps, deviation(observed, self.reference))
 
     def _run(self, setting: Setting, monitor: Progress) -> tuple[Observation, int, float]:
+        # The results of a run, its steps, and its CPU time, s.
         begin = time.thread_time()
         if setting.method in self.fmus:
             fmu = self.fmus[setting.method]
@@ -325,7 +336,8 @@ class _Benchmark:
 
 
 def _run_fmu(scene: Scene, fmu: Path, step: float, monitor: Progress) -> tuple[Observation, int]:
-    # An importer only sees communication points, so peaks are taken there.
+    # The results of an FMU at its communication points, which are all that an importer sees, and
+    # the number of communication steps. `step` is their length, s.
     x, vx, y, vy = resolve_start(scene.system, scene.start)
     run = run_fmu(
         fmu,
@@ -350,6 +362,7 @@ def _run_fmu(scene: Scene, fmu: Path, step: float, monitor: Progress) -> tuple[O
     if scene.parameters.v_belt is not None:
         # Keep only the times of separations and reattachments.
         switch_times = switch_times[1:][np.diff(columns["mode"] == Mode.SEPARATED)]
+    # Before the first switch, the time of the last event is 0.
     event_times = np.unique(switch_times)
     observed = Observation(
         final=cast("State", final),
@@ -370,47 +383,63 @@ def _simulate(scene: Scene, setting: Setting, monitor: Progress) -> Transient:
     return compute(request, progress=lambda _fraction: monitor.should_continue())
 
 
-def _features(scene: Scene, monitor: Progress) -> list[Feature]:
+def _measure_features(scene: Scene, monitor: Progress) -> list[Feature]:
     # Measure the cost of each feature by runs with and without it.
-    linear = scene.with_values({"k_nl": 0.0})
-    samples = np.linspace(0.0, scene.t_end, _SAMPLES)
-    pairs: list[tuple[str, tuple[Scene, Any], tuple[Scene, Any]]] = []
+    plain = _TestRun(scene)
+    runs_without_and_with: list[tuple[str, _TestRun, _TestRun]] = []
     if scene.parameters.k_nl != 0.0:
-        pairs.append(("cubic contact", (linear, "none"), (scene, "none")))
+        linear = _TestRun(scene.with_values({"k_nl": 0.0}))
+        runs_without_and_with.append(("cubic contact", linear, plain))
     if scene.parameters.v_belt is not None:
-        infinite_speed = scene.with_values({"v_belt": "none"})
-        pairs.append(("belt of finite speed", (infinite_speed, "none"), (scene, "none")))
-    ignored, considered = (replace(scene, separation=flag) for flag in (False, True))
-    pairs += [
-        ("separation", (ignored, "none"), (considered, "none")),
-        (f"trajectory of {_SAMPLES} samples", (scene, "none"), (scene, samples)),
-        ("trajectory as polynomials", (scene, "none"), (scene, "dense")),
+        infinite_speed = _TestRun(scene.with_values({"v_belt": "none"}))
+        runs_without_and_with.append(("belt of finite speed", infinite_speed, plain))
+    ignored, considered = (_TestRun(replace(scene, separation=flag)) for flag in (False, True))
+    sampled = _TestRun(scene, np.linspace(0.0, scene.t_end, _SAMPLES))
+    runs_without_and_with += [
+        ("separation", ignored, considered),
+        (f"trajectory of {_SAMPLES} samples", plain, sampled),
+        ("trajectory as polynomials", plain, _TestRun(scene, "dense")),
     ]
     features = [
-        _make_feature(name, _run_cost(*without_feature, monitor), _run_cost(*with_feature, monitor))
-        for name, without_feature, with_feature in pairs
+        _make_feature(name, _run_cost(without_feature, monitor), _run_cost(with_feature, monitor))
+        for name, without_feature, with_feature in runs_without_and_with
     ]
     # A single run always records peaks and events, a batch only the required results.
     base_cost = _batch_cost(scene, (), monitor)
-    parts: tuple[tuple[str, Requirement], ...] = (
+    requirements: tuple[tuple[str, Requirement], ...] = (
         ("peaks, in a batch", "peak"),
         ("event list, in a batch", "events"),
     )
     return features + [
         _make_feature(name, base_cost, _batch_cost(scene, (requirement,), monitor))
-        for name, requirement in parts
+        for name, requirement in requirements
     ]
 
 
-# CPU time of a run, s, and its steps; None if it did not finish.
-_Cost = tuple[float | None, int | None]
+class _TestRun(NamedTuple):
+    # A run whose cost is measured; `samples` is as in `simulate`.
+    scene: Scene
+    samples: Any = "none"
+
+
+class _Cost(NamedTuple):
+    # CPU time of a run, s, and its steps; None if it did not finish.
+    cpu_s: float | None
+    steps: int | None
 
 
 def _make_feature(name: str, without_feature: _Cost, with_feature: _Cost) -> Feature:
-    return Feature(name, without_feature[0], with_feature[0], without_feature[1], with_feature[1])
+    return Feature(
+        name,
+        without_s=without_feature.cpu_s,
+        with_s=with_feature.cpu_s,
+        without_steps=without_feature.steps,
+        with_steps=with_feature.steps,
+    )
 
 
 def _batch_cost(scene: Scene, required: tuple[Requirement, ...], monitor: Progress) -> _Cost:
+    # The cost of a member in a batch that computes the required results.
     least_s, steps = math.inf, 0
     for _ in range(_BATCH_RUNS):
         before = time.process_time()
@@ -425,15 +454,19 @@ def _batch_cost(scene: Scene, required: tuple[Requirement, ...], monitor: Progre
             progress=lambda _fraction: monitor.should_continue(),
         )
         if batch.failed.size:
-            return None, None
+            return _Cost(None, None)
         least_s = min(least_s, (time.process_time() - before) / _BATCH_MEMBERS)
         steps = int(batch.steps[0])
-    return least_s, steps
+    return _Cost(least_s, steps)
 
 
-def _run_cost(scene: Scene, samples: Any, monitor: Progress) -> _Cost:
-    request = scene.request(
-        method="taylor", step=None, tol=DEFAULT_TOL, samples=samples, kernel=stepping_kernel()
+def _run_cost(test_run: _TestRun, monitor: Progress) -> _Cost:
+    request = test_run.scene.request(
+        method="taylor",
+        step=None,
+        tol=DEFAULT_TOL,
+        samples=test_run.samples,
+        kernel=stepping_kernel(),
     )
     least_s, steps, begin = math.inf, 0, time.thread_time()
     for _ in range(_MOST_REPEATS):
@@ -442,8 +475,8 @@ def _run_cost(scene: Scene, samples: Any, monitor: Progress) -> _Cost:
         try:
             run = compute(request)
         except ComputationError:
-            return None, None
+            return _Cost(None, None)
         least_s, steps = min(least_s, time.thread_time() - before), run.stats.steps
         if time.thread_time() - begin > _REPEAT_UNTIL_S:
             break
-    return least_s, steps
+    return _Cost(least_s, steps)

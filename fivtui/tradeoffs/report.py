@@ -10,6 +10,7 @@ from .files import pareto_fronts
 from .measure import Tradeoff
 from .settings import MeasuredSetting, cheapest
 
+# Letters of quantities in the column of the settings that are best for them.
 _MARKS: Final = {"final": "F", "peak": "P", "half_range": "H", "events": "E"}
 
 
@@ -29,11 +30,11 @@ def print_tradeoff(result: Tradeoff) -> None:
         *(("sticks",) if on_belt else ()),
         "best for",
     )
-    best = pareto_fronts(result)
-    rows = [
-        _cells(row, "".join(mark for name, mark in _MARKS.items() if row in best[name]), on_belt)
-        for row in result.rows
-    ]
+    fronts = pareto_fronts(result)
+    rows = []
+    for row in result.rows:
+        marks = "".join(mark for name, mark in _MARKS.items() if row in fronts[name])
+        rows.append(_cells(row, marks, on_belt))
     print_rows(f"Trade-off: {result.scene.name}, {result.scene.t_end:g} s", header, rows, keys=2)
     floor = ", ".join(f"{name} {result.floor.of(name):.0e}" for name in QUANTITIES)
     notes = [
@@ -65,14 +66,17 @@ def print_tradeoff(result: Tradeoff) -> None:
 
 def _cells(row: MeasuredSetting, marks: str, on_belt: bool) -> tuple[str, ...]:
     head = (row.setting.label, row.setting.text, f"{1e3 * row.cpu_s:.3g}")
+    count_names = ("separations", "sticks") if on_belt else ("separations",)
     if row.error is None:
-        return (*head, "", row.failure, *[""] * (5 + on_belt))
-    errors = (_error(row.error.of(name)) for name in QUANTITIES)
-    counts = (row.error.separations, row.error.sticks)[: 1 + on_belt]
-    return (*head, str(row.steps), *errors, *(f"{count:+d}" for count in counts), marks)
+        # The failure is in the first of the columns of errors, counts and marks.
+        blanks = [""] * (len(QUANTITIES) + len(count_names))
+        return (*head, "", row.failure, *blanks)
+    errors = (_error_text(row.error.of(name)) for name in QUANTITIES)
+    counts = (f"{getattr(row.error, name):+d}" for name in count_names)
+    return (*head, str(row.steps), *errors, *counts, marks)
 
 
-def _error(value: float) -> str:
+def _error_text(value: float) -> str:
     return f"{value:.1e}" if math.isfinite(value) else "missed"
 
 

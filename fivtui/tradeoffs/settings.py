@@ -1,4 +1,7 @@
-"""Settings of the methods with measured errors and CPU times, and the choice of the best."""
+"""Settings of the methods, with measured errors and CPU times, and the choice of the best.
+
+The setting of a method is its tolerance or its step. A ladder has the settings to be measured.
+"""
 
 import math
 from collections.abc import Iterable, Iterator, Sequence
@@ -84,7 +87,7 @@ class Ladder:
             yield Setting(self.method, self.kernel, self.knob, value)
 
 
-# Rows of `Ladder`: coarsest and finest setting, ratio. Steps are in units of √(m/stiffness).
+# Method, kernel, coarsest and finest tolerance, ratio of one tolerance to the one before.
 _TOLERANCES: Final = (
     ("taylor", "compiled", 1e-2, 1e-13, 0.1),
     ("taylor", "interpreted", 1e-3, 1e-12, 1e-3),
@@ -92,6 +95,7 @@ _TOLERANCES: Final = (
     ("scipy-lsoda", "", 1e-3, 1e-12, 1e-3),
     ("scipy-radau", "", 1e-3, 1e-9, 1e-2),
 )
+# Method, coarsest and finest step in units of √(m/stiffness), ratio of one step to the one before.
 _STEPS: Final = (
     ("rk4", 0.4, 0.4 / 2.0**9, 0.5),
     ("rk4-across", 0.4, 0.4 / 2.0**9, 0.5),
@@ -106,16 +110,20 @@ def ladders(time_scale: float, t_end: float) -> list[Ladder]:
     Fixed steps are fractions of `time_scale`, √(m/stiffness) in s, and at most `t_end`.
     """
     result = [Ladder(method, kernel, "tol", *values) for method, kernel, *values in _TOLERANCES]
-    for method, coarse, fine, factor in _STEPS:
-        coarsest = min(coarse * time_scale, t_end)
-        result.append(Ladder(method, "", "step", coarsest, coarsest * fine / coarse, factor))
+    for method, coarsest, finest, factor in _STEPS:
+        first_step = min(coarsest * time_scale, t_end)
+        last_step = first_step * finest / coarsest
+        result.append(Ladder(method, "", "step", first_step, last_step, factor))
     return result
 
 
-def pareto(
+def pareto_front(
     rows: Iterable[MeasuredSetting], quantity: str, floor: float = 0.0
 ) -> list[MeasuredSetting]:
-    """The Pareto front of CPU time and error, at least `floor`, cheapest setting first."""
+    """The settings that no other setting beats in both CPU time and error, cheapest first.
+
+    `quantity` is that of the error; errors below `floor` count as `floor`.
+    """
     check_quantity(quantity)
     finished = [
         (row.cpu_s, max(row.error.of(quantity), floor), row)
@@ -138,7 +146,9 @@ def cheapest(
 
     `quantity` is a name in `QUANTITIES`; `InputError` if it is unknown.
     """
-    return next((row for row in pareto(rows, quantity) if _error(row, quantity) <= error), None)
+    return next(
+        (row for row in pareto_front(rows, quantity) if _error(row, quantity) <= error), None
+    )
 
 
 def _error(row: MeasuredSetting, quantity: str) -> float:

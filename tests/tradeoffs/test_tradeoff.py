@@ -13,7 +13,7 @@ from fivtui.model.parameters import Parameters
 from fivtui.scene.presets import PRESETS
 from fivtui.tradeoffs import measure
 from fivtui.tradeoffs.measure import Tradeoff, measure_tradeoff
-from fivtui.tradeoffs.settings import MeasuredSetting, Setting, cheapest, ladders, pareto
+from fivtui.tradeoffs.settings import MeasuredSetting, Setting, cheapest, ladders, pareto_front
 from fivtui.transient import integrate
 from fivtui.transient.errors import (
     QUANTITIES,
@@ -43,7 +43,7 @@ measured = st.lists(
 def test_the_front_holds_exactly_the_settings_that_no_other_beats(
     rows: list[MeasuredSetting],
 ) -> None:
-    front = pareto(rows, "peak")
+    front = pareto_front(rows, "peak")
 
     def beats(first: MeasuredSetting, second: MeasuredSetting) -> bool:
         assert first.error is not None
@@ -69,13 +69,13 @@ def test_the_cheapest_setting_has_the_error_and_no_cheaper_one_has(
 
 def test_errors_within_the_uncertainty_are_equal() -> None:
     rows = [row(1.0, 3e-15), row(2.0, 1e-16)]
-    assert pareto(rows, "final") == rows
-    assert pareto(rows, "final", floor=1e-14) == rows[:1]
+    assert pareto_front(rows, "final") == rows
+    assert pareto_front(rows, "final", floor=1e-14) == rows[:1]
 
 
 def test_an_unknown_quantity_is_refused_with_the_nearest() -> None:
     with pytest.raises(InputError, match="peak"):
-        pareto([], "peek")
+        pareto_front([], "peek")
 
 
 def test_a_deviation_is_the_error_against_a_stored_reference() -> None:

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Final
 
 from fivtui.scene import Scene
-from fivtui.tradeoffs import MeasuredSetting, Setting, cheapest, pareto
+from fivtui.tradeoffs import MeasuredSetting, Setting, cheapest, pareto_front
 
 if TYPE_CHECKING:
     from fivtui.tradeoffs import Tradeoff
@@ -32,7 +32,7 @@ def table_rows(
     result: "Tradeoff", quantity: str, current: MeasuredSetting | None
 ) -> list[tuple[str, ...]]:
     """All settings as rows with the columns `table_columns`; `current` is marked."""
-    pareto_rows = pareto(result.rows, quantity, result.floor.of(quantity))
+    pareto_rows = pareto_front(result.rows, quantity, result.floor.of(quantity))
     rows: list[tuple[str, ...]] = []
     columns = 2 if result.scene.parameters.v_belt is not None else 1
     for row in result.rows:
