@@ -1,5 +1,9 @@
-"""Charts of uncertainty studies: histograms by region, Sobol indices, samples by region."""
+"""Charts of uncertainty studies: histograms by region, Sobol indices, samples by region.
 
+A region has the samples with one outcome: no squeal, squeal after a knock, squeal by itself.
+"""
+
+import math
 import textwrap
 from collections.abc import Sequence
 from dataclasses import replace
@@ -39,8 +43,9 @@ _ROLES: Final = ("safe region", "knock region", "squeal region")
 _QUANTILE_LEVELS: Final = ("0.05", "0.5", "0.95")
 _DIGITS: Final = 4
 _DOT_COUNT: Final = 2000
-# Half the distance of the two bars of an input; margin of the axis of indices around 0 to 1.
-_SHIFT: Final = 0.2
+# Half the distance of the two bars of an input, whose distance to the next input is 1.
+_BAR_SHIFT: Final = 0.2
+# Greatest margin of the axis of Sobol indices around 0 to 1.
 _INDEX_MARGIN: Final = 0.2
 # Excess of an index over the range 0 to 1 from which the title explains it.
 _VISIBLE_EXCESS: Final = 0.005
@@ -50,7 +55,9 @@ _TITLE_WIDTH: Final = 30
 _BIN_COUNT: Final = 40
 _ROW_HEIGHT: Final = 1.75
 _BAR_HEIGHT: Final = 0.19
+_BARS_MARGIN: Final = 0.85
 _PANEL_HEIGHT: Final = 1.35
+_TITLE_HEIGHT: Final = 0.9
 # Scatter matrix: points and bins of a panel, and the greatest number of inputs.
 _PANEL_DOTS: Final = 400
 _PANEL_BINS: Final = 20
@@ -110,11 +117,12 @@ def uncertainty_sheet(result: Uncertainty) -> Sheet:
     parts = [_panel_rows(histograms, _ROW_HEIGHT)]
     if result.indices:
         index_charts = [index_chart(result, output) for output in result.indices]
-        parts.append(_panel_rows(index_charts, 0.85 + _BAR_HEIGHT * len(result.inputs)))
+        height = _BARS_MARGIN + _BAR_HEIGHT * len(result.inputs)
+        parts.append(_panel_rows(index_charts, height))
     parts.append(_scatter_matrix(result))
     return Sheet(
         [],
-        (FIGURE_WIDTH, sum(part.size[1] for part in parts) + 0.9),
+        (FIGURE_WIDTH, sum(part.size[1] for part in parts) + _TITLE_HEIGHT),
         parameter_text(result.study.parameters, tuple(result.inputs)),
         parts=parts,
         small_text=True,
@@ -122,30 +130,39 @@ def uncertainty_sheet(result: Uncertainty) -> Sheet:
 
 
 def index_chart(result: Uncertainty, output: str) -> Chart:
-    """First and total Sobol indices of an output as bars with intervals, and linear shares."""
+    """First and total Sobol indices of an output as bars with intervals, and linear shares.
+
+    A linear share is the index that the input would have if the output were linear.
+    """
     rows = list(reversed(rank_inputs(result.indices[output])))
     positions = np.arange(len(rows), dtype=float)
     traces = []
-    for shift, kind, name in ((_SHIFT, "first", "alone"), (-_SHIFT, "total", "with others")):
-        estimates = [getattr(index, kind) for _, index in rows]
+    for shift, attribute, name in (
+        (_BAR_SHIFT, "first", "alone"),
+        (-_BAR_SHIFT, "total", "with others"),
+    ):
+        estimates = [getattr(index, attribute) for _, index in rows]
         value, low, high = np.array(
             [(estimate.value, estimate.low, estimate.high) for estimate in estimates]
         ).T
         traces.append(
             Trace(name, value, positions + shift, look="bars", role=name, intervals=(low, high))
         )
-    local_rows = [(result.local.get(output, {}).get(name), y) for y, (name, _) in enumerate(rows)]
-    shares = [(entry.share, y) for entry, y in local_rows if entry is not None]
-    x, y = np.array(shares, dtype=float).reshape(-1, 2).T
-    traces.append(Trace("if linear", x, y, look="points", ordered=False, mark="◆", role="linear"))
+    local = result.local.get(output, {})
+    points = [(local[name].share, y) for y, (name, _) in enumerate(rows) if name in local]
+    shares, share_y = np.array(points, dtype=float).reshape(-1, 2).T
+    traces.append(
+        Trace("if linear", shares, share_y, look="points", ordered=False, mark="◆", role="linear")
+    )
     meaning = OUTPUTS[output].meaning if output in OUTPUTS else output.replace("_", " ")
     title = textwrap.fill(f"Sobol indices of: {meaning}", _TITLE_WIDTH)
-    values = np.concatenate([trace.x for trace in traces[:2]])
+    bars = traces[:2]
+    values = np.concatenate([trace.x for trace in bars])
     if values.min() < -_VISIBLE_EXCESS or values.max() > 1.0 + _VISIBLE_EXCESS:
         title += "\n(beyond 0 to 1: sampling error)"
     # Indices of an output with almost no variance may have any value: clip the axis.
-    ends = [end for trace in traces[:2] for end in trace.intervals or ()]
-    low, high = (np.nanmin([0.0, *x, *ends[0], *ends[2]]), np.nanmax([1.0, *x, *ends[1], *ends[3]]))
+    ends = np.concatenate([shares, *(end for trace in bars for end in trace.intervals or ())])
+    low, high = float(np.nanmin([0.0, *ends])), float(np.nanmax([1.0, *ends]))
     return Chart(
         "",
         "",
@@ -165,26 +182,31 @@ def _histogram(result: Uncertainty, name: str, label: str, bins: int) -> Chart:
     has_value = ~np.isnan(values)
     low, high = float(values[has_value].min()), float(values[has_value].max())
     if low == high:
+        # Equal values need bins of some width, also at 0.
         low, high = low - 0.5 * abs(low) - 1e-9, high + 0.5 * abs(high) + 1e-9
     edges = np.linspace(low, high, bins + 1)
     traces = []
     for (region, inside), role in zip(result.regions().items(), _region_roles(result), strict=True):
-        counts = np.histogram(values[has_value & inside], bins=edges)[0]
-        steps = np.repeat(counts / has_value.sum(), 2)
-        traces.append(Trace(region, np.repeat(edges, 2)[1:-1], steps, role=role))
+        counts, _ = np.histogram(values[has_value & inside], bins=edges)
+        # A step line has both edges of every bin.
+        step_edges = np.repeat(edges, 2)[1:-1]
+        step_shares = np.repeat(counts / has_value.sum(), 2)
+        traces.append(Trace(region, step_edges, step_shares, role=role))
     y_label = Label("share of samples", "Share of samples")
     return Chart(label, y_label, tuple(traces), stacked=True)
 
 
 def _scatter(result: Uncertainty, x_name: str, y_name: str, count: int) -> Chart:
+    # At most `count` samples, evenly chosen, as points by region.
     x, y = result.samples(x_name), result.samples(y_name)
     indices = np.linspace(0, x.size - 1, min(count, x.size)).astype(int)
+    traces = []
     regions = zip(result.regions().items(), _MARKS, _region_roles(result), strict=False)
-    traces = [
-        Trace(region, x[dots], y[dots], look="points", ordered=False, mark=mark, role=role)
-        for (region, inside), mark, role in regions
-        if (dots := indices[inside[indices]]) is not None
-    ]
+    for (region, inside), mark, role in regions:
+        drawn = indices[inside[indices]]
+        traces.append(
+            Trace(region, x[drawn], y[drawn], look="points", ordered=False, mark=mark, role=role)
+        )
     return Chart(_label(x_name), _label(y_name), tuple(traces))
 
 
@@ -204,8 +226,8 @@ def _label(name: str) -> Label:
 
 def _panel_rows(charts: Sequence[Chart], height: float) -> Sheet:
     """Charts in rows of at most three, of equal length if possible."""
-    rows = -(-len(charts) // _PANELS_PER_ROW)
-    columns = min(_PANELS_PER_ROW, -(-len(charts) // rows))
+    rows = math.ceil(len(charts) / _PANELS_PER_ROW)
+    columns = math.ceil(len(charts) / rows)
     padded = [*charts, *[None] * (rows * columns - len(charts))]
     return Sheet(
         [padded[column::columns] for column in range(columns)], (FIGURE_WIDTH, height * rows)

@@ -35,10 +35,11 @@ FIRST_SAMPLES: Final = 1 << 10
 DEFAULT_REPEATS: Final = 16
 MAX_SAMPLES: Final = 1 << 24
 SAFE_MU: Final = "safe_mu"
-# Up to this number of members each has its branch followed; above, a table is interpolated.
+# Greatest number of members whose branches of limit cycles are followed one by one. The safe μ of
+# more members is interpolated in a table.
 _MAX_CONTINUED: Final = 64
 # Quantile levels of the ends of the range of a table of safe μ.
-_TAIL_SHARES: Final = (1e-5, 1.0 - 1e-5)
+_TABLE_LEVELS: Final = (1e-5, 1.0 - 1e-5)
 # Truncated share of a distribution up to which there is no warning.
 _NEGLIGIBLE_SHARE: Final = 1e-9
 # Outputs that every study computes, for its probabilities.
@@ -101,10 +102,12 @@ def scattered_study(
         correlations = scene.correlation
     with_indices = not correlations if indices is None else indices
     samples_per_point = max(repeats, 1) * (2 if with_indices else 1)
+    points = math.ceil(samples / samples_per_point)
     scatter = Scatter(
         _truncate_friction(scene.parameters, inputs),
         design,
-        count=1 << (-(-samples // samples_per_point) - 1).bit_length(),
+        # The least power of two that is not below the number of points.
+        count=1 << (points - 1).bit_length(),
         seed=seed,
         repeats=repeats,
         indices=with_indices,
@@ -146,7 +149,8 @@ def _outputs_on_belt(
 def add_safe_table(study: Study, progress: OnProgress | None = None) -> Study:
     """Add a table of safe μ to a study that outputs it and has enough members.
 
-    A table over one group of parameters covers all but 1 in 50,000 values.
+    A table over one dimensionless group of parameters covers all but 1 in 50,000 values, one over
+    several groups is fitted at random draws of the inputs.
     """
     design = study.design
     if SAFE_MU not in study.outputs or study.safe is not None or study.members <= _MAX_CONTINUED:
@@ -156,7 +160,7 @@ def add_safe_table(study: Study, progress: OnProgress | None = None) -> Study:
     names = [name for name in design.axes if name in PARAMETERS and name != "mu"]
     ranges: dict[str, tuple[float, float]] = {}
     for name in names:
-        low, high = design.axes[name].at(_TAIL_SHARES).tolist()
+        low, high = design.axes[name].at(_TABLE_LEVELS).tolist()
         ranges[name] = low, high
     draw_design = replace(design, kind="sobol", count=MAX_FOLDS // 2, repeats=2, indices=False)
     draws = draw_design.columns(np.arange(draw_design.size))

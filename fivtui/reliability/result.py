@@ -1,4 +1,8 @@
-"""The result of an uncertainty study: probabilities, quantiles and Sobol indices."""
+"""The result of an uncertainty study: probabilities, quantiles and Sobol indices.
+
+An event is an outcome of a member that has a probability: instability, or possible squeal. Samples
+are the members that follow the distributions; the others serve Sobol indices.
+"""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -224,17 +228,17 @@ def event_flags(study: Study, numbers: Mapping[str, Floats]) -> dict[str, Floats
 
 
 def _squeal_probability(possible: Floats, excess: Floats, errors: Floats) -> SampleEstimate | None:
-    # The probability of possible squeal; its interval includes errors of the table of safe μ. The
-    # flag of a sample is wrong if the error is greater than |excess|; `misjudged` is its chance.
+    # The probability of possible squeal; its interval includes errors of the table of safe μ.
+    # `possible` has the flags of samples, `excess` their μ minus safe μ, `errors` ascending errors
+    # of the table in tests. A flag is wrong if the error of its safe μ is above |excess|.
     estimate = probability_of(possible)
     if estimate is None:
         return None
-    misjudged = 1.0 - np.searchsorted(errors, np.abs(excess), side="left") / errors.size
-    wrong_hits = float(np.mean(np.where(possible == 1.0, misjudged, 0.0)))
-    wrong_misses = float(np.mean(np.where(possible == 0.0, misjudged, 0.0)))
-    return SampleEstimate(
-        estimate.value, max(estimate.low - wrong_hits, 0.0), min(estimate.high + wrong_misses, 1.0)
-    )
+    chance_of_error = 1.0 - np.searchsorted(errors, np.abs(excess), side="left") / errors.size
+    wrong_hits = float(np.mean(np.where(possible == 1.0, chance_of_error, 0.0)))
+    wrong_misses = float(np.mean(np.where(possible == 0.0, chance_of_error, 0.0)))
+    low, high = estimate.low - wrong_hits, estimate.high + wrong_misses
+    return SampleEstimate(estimate.value, max(low, 0.0), min(high, 1.0))
 
 
 def evaluate(sweep: Sweep) -> Uncertainty:

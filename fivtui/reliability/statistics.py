@@ -1,4 +1,8 @@
-"""Estimates from scattered members, with 95 % intervals from independent scramblings."""
+"""Estimates from scattered members, with 95 % intervals from independent scramblings.
+
+A scrambling is one randomisation of all sample points. Estimates from several scramblings are
+independent, so that their spread gives the interval of their mean.
+"""
 
 import math
 from collections.abc import Callable, Mapping, Sequence
@@ -12,13 +16,14 @@ from fivtui.sweeps import Scatter
 
 Floats = NDArray[np.float64]
 
+# Confidence level of all intervals.
 LEVEL: Final = 0.95
 QUANTILES: Final = (0.01, 0.05, 0.25, 0.5, 0.75, 0.95, 0.99)
 # Least number of effective samples for Sobol indices.
 LEAST_EFFECTIVE: Final = 30.0
 # Relative rounding error of a mean.
 _ROUNDING_ERROR: Final = 4.0 * float(np.finfo(float).eps)
-# Skewness below which an interval is not corrected.
+# Skewness, divided by the root of the count, below which an interval is not corrected.
 _LEAST_SKEWNESS: Final = 1e-6
 
 
@@ -85,18 +90,21 @@ def _mean_interval(values: Floats) -> tuple[Floats, Floats, Floats]:
     mean = values.mean(axis=0)
     deviations = values - mean
     moment = (deviations**2).mean(axis=0)
-    spread = np.sqrt(moment / (count - 1))
+    standard_error = np.sqrt(moment / (count - 1))
     rounding = _ROUNDING_ERROR * np.abs(mean)
     divisor = np.where(moment > 0.0, moment, 1.0) ** 1.5
     skewness = (deviations**3).mean(axis=0) / divisor / math.sqrt(count)
+    # Half widths of the interval in standard errors.
     student = float(stdtrit(count - 1, 0.5 + 0.5 * LEVEL))
     below = np.maximum(student, _invert_hall(student, skewness))
     above = np.maximum(student, -_invert_hall(-student, skewness))
-    return mean, mean - below * spread - rounding, mean + above * spread + rounding
+    low = mean - below * standard_error - rounding
+    return mean, low, mean + above * standard_error + rounding
 
 
 def _invert_hall(score: float, skewness: Floats) -> Floats:
-    # The inverse of Hall's transformation; `skewness` is divided by the root of the count.
+    # The inverse of Hall's transformation of the t statistic; `skewness` is divided by the root of
+    # the count.
     divisor = np.where(np.abs(skewness) > _LEAST_SKEWNESS, skewness, 1.0)
     cubic = np.cbrt(1.0 + divisor * (score - divisor / 6.0))
     transformed = 3.0 * (cubic - 1.0) / divisor
@@ -116,18 +124,21 @@ def _share_interval(hits: Floats, counts: Floats) -> tuple[Floats, Floats, Float
     """
     shares = hits / counts
     mean, low, high = _mean_interval(shares)
-    log_chance = math.log(1.0 - LEVEL)
-    margin = max(
-        -math.expm1(log_chance / float(counts.sum())),
-        -math.expm1(log_chance / counts.size) / float(counts.min()),
-    )
+    # A share p leaves n members without a hit with probability (1 - p)^n, here 1 - LEVEL.
+    log_probability = math.log(1.0 - LEVEL)
+    share_without_hits = -math.expm1(log_probability / float(counts.sum()))
+    share_of_scramblings = -math.expm1(log_probability / counts.size)
+    margin = max(share_without_hits, share_of_scramblings / float(counts.min()))
     equal = np.ptp(shares, axis=0) == 0.0
     low, high = np.where(equal, mean - margin, low), np.where(equal, mean + margin, high)
     return mean, np.maximum(low, 0.0), np.minimum(high, 1.0)
 
 
 def probability_of(flags: Floats) -> SampleEstimate | None:
-    """The probability of 1 in flags 0 and 1, a row per scrambling; NaN does not count."""
+    """The probability of 1 in flags 0 and 1, a row per scrambling; NaN does not count.
+
+    None if a scrambling has no flag.
+    """
     valid = ~np.isnan(flags)
     counts = valid.sum(axis=1).astype(float)
     if not counts.all():
@@ -151,6 +162,7 @@ def quantiles_of(values: Floats) -> dict[str, SampleEstimate]:
     levels = np.array(QUANTILES)
 
     def hits_at(indices: NDArray[np.int64], side: Literal["left", "right"]) -> Floats:
+        # Numbers of values in each scrambling below the pooled ones, or up to them ("right").
         return np.array([np.searchsorted(row, pooled[indices], side) for row in rows], dtype=float)
 
     def upper_end_reaches(indices: NDArray[np.int64]) -> NDArray[np.bool_]:
@@ -159,15 +171,15 @@ def quantiles_of(values: Floats) -> dict[str, SampleEstimate]:
     def lower_end_exceeds(indices: NDArray[np.int64]) -> NDArray[np.bool_]:
         return np.asarray(_share_interval(hits_at(indices, "left"), counts)[1] > levels)
 
-    end_without_hits, end_of_all_hits = (
-        float(_share_interval(hits, counts)[end][0])
-        for hits, end in ((np.zeros_like(counts), 2), (counts, 1))
-    )
+    _, _, (upper_end_without_hits,) = _share_interval(np.zeros_like(counts), counts)
+    _, (lower_end_of_all_hits,), _ = _share_interval(counts, counts)
     estimates = np.quantile(pooled, levels, method="hazen")
     first_index = _first_index(upper_end_reaches, pooled.size, levels.size)
     end_index = _first_index(lower_end_exceeds, pooled.size, levels.size) - 1
-    low = np.where(end_without_hits >= levels, -np.inf, np.minimum(pooled[first_index], estimates))
-    high = np.where(end_of_all_hits <= levels, np.inf, np.maximum(pooled[end_index], estimates))
+    low = np.minimum(pooled[first_index], estimates)
+    low = np.where(upper_end_without_hits >= levels, -np.inf, low)
+    high = np.maximum(pooled[end_index], estimates)
+    high = np.where(lower_end_of_all_hits <= levels, np.inf, high)
     return {
         f"{level:g}": SampleEstimate(*ends)
         for level, *ends in zip(
@@ -190,7 +202,10 @@ def _first_index(
 
 
 def mean_of(values: Floats) -> SampleEstimate | None:
-    """The mean of values, a row per scrambling; NaN does not count."""
+    """The mean of values, a row per scrambling; NaN does not count.
+
+    None if a scrambling has no value.
+    """
     if np.isnan(values).all(axis=1).any():
         return None
     return mean_estimate(np.nanmean(values, axis=1))
@@ -203,13 +218,13 @@ def sobol_of(scatter: Scatter, values: Floats) -> dict[str, SobolIndex]:
     """
     if np.isnan(values).any() or effective_samples(scatter.sample_values(values)) < LEAST_EFFECTIVE:
         return {}
-    parts = scatter.split_values(values)
-    centred = parts - parts[:, :, :2].mean()
-    variances = (centred[:, :, :2] ** 2).mean(axis=(0, 2))
-    a, b = centred[:, :, 0], centred[:, :, 1]
+    # Members of a point along the last axis: samples A and B, then A with one input from B.
+    by_member = scatter.split_values(values)
+    centred = by_member - by_member[:, :, : scatter.point_samples].mean()
+    variances = (centred[:, :, : scatter.point_samples] ** 2).mean(axis=(0, 2))
+    a, b, *mixed_values = np.moveaxis(centred, 2, 0)
     indices = {}
-    for column, name in enumerate(scatter.axes, start=2):
-        mixed = centred[:, :, column]
+    for name, mixed in zip(scatter.axes, mixed_values, strict=True):
         first = (b * (mixed - a)).mean(axis=0)
         total = 0.5 * ((a - mixed) ** 2).mean(axis=0)
         indices[name] = SobolIndex(_ratio(first, variances), _ratio(total, variances))
@@ -217,9 +232,10 @@ def sobol_of(scatter: Scatter, values: Floats) -> dict[str, SobolIndex]:
 
 
 def effective_samples(values: Floats) -> float:
-    """The number of samples of equal deviation from the mean that would give the same variance.
+    """The number of samples that make up the variance: all if their deviations are equal.
 
-    Zero if all values are equal; NaN does not count.
+    It is the squared sum of squared deviations over the sum of their squares. Zero if all values
+    are equal; NaN does not count.
     """
     values = values[~np.isnan(values)]
     if not values.size:
