@@ -11,10 +11,12 @@ from fivtui.transient import TIME_LABEL, column_label, contact_strips
 
 from .comparison import Criterion, FloatArray, Validation
 
+# Width and height of the figure in inches, and relative heights of its three charts.
 _SIZE: Final = (FIGURE_WIDTH, 5.6)
 _HEIGHTS: Final = (1.6, 1.0, 1.2)
 # Range of amplitudes in figures of spectra, relative to the greatest.
-_AMPLITUDES: Final = (1e-4, 2.0)
+_AMPLITUDE_RANGE: Final = (1e-4, 2.0)
+_BAND_COLOUR: Final = "#808080"
 
 
 def overlay_chart(result: Validation) -> Chart:
@@ -24,9 +26,10 @@ def overlay_chart(result: Validation) -> Chart:
         Trace("measured", result.t, result.measured, role="measured"),
     ]
     if result.band is not None:
-        for name, side in (("band", 1.0), ("", -1.0)):
-            edge = result.computed + side * result.band
-            traces.insert(0, Trace(name, result.t, edge, look="dots", colour="#808080"))
+        # One edge of the band has the entry of the legend.
+        for name, offset in (("band", result.band), ("", -result.band)):
+            edge = result.computed + offset
+            traces.insert(0, Trace(name, result.t, edge, look="dots", colour=_BAND_COLOUR))
     return Chart(
         TIME_LABEL,
         column_label(result.quantity),
@@ -60,13 +63,16 @@ def overlay_spectra(result: Validation) -> Chart:
 
 def validation_sheet(result: Validation) -> Sheet:
     """Both signals over time with the tolerance band, their deviation, and their spectra."""
-    colour, span = CASE_COLOURS[result.separation][0], (float(result.t[0]), float(result.t[-1]))
+    colour, *_ = CASE_COLOURS[result.separation]
+    span = (float(result.t[0]), float(result.t[-1]))
 
-    def recolour(chart: Chart) -> Chart:
-        computed, measured = chart.traces[-2:]
+    def signals_alone(chart: Chart) -> Chart:
+        # The chart without band and guides, with the computed signal in the colour of its case.
+        *_, computed, measured = chart.traces
         return replace(chart, traces=(replace(computed, colour=colour), measured), guides=())
 
     def band_around(values: FloatArray) -> tuple[Trace, ...]:
+        # The tolerance band as an area; none without a band.
         if result.band is None:
             return ()
         x = np.concatenate([result.t, result.t[::-1]])
@@ -75,7 +81,7 @@ def validation_sheet(result: Validation) -> Sheet:
             Trace("tolerance band", x, y, "area", ordered=False, colour=colour, role="tolerance"),
         )
 
-    signals = recolour(overlay_chart(result))
+    signals = signals_alone(overlay_chart(result))
     over_time = replace(
         signals,
         traces=(*band_around(result.computed), *signals.traces),
@@ -93,9 +99,9 @@ def validation_sheet(result: Validation) -> Sheet:
         strips=signals.strips,
         figure_x=span,
     )
-    spectra = recolour(overlay_spectra(result))
+    spectra = signals_alone(overlay_spectra(result))
     greatest = max(float(entry.amplitude.max()) for entry in result.spectra)
-    low, high = (share * greatest for share in _AMPLITUDES)
+    low, high = (share * greatest for share in _AMPLITUDE_RANGE)
     spectra = replace(
         spectra,
         log="y",

@@ -24,9 +24,14 @@ FloatArray = NDArray[np.float64]
 
 QUANTITIES: Final = ("y", "x", "vy", "vx", "P")
 UNITS: Final = {column.name: column.unit for column in COLUMNS}
+# Least number of measured samples within the run.
 _MIN_SAMPLES: Final = 16
 # Greatest number of points of the grid on which the shift is searched.
 _MAX_GRID_POINTS: Final = 1 << 16
+# Least sum of squares of the run in a window, relative to the greatest: where the run rests, a
+# correlation would come from rounding errors.
+_LEAST_SQUARE_SUM: Final = 1e-12
+_MIN_DIVISOR: Final = 1e-300
 
 
 class Criterion(NamedTuple):
@@ -268,6 +273,7 @@ def _criteria(
     measured: FloatArray,
     computed: FloatArray,
 ) -> list[Criterion]:
+    # The criteria that have a limit.
     criteria = []
     if band is not None:
         share = float(np.mean(np.abs(measured - computed) <= band))
@@ -286,6 +292,7 @@ def _criteria(
 
 
 def _resampled_spectrum(t: FloatArray, values: FloatArray) -> Spectrum:
+    # The spectrum of a signal at even times: measured times need not be even.
     even_times = np.linspace(t[0], t[-1], t.size)
     return spectrum(even_times, np.interp(even_times, t, values))
 
@@ -299,32 +306,31 @@ def _correlation(first: FloatArray, second: FloatArray) -> float:
 def best_shift(run: Transient, measurement: Measurement, quantity: str) -> float:
     """The shift of measured times, s, with the highest correlation; all samples are in the run."""
     start, end = float(measurement.t[0]), float(measurement.t[-1])
-    if end - start > run.t_end:
+    duration = end - start
+    if duration > run.t_end:
         raise InputError(
-            f"{measurement.source}: lasts {end - start:g} s; for an automatic shift it must fit "
+            f"{measurement.source}: lasts {duration:g} s; for an automatic shift it must fit "
             f"into the run of {run.t_end:g} s"
         )
-    step = max((end - start) / (measurement.t.size - 1), run.t_end / _MAX_GRID_POINTS)
-    grid = np.arange(math.floor(run.t_end / step) + 1) * step
-    computed: FloatArray = getattr(motion_at(run, np.minimum(grid, run.t_end)), quantity)
-    signal = np.interp(
-        np.arange(math.floor((end - start) / step) + 1) * step + start,
-        measurement.t,
-        measurement.values,
-    )
+    # Both signals on a grid of equal steps, without their means.
+    step = max(duration / (measurement.t.size - 1), run.t_end / _MAX_GRID_POINTS)
+    run_times = np.arange(math.floor(run.t_end / step) + 1) * step
+    computed: FloatArray = getattr(motion_at(run, np.minimum(run_times, run.t_end)), quantity)
+    measured_times = np.arange(math.floor(duration / step) + 1) * step + start
+    signal = np.interp(measured_times, measurement.t, measurement.values)
     signal = signal - signal.mean()
     motion = computed - computed.mean()
+    # Covariance of the signal and the run for every offset of the signal in the run.
     fft_size = 1 << (computed.size + signal.size - 1).bit_length()
     cross_spectrum = np.fft.rfft(motion, fft_size) * np.conj(np.fft.rfft(signal, fft_size))
     covariances = np.fft.irfft(cross_spectrum, fft_size)[: computed.size - signal.size + 1]
-    # Divide each covariance by the standard deviation of the run in that window.
-    sums, squares = (
-        np.concatenate([[0.0], np.cumsum((computed - computed.mean()) ** power)])
-        for power in (1, 2)
-    )
+    # Divide each covariance by the deviation of the run in the window of the signal, the root of
+    # Σ(x - mean)² = Σx² - (Σx)²/n.
+    sums, squares = (np.concatenate([[0.0], np.cumsum(motion**power)]) for power in (1, 2))
     n = signal.size
-    spread = (squares[n:] - squares[:-n]) - (sums[n:] - sums[:-n]) ** 2 / n
-    scores = covariances / np.sqrt(np.maximum(spread, 1e-12 * max(float(spread.max()), 1e-300)))
+    square_sums = (squares[n:] - squares[:-n]) - (sums[n:] - sums[:-n]) ** 2 / n
+    least_sum = _LEAST_SQUARE_SUM * max(float(square_sums.max()), _MIN_DIVISOR)
+    scores = covariances / np.sqrt(np.maximum(square_sums, least_sum))
     return float(step * int(scores.argmax()) - start)
 
 

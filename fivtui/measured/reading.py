@@ -123,9 +123,11 @@ def read_measurement(
     text = _read_text(path)
     try:
         names, rows = _parse_table(text)
-        time_column = _find_column(time, names, "time", _TIME_NAMES, 0)
-        first = 1 if time_column == 0 else 0
-        signal_column = _find_column(signal, names, "signal", (quantity,), first)
+        time_column = _find_column("time", time, names, usual_names=_TIME_NAMES, default=0)
+        first_of_others = 1 if time_column == 0 else 0
+        signal_column = _find_column(
+            "signal", signal, names, usual_names=(quantity,), default=first_of_others
+        )
         t = _column_values(rows, time_column, names[time_column])
         values = _column_values(rows, signal_column, names[signal_column])
     except InputError as error:
@@ -143,6 +145,7 @@ def has_column_name(column: str, names: Sequence[str]) -> bool:
     return letters is not None and letters[0].lower() in {name.lower() for name in names if name}
 
 
+# The number of a line, and its cells.
 _Row = tuple[int, list[str]]
 
 
@@ -156,7 +159,7 @@ def _read_text(path: Path) -> str:
 
 
 def _parse_table(text: str) -> tuple[list[str], list[_Row]]:
-    # The column names, and the rows of cells with their line numbers.
+    # The column names and the rows, split by the first separator that gives columns of numbers.
     lines = [
         (number, line)
         for number, line in enumerate(text.splitlines(), start=1)
@@ -198,11 +201,13 @@ def _is_number(cell: str) -> bool:
     return True
 
 
-def _find_column(chosen: str, names: list[str], role: str, usual: Sequence[str], first: int) -> int:
-    # Index of the chosen column; if none is chosen, of one with a usual name, or else `first`.
+def _find_column(
+    role: str, chosen: str, names: list[str], *, usual_names: Sequence[str], default: int
+) -> int:
+    # Index of the column `chosen` by name or number; if empty, of the first with a usual name.
     if not chosen:
-        matches = (index for index, name in enumerate(names) if has_column_name(name, usual))
-        return next(matches, first)
+        matches = (index for index, name in enumerate(names) if has_column_name(name, usual_names))
+        return next(matches, default)
     if chosen in names:
         return names.index(chosen)
     if chosen.isascii() and chosen.isdigit() and 1 <= int(chosen) <= len(names):

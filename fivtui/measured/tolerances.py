@@ -24,7 +24,7 @@ class Tolerances:
         Half width of the band around the computed signal: in the unit of the signal, or relative to
         its half peak-to-peak.
     share : float
-        Share of the samples that must be within the band.
+        Least share of the samples within the band.
     frequency : float or None
         Limit of the relative difference of the frequencies with the largest amplitude.
     amplitude : float or None

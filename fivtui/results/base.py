@@ -37,8 +37,9 @@ class Comparable:
 
     def __hash__(self) -> int:
         # Arrays cannot be hashed: hash only fields of these types.
-        values = (getattr(self, name) for name in _compared_fields(self))
-        return hash((type(self), *(v for v in values if isinstance(v, (System, Parameters, str)))))
+        values = [getattr(self, name) for name in _compared_fields(self)]
+        hashable = [value for value in values if isinstance(value, (System, Parameters, str))]
+        return hash((type(self), *hashable))
 
 
 def _compared_fields(record: Any) -> list[str]:
@@ -50,9 +51,8 @@ def equal_values(first: Any, second: Any) -> bool:
     import numpy as np
 
     if type(first) is not type(second):
-        return not (isinstance(first, np.ndarray) or isinstance(second, np.ndarray)) and bool(
-            first == second
-        )
+        has_array = isinstance(first, np.ndarray) or isinstance(second, np.ndarray)
+        return not has_array and bool(first == second)
     if isinstance(first, np.ndarray):
         return first.dtype == second.dtype and np.array_equal(
             first, second, equal_nan=first.dtype.kind in "fc"
@@ -66,8 +66,8 @@ def equal_values(first: Any, second: Any) -> bool:
         first, second = list(first.values()), [second[key] for key in first]
     if isinstance(first, (tuple, list)):
         return len(first) == len(second) and all(map(equal_values, first, second))
-    is_nan = isinstance(first, float) and math.isnan(first) and math.isnan(second)
-    return is_nan or bool(first == second)
+    are_nan = isinstance(first, float) and math.isnan(first) and math.isnan(second)
+    return are_nan or bool(first == second)
 
 
 class Result(Comparable):
@@ -90,6 +90,7 @@ class Result(Comparable):
         raise NotImplementedError
 
     def _lines(self) -> list[tuple[str, str]]:
+        # Lines of the repr: a label, and its value with the note.
         return [(label, "  ".join(filter(None, texts))) for label, *texts in self._summary()]
 
     def __repr__(self) -> str:

@@ -92,11 +92,15 @@ def axes_from_data(data: Sequence[Mapping[str, Any]]) -> dict[str, FloatArray]:
 def split_grid(
     columns: Mapping[str, NDArray[Any]],
 ) -> tuple[dict[str, FloatArray], dict[str, NDArray[Any]]]:
-    """Split the columns of a table into the axes of its grid and the mapped quantities."""
+    """Split the columns of a table into the axes of its grid and arrays over the grid.
+
+    The first two columns are the quantities of the grid; the second one varies fastest.
+    """
     first, second, *quantities = columns
-    rows = columns[first]
-    length = int(np.argmax(rows != rows[0])) or rows.size
-    arrays = {name: column.reshape(-1, length) for name, column in columns.items()}
+    # The first quantity is constant while the second one takes all its values.
+    is_changed = columns[first] != columns[first][0]
+    second_size = int(np.argmax(is_changed)) or is_changed.size
+    arrays = {name: column.reshape(-1, second_size) for name, column in columns.items()}
     over = {first: arrays[first][:, 0], second: arrays[second][0]}
     if not (np.all(over[first] == arrays[first].T) and np.all(arrays[second] == over[second])):
         raise InputError("the points do not form a grid")

@@ -24,10 +24,11 @@ class Command:
     name: str
     # Fields of the scene that the command computes; missing fields have the values of the base set.
     scene: Mapping[str, Any] = field(default_factory=dict)
-    # Parameters and fields of a scene that its options can set; its other arguments.
+    # Parameters and fields of a scene that its options can set.
     settable: Sequence[str] = ()
+    # Its arguments that do not set the scene.
     arguments: Sequence[str] = ()
-    # Fields that only the scene in its first argument can set, as the command has no such options.
+    # Fields for which the command has no options: the scene in its first argument must set them.
     needed: Mapping[str, Any] = field(default_factory=dict)
 
 
@@ -92,22 +93,26 @@ class StudyKind:
     show: Callable[[Any], None]
     # Rows of the table of a result; by default those of its repr.
     rows: Callable[[Any], Sequence[Row]] = _repr_rows
-    # Data of a result for JSON, its matplotlib figure, and its warning.
+    # Data of a result for JSON.
     to_dict: Callable[[Any], Any] = methodcaller("to_dict")
+    # The matplotlib figure of a result.
     figure: Callable[[Any], Any] = methodcaller("figure")
+    # The warning of a result; None if there is none.
     warning: Callable[[Any], str | None] = lambda result: getattr(result, "warning", None) or None
     # File suffixes that `save` can write.
     suffixes: tuple[str, ...] = ()
+    # Writes a result to a file.
     save: Callable[..., None] = save_result
     # Whether the laboratory also offers JSON.
     as_json: bool = False
-    # Second part of the default file name of a result, e.g. "map-F-mu".
+    # Part of the default file name that describes the result, e.g. "map-F-mu".
     stem: Callable[[Any], str] = str
     # Reads a result from a file, or from a folder whose suffix is in `folders`.
     load: Callable[[Path], Any] | None = None
     folders: tuple[str, ...] = ()
-    # Keys in the header of a table and in JSON that identify the kind.
+    # Keys in the header of a table that identify the kind.
     header: frozenset[str] = frozenset()
+    # Keys of a JSON object that identify the kind.
     json_keys: frozenset[str] = frozenset()
     # The reason why JSON of this kind cannot be read; empty if it can.
     json_refusal: str = ""

@@ -132,10 +132,16 @@ def read_result(
     texts: Collection[str] = (),
     missing: bool = False,
 ) -> T:
-    """Read a result from a table or JSON; `texts` and `missing` are as in `read_columns`."""
-    content, columns, header = b"", {}, {}
+    """Read a result from a table or JSON.
+
+    `from_data` converts the JSON value of a file, `from_table` the columns and the header of a
+    table; without it, only JSON is read. `texts` and `missing` are as in `read_columns`.
+    """
     if path.suffix.lower() == ".json":
         content = read_bytes(path)
+
+        def convert() -> T:
+            return from_data(json.loads(content))
     elif from_table is None:
         raise InputError(
             f"{path}: a {data_name} is read from JSON alone, which {data_name} --json prints"
@@ -143,12 +149,12 @@ def read_result(
     else:
         columns = read_columns(path, data_name, texts=texts, missing=missing)
         header = read_header(path, data_name)
+
+        def convert() -> T:
+            return from_table(columns, header)
+
     try:
-        return (
-            from_table(columns, header)
-            if columns and from_table
-            else from_data(json.loads(content))
-        )
+        return convert()
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
     except (ValueError, KeyError, TypeError, AttributeError, IndexError, RecursionError):
