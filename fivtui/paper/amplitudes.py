@@ -40,13 +40,14 @@ def compute_amplitudes(
     def run_settings(index: int) -> tuple[float, float]:
         return scenes[index].t_end, scenes[index].tol
 
-    for _, members in groupby(sorted(range(len(scenes)), key=run_settings), run_settings):
-        indices = list(members)
-        begin, end = (
-            count / len(scenes) for count in (len(amplitudes), len(amplitudes) + len(indices))
-        )
-        part_progress = work.stage(begin, end).callback
-        batch = _batch_amplitudes([scenes[index] for index in indices], workers, part_progress)
+    # All scenes of a batch have the same horizon and tolerance.
+    sorted_indices = sorted(range(len(scenes)), key=run_settings)
+    for _, group in groupby(sorted_indices, run_settings):
+        indices = list(group)
+        begin = len(amplitudes) / len(scenes)
+        end = (len(amplitudes) + len(indices)) / len(scenes)
+        batch_progress = work.stage(begin, end).callback
+        batch = _batch_amplitudes([scenes[index] for index in indices], workers, batch_progress)
         amplitudes.update(zip(indices, batch, strict=True))
     return [amplitudes[index] for index in range(len(scenes))]
 
@@ -69,7 +70,8 @@ def _batch_amplitudes(
         error = batch.failure(index)
         if error is not None:
             scene = scenes[index]
-            values = ", ".join(f"{k} = {v:g}" for k, v in scene.parameters.as_dict().items())
+            parameters = scene.parameters.as_dict().items()
+            values = ", ".join(f"{name} = {value:g}" for name, value in parameters)
             raise ComputationError(f"{scene.name} ({values}): {error.why}", error.advice)
     columns = (
         batch.amplitude.y_abs,

@@ -49,6 +49,7 @@ _LABELS: Final[Mapping[str, Label]] = {
 # Columns whose axis begins at zero, and columns with a line at zero.
 _FROM_ZERO: Final = ("mu_c", "y_peak", "y_half_range")
 _WITH_ZERO_LINE: Final = ("sigma_1", "y", "x", "P")
+# Height of all figures, and width of one with a single chart, inches.
 _HEIGHT: Final = 3.1
 _SINGLE_WIDTH: Final = 4.6
 # Relative distance below which two curves coincide.
@@ -90,12 +91,14 @@ def _line_label(by: str, value: float) -> Label:
 
 
 def _role(by: str, value: float, number: int) -> str:
+    # The role of line `number`, from 1, which decides its colour and style.
     if by == SEPARATION:
         return "peak, considered" if value else "peak, ignored"
     return f"line {number}"
 
 
 def _trace(name: Label, line: FigureData, names: Sequence[str], role: str) -> Trace:
+    # The trace of one column, or of the two columns of both modes.
     if len(names) == 1:
         return Trace(name, line[line.along], line[names[0]], role=role)
     # NaN separates the two modes.
@@ -116,7 +119,7 @@ def draw(number: int, results: PaperResults) -> "Figure":
 def figure_sheet(number: int, results: PaperResults) -> Sheet:
     """A figure of the paper, 2 to 16, under its fixed parameters."""
     panels = figure_panels(number)
-    first = panels[0]
+    first, *_ = panels
     varied = [name for name in PARAMETERS if name not in first.fixed]
     title = parameter_text(first.lines[0].scene.parameters, varied)
     if first.kind == "transient":
@@ -128,8 +131,11 @@ def figure_sheet(number: int, results: PaperResults) -> Sheet:
         for chart in figure_charts(panel, data)
     ]
     if first.kind == "eigenvalues":
-        charts = [replace(chart, traces=tuple(map(_hide_merged, chart.traces))) for chart in charts]
-        charts[1] = replace(charts[1], traces=(*charts[1].traces, *_critical_points(tables[0])))
+        frequencies, growth_rates = (
+            replace(chart, traces=tuple(map(_hide_merged, chart.traces))) for chart in charts
+        )
+        traces = (*growth_rates.traces, *_critical_points(tables[0]))
+        charts = [frequencies, replace(growth_rates, traces=traces)]
     if len(charts) > 1:
         charts = [replace(c, title=f"({letter})") for c, letter in zip(charts, "ab", strict=True)]
     width = FIGURE_WIDTH if len(charts) > 1 else _SINGLE_WIDTH
@@ -142,16 +148,18 @@ def _hide_merged(trace: Trace) -> Trace:
 
     Two dashed curves on top of each other would look solid. The ends of a common part stay.
     """
-    half = trace.x.size // 2
-    first, second = trace.y[:half], trace.y[half + 1 :]
+    # NaN separates the modes in the middle of the trace.
+    middle = trace.x.size // 2
+    first, second = trace.y[:middle], trace.y[middle + 1 :]
     differs = np.abs(second - first) > _COINCIDENCE_TOL * np.abs(first)
-    keeps = np.convolve(differs, np.ones(3), mode="same") > 0.0
-    y: FloatArray = np.concatenate([trace.y[: half + 1], np.where(keeps, second, np.nan)])
+    # Keep the neighbours of points that differ.
+    is_kept = np.convolve(differs, np.ones(3), mode="same") > 0.0
+    y: FloatArray = np.concatenate([trace.y[: middle + 1], np.where(is_kept, second, np.nan)])
     return replace(trace, y=y)
 
 
 def _critical_points(data: FigureData) -> list[Trace]:
-    """A marker on each line at zero growth rate, then the black entry of the legend."""
+    """A marker on each line at its critical μ and growth rate zero, then the legend's entry."""
     points = [
         Trace("", line["mu_c"][:1], np.zeros(1), "points", role="critical point", colour=colour)
         for (_, line), colour in zip(data.lines(), LINE_COLOURS, strict=True)

@@ -1,4 +1,7 @@
-"""The data of a figure: named columns with units, and their file."""
+"""The data of a figure: named columns with units, and their file.
+
+A figure has panels; the lines of a panel differ in the column `by` and are drawn over `along`.
+"""
 
 import dataclasses
 from collections.abc import Iterator, Mapping

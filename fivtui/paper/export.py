@@ -16,7 +16,7 @@ from .families import FIRST_FIGURE, LAST_FIGURE, figure_panels
 from .results import PaperResults
 
 NUMBERS: Final = tuple(range(FIRST_FIGURE, LAST_FIGURE + 1))
-# One for print and one for screens.
+# A format for print and one for screens.
 DEFAULT_FORMATS: Final = ("pdf", "png")
 # Share of the computing time that amplitudes take, for the progress.
 _AMPLITUDES_SHARE: Final = 0.6

@@ -1,5 +1,8 @@
 """The scenes of the paper's figures: what varies, over which range, in which lines.
 
+A figure has one or two panels. A panel has lines, which differ in the parameter `by`; the parameter
+`along` varies along each line.
+
 Values are those of the captions and the text. Where the paper gives no range, the range covers the
 effects described in its text, and `Panel.choice` describes it.
 """
@@ -23,7 +26,7 @@ LAST_FIGURE: Final = 16
 
 _BASE: Final = PRESETS["base"]
 _CASES: Final = (PRESETS["separation-ignored"], _BASE)
-# Sufficient tolerance: amplitudes are compared to a percent, with values read from a picture.
+# Amplitudes are compared to a percent with values read from a picture: this tolerance suffices.
 _AMPLITUDE_TOL: Final = 1e-9
 
 
@@ -105,9 +108,13 @@ def _panel(
 ) -> Panel:
     """A panel over a parameter, with a line per value of a second parameter."""
     scene = replace(_BASE, name=f"fig-{key}").with_values(changes)
-    (parameter, values), (name, steps) = along, by
-    lines = tuple(Line(scene.with_values({name: step}), parameter, tuple(values)) for step in steps)
-    return Panel(key, caption, kind, lines, name, choice=choice)
+    along_name, along_values = along
+    by_name, by_values = by
+    lines = tuple(
+        Line(scene.with_values({by_name: value}), along_name, tuple(along_values))
+        for value in by_values
+    )
+    return Panel(key, caption, kind, lines, by_name, choice=choice)
 
 
 def _equilibria(key: str, quantity: str, along: _Axis, by: _Axis) -> Panel:

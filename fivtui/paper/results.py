@@ -1,4 +1,7 @@
-"""Results that figures and claims share, each computed once."""
+"""Results that figures and claims share, each computed once.
+
+A panel is one diagram of a figure; its lines and points are runs or states of scenes.
+"""
 
 from collections.abc import Callable, Iterable, Iterator
 from typing import Final
@@ -15,14 +18,18 @@ from .data import FigureData
 from .families import PANELS, Panel
 from .tables import COLUMNS, amplitude_columns, motion_columns, panel_data
 
-_POINTS: Final = 10_001
+# Number of samples of the trajectory of a run.
+_SAMPLES: Final = 10_001
 
 
 class PaperResults:
-    """Tables and runs of the paper, each computed when first requested."""
+    """Tables and runs of the paper, each computed when first requested.
+
+    `should_continue` is called between computations, which are cancelled when it returns False.
+    """
 
     def __init__(self, *, workers: int | None = None) -> None:
-        self.go_on: Callable[[], bool] = lambda: True
+        self.should_continue: Callable[[], bool] = lambda: True
         self._workers = workers
         self._tables: dict[str, FigureData] = {}
         self._runs: dict[Scene, Transient] = {}
@@ -48,10 +55,10 @@ class PaperResults:
     def run(self, scene: Scene) -> Transient:
         """The run of a scene, with 10,001 samples of its trajectory."""
         if scene not in self._runs:
-            samples = np.linspace(0.0, scene.t_end, _POINTS)
+            samples = np.linspace(0.0, scene.t_end, _SAMPLES)
             self._runs[scene] = compute(
                 scene.request(method="taylor", step=None, samples=samples),
-                progress=lambda _fraction: self.go_on(),
+                progress=lambda _fraction: self.should_continue(),
             )
         return self._runs[scene]
 
@@ -77,6 +84,6 @@ class PaperResults:
 
     def _cancellable(self, scenes: Iterable[Scene]) -> Iterator[Scene]:
         for scene in scenes:
-            if not self.go_on():
+            if not self.should_continue():
                 raise Cancelled
             yield scene

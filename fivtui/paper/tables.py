@@ -1,4 +1,4 @@
-"""The numbers of a panel, computed from its scenes."""
+"""The numbers of a panel of a figure, computed from the scenes of its points or lines."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import fields
@@ -24,7 +24,7 @@ from .families import SEPARATION, Kind, Panel
 
 Columns = Mapping[str, ArrayLike]
 
-# Relative distance below which frequencies have merged: double roots are no more accurate.
+# Relative distance below which two frequencies count as equal: double roots are no more accurate.
 _MERGING_TOL: Final = 1e-6
 # Kinds of panels that are computed from transients.
 _TRANSIENT_KINDS: Final[Sequence[Kind]] = ("transient", "amplitude")

@@ -206,14 +206,14 @@ def test_a_system_without_critical_friction_is_refused() -> None:
 def test_a_table_can_be_cancelled_between_scenes_and_within_a_run(key: str) -> None:
     results, checks = PaperResults(), 0
 
-    def go_on() -> bool:
+    def should_continue() -> bool:
         nonlocal checks
         checks += 1
         return checks < 3
 
-    results.go_on = go_on
+    results.should_continue = should_continue
     with pytest.raises(Cancelled):
         results.table(key)
     assert checks == 3
-    results.go_on = lambda: True
+    results.should_continue = lambda: True
     assert results.table(key).columns

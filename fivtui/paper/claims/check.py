@@ -18,19 +18,30 @@ from .claim import CheckedClaim, Claim, Quantity, Verdict, check
 _TESTS: Final = {**stability.TESTS, **vibration.TESTS}
 
 
-def _claim(name: str, row: Sequence[Any]) -> Claim:
-    section, stated, statement, quantity_names, reason = (*row, "")[:5]
-    if name not in _TESTS:
-        return Claim(name, section, statement, stated, untestable=reason)
-    scenes = vibration.SCENES.get(name, ())
-    return Claim(name, section, statement, stated, _TESTS[name], "", scenes, quantity_names, reason)
+_STATEMENTS: Final = Path(__file__).with_name("statements.toml")
+
+
+def _make_claim(claim_id: str, row: Sequence[Any]) -> Claim:
+    # A claim from a row of statements.toml, whose last entry may be missing.
+    section, stated, statement, quantity_names, *rest = row
+    reason = rest[0] if rest else ""
+    if claim_id not in _TESTS:
+        return Claim(claim_id, section, statement, stated, untestable=reason)
+    return Claim(
+        claim_id,
+        section,
+        statement,
+        stated,
+        test=_TESTS[claim_id],
+        scenes=vibration.SCENES.get(claim_id, ()),
+        names=quantity_names,
+        reason=reason,
+    )
 
 
 CLAIMS: Final[tuple[Claim, ...]] = tuple(
-    _claim(name, row)
-    for name, row in tomllib.loads(
-        Path(__file__).with_name("statements.toml").read_text(encoding="utf-8")
-    ).items()
+    _make_claim(claim_id, row)
+    for claim_id, row in tomllib.loads(_STATEMENTS.read_text(encoding="utf-8")).items()
 )
 
 # Share of the computing time that the runs for amplitudes take, for the progress.
@@ -96,13 +107,13 @@ def check_claims(
     source.prepare(scenes, work.stage(0.0, _AMPLITUDES_SHARE).callback)
     checked: list[CheckedClaim] = []
     checking = work.stage(_AMPLITUDES_SHARE, 1.0)
-    source.go_on = checking.should_continue
+    source.should_continue = checking.should_continue
     try:
         for claim in chosen:
             checked.append(check(claim, source))
             checking.report(len(checked) / len(chosen))
     finally:
-        source.go_on = lambda: True
+        source.should_continue = lambda: True
     return checked
 
 

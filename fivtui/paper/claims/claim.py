@@ -12,7 +12,7 @@ from fivtui.scene import Scene
 
 # The computed numbers of a claim, in the order of their names; None is not reported.
 Values = Sequence[float | None]
-# Whether a claim holds, and the computed numbers.
+# What a test returns: whether the claim holds, and the computed numbers.
 Finding = tuple[bool | np.bool, Values]
 Test = Callable[[PaperResults], Finding]
 
@@ -40,8 +40,9 @@ class Quantity(NamedTuple):
 class Claim:
     """A statement of the paper: a row of `statements.toml`, and its test.
 
-    A claim without a test cannot be decided by the model. `scenes` are scenes outside the figures
-    whose amplitudes the test needs. Each of `names` ends in its unit in brackets, if any.
+    A claim without a test cannot be decided by the model; `untestable` says why. `scenes` are
+    scenes outside the figures whose amplitudes the test needs. `names` are those of the computed
+    numbers, each with its unit in brackets, if any.
     """
 
     id: str
@@ -89,11 +90,16 @@ def check(claim: Claim, results: PaperResults) -> CheckedClaim:
         return CheckedClaim(claim, Verdict.NOT_TESTABLE, (), claim.untestable)
     holds, values = claim.test(results)
     quantities = tuple(
-        Quantity(name, value.item() if isinstance(value, np.generic) else value, unit.rstrip("]"))
-        for (name, _, unit), value in zip(
-            (name.partition(" [") for name in claim.names), values, strict=True
-        )
+        _make_quantity(name_and_unit, value)
+        for name_and_unit, value in zip(claim.names, values, strict=True)
         if value is not None
     )
     verdict = Verdict.HOLDS if holds else Verdict.DOES_NOT_HOLD
     return CheckedClaim(claim, verdict, quantities, claim.reason)
+
+
+def _make_quantity(name_and_unit: str, value: float) -> Quantity:
+    # `name_and_unit` is such as "greatest |P| [N]".
+    name, _, unit = name_and_unit.partition(" [")
+    number = value.item() if isinstance(value, np.generic) else value
+    return Quantity(name, number, unit.rstrip("]"))

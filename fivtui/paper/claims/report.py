@@ -28,8 +28,9 @@ _VERDICT_STYLES: Final = {"does not hold": "bold", "not testable": "dim"}
 def print_claims(checked: Sequence["CheckedClaim"]) -> None:
     """Print the paper's claims, the computed numbers and the verdicts."""
     width = terminal_width()
-    wide = width is None or width >= _LEAST_TABLE_WIDTH
-    print_titled("Claims of the paper", _claims_table(checked) if wide else _claims_list(checked))
+    has_space = width is None or width >= _LEAST_TABLE_WIDTH
+    content = _claims_table(checked) if has_space else _claims_list(checked)
+    print_titled("Claims of the paper", content)
     counts = Counter(entry.verdict.value for entry in checked)
     text = ", ".join(f"{verdict} {count}" for verdict, count in counts.items())
     Console(stderr=True, highlight=False).print(f"{len(checked)} claims: {text}")

@@ -1,4 +1,8 @@
-"""Tests of the claims of sections 2 to 4: damping, contact, equilibria and their stability."""
+"""Tests of the claims of sections 2 to 4: damping, contact, equilibria and their stability.
+
+A test returns whether the claim holds, and the numbers that `statements.toml` names. Figures are
+identified by their number; a column has an array for each line, by k_nl or F of the line.
+"""
 
 import math
 from collections.abc import Callable, Mapping
@@ -27,20 +31,25 @@ from .claim import Finding, Test, Values
 from .trends import columns, compare, crossing, falls, falls_then_rises, rises, trend
 
 _BASE: Final = Parameters()
-_LINEAR: Final = _BASE.with_values({"k_nl": 0.0, "mu": 1.2})
+# The friction coefficient of two claims, and the linear system at it.
+_STRONG_MU: Final = 1.2
+_LINEAR: Final = _BASE.with_values({"k_nl": 0.0, "mu": _STRONG_MU})
+# Rounding errors of displacements (m) and Jacobians, and of critical friction coefficients.
 _ROUNDING: Final = 1e-12
 _MU_ROUNDING: Final = 1e-9
 # Greatest displacement, m, or force, N, at a located switch.
 _SWITCH_TOL: Final = 1e-9
 # Frequencies closer than this have merged, rad/s.
 _MERGED: Final = 1e-6
+# Frequencies farther apart than this have not merged, rad/s.
+_SEPARATE: Final = 1e-3
 
 
 def _proportional_damping(_: PaperResults) -> Finding:
     lower, upper = modes(stability(_BASE.with_values({"mu": 0.0})))
     expected = -_BASE.c1 / (2.0 * _BASE.m)
-    equal_decay = all(math.isclose(mode.real, expected, rel_tol=1e-9) for mode in (lower, upper))
-    return equal_decay, (lower.real, upper.real, expected)
+    is_equal = all(math.isclose(mode.real, expected, rel_tol=1e-9) for mode in (lower, upper))
+    return is_equal, (lower.real, upper.real, expected)
 
 
 def _contact_means_negative_y(_: PaperResults) -> Finding:
@@ -66,39 +75,43 @@ def _reattachment_without_force(paper: PaperResults) -> Finding:
 
 
 def _reattachment_at_the_static_position(paper: PaperResults) -> Finding:
-    y, rest = _states_at_reattachments(paper).y, static_start(System(_BASE))[2]
-    return np.abs(y - rest).max() <= _SWITCH_TOL, (np.abs(y).max(), rest)
+    y = _states_at_reattachments(paper).y
+    _, _, static_y, _ = static_start(System(_BASE))
+    return np.abs(y - static_y).max() <= _SWITCH_TOL, (np.abs(y).max(), static_y)
 
 
 def _one_real_equilibrium(_: PaperResults) -> Finding:
-    counts, gaps = set(), []
+    root_counts, differences = set(), []
     for k_nl, F in product((1.0, 50.0, 100.0, 500.0), (5.0, 20.0, 50.0, 100.0)):
         p = _BASE.with_values({"k_nl": k_nl, "F": F})
-        # Eq. 6 with x_e eliminated by its first row.
-        a, h = p.k1 + 0.5 * p.k3, 0.5 * p.k3
-        linear = p.k2 + h - h * (h - p.mu * p.k2) / a
-        roots = np.roots((p.k_nl + h * p.mu * p.k_nl / a, 0.0, linear, p.F))
-        real = roots.real[np.isclose(roots.imag, 0.0, atol=1e-9)]
-        counts.add(real.size)
-        gaps.append(abs(float(real[0]) - equilibrium(System(p)).y))
-    return counts == {1} and max(gaps) < 1e-9, (max(counts), max(gaps))
+        # The cubic of Eq. 6 in y_e; its first row, with k_x and the coupling k3/2, eliminates x_e.
+        k_x, coupling = p.k1 + 0.5 * p.k3, 0.5 * p.k3
+        linear = p.k2 + coupling - coupling * (coupling - p.mu * p.k2) / k_x
+        cubic = p.k_nl + coupling * p.mu * p.k_nl / k_x
+        roots = np.roots((cubic, 0.0, linear, p.F))
+        real_roots = roots.real[np.isclose(roots.imag, 0.0, atol=1e-9)]
+        root_counts.add(real_roots.size)
+        differences.append(abs(float(real_roots[0]) - equilibrium(System(p)).y))
+    holds = root_counts == {1} and max(differences) < 1e-9
+    return holds, (max(root_counts), max(differences))
 
 
 def _preload_brings_stiffness_into_the_jacobian(_: PaperResults) -> Finding:
-    def change(F: float) -> float:
+    def jacobian_change(F: float) -> float:
+        # Greatest change of an element of the Jacobian by k_nl.
         sets = [_BASE.with_values({"F": F, "k_nl": k_nl}) for k_nl in (0.0, _BASE.k_nl)]
         linear, nonlinear = (
             np.array(jacobian(p, equilibrium(System(p)).y, Mode.CONTACT)) for p in sets
         )
         return float(np.abs(nonlinear - linear).max())
 
-    unloaded, loaded = change(0.0), change(_BASE.F)
+    unloaded, loaded = jacobian_change(0.0), jacobian_change(_BASE.F)
     stiffness = tangent_stiffness(_BASE, equilibrium(System(_BASE)).y)
     return unloaded <= _ROUNDING < loaded, (unloaded, loaded, stiffness)
 
 
 def _count_exceptions(paper: PaperResults, *keys: str) -> tuple[int, int]:
-    # Numbers of points, and of points where growth contradicts friction above the critical one.
+    # Numbers of points, and of exceptions to the rule that motion grows exactly above μ_c.
     points = exceptions = 0
     for line in (line for key in keys for _, line in paper.table(key).lines()):
         growth = np.maximum(line["sigma_1"], line["sigma_2"])
@@ -108,14 +121,16 @@ def _count_exceptions(paper: PaperResults, *keys: str) -> tuple[int, int]:
 
 
 def _frequencies_merge(_: PaperResults) -> Finding:
-    def gap(p: Parameters, share: float) -> float:
+    def frequency_gap(p: Parameters, share: float) -> float:
+        # Difference of both frequencies at a share of the critical friction, rad/s.
         lower, upper = modes(stability(p.with_values({"mu": share * critical_mu(p)})))
         return abs(upper.imag - lower.imag)
 
     grid = product((20.0, 100.0), (0.0, 50.0, 100.0, 500.0))
     sets = [_BASE.with_values({"F": F, "k_nl": k_nl}) for F, k_nl in grid]
-    least, greatest = min(gap(p, 0.99) for p in sets), max(gap(p, 1.0) for p in sets)
-    return least > 0.0 and greatest <= _MERGED, (least, greatest)
+    least_below = min(frequency_gap(p, 0.99) for p in sets)
+    greatest_at = max(frequency_gap(p, 1.0) for p in sets)
+    return least_below > 0.0 and greatest_at <= _MERGED, (least_below, greatest_at)
 
 
 def _critical_values(paper: PaperResults, key: str) -> Values:
@@ -124,22 +139,25 @@ def _critical_values(paper: PaperResults, key: str) -> Values:
 
 
 def _mu_c_test(key: str, holds: Callable[..., bool]) -> Test:
+    # A test by the μ_c of the lines of a figure.
     return compare(lambda paper: _critical_values(paper, key), holds)
 
 
 def _no_coalescence(paper: PaperResults) -> Finding:
     gaps = [line["omega_2"] - line["omega_1"] for _, line in paper.table("5").lines()]
-    separate = all(gap.min() > 1e-3 and gap.min() < gap[0] for gap in gaps)
-    return separate, [gap.min() for gap in gaps]
+    approach = all(_SEPARATE < gap.min() < gap[0] for gap in gaps)
+    return approach, [gap.min() for gap in gaps]
 
 
 def _one_real_part_passes_zero(paper: PaperResults) -> Finding:
     lines = [line for _, line in paper.table("5").lines()]
-    decay = all(np.all(np.minimum(line["sigma_1"], line["sigma_2"]) < 0.0) for line in lines)
-    return decay and not _count_exceptions(paper, "5")[1], _critical_values(paper, "5")
+    one_decays = all(np.all(np.minimum(line["sigma_1"], line["sigma_2"]) < 0.0) for line in lines)
+    _, exceptions = _count_exceptions(paper, "5")
+    return one_decays and exceptions == 0, _critical_values(paper, "5")
 
 
 def _growth_test(name: str, *values: float) -> Test:
+    # A test that the second of three values of a parameter is unstable, the others stable.
     return compare(
         lambda _: [growth_rate(System(_BASE.with_values({name: value}))) for value in values],
         lambda before, between, after: before < 0.0 < between and after < 0.0,
@@ -150,24 +168,33 @@ def _mu_c_lines(paper: PaperResults, *keys: str) -> tuple[float, list[FloatArray
     # μ_c of the linear system, and along the nonlinear lines of Figs. 6 to 9.
     panels = [columns(paper, key, "mu_c") for key in keys]
     lines = [line for panel in panels for value, line in panel.items() if value > 0.0]
-    return float(panels[0][0.0][0]), lines
+    # A line with k_nl = 0 or F = 0 is that of the linear system and has one μ_c.
+    linear_line = panels[0][0.0]
+    return float(linear_line[0]), lines
+
+
+def _linear_mu_c_and_its_change(paper: PaperResults) -> Values:
+    linear_line = columns(paper, "6", "mu_c")[0.0]
+    return float(linear_line[0]), np.ptp(linear_line)
 
 
 def _first_below_linear(paper: PaperResults, key: str) -> Finding:
+    # Whether all lines fall from the linear μ_c to a minimum.
     linear, lines = _mu_c_lines(paper, key)
-    falling = [line[: np.argmin(line) + 1] for line in lines]
-    holds = all(line.size > 1 and falls(line) and line[1] < linear for line in falling)
-    return holds, (linear, *(line[-1] for line in falling))
+    to_minimum = [line[: np.argmin(line) + 1] for line in lines]
+    holds = all(line.size > 1 and falls(line) and line[1] < linear for line in to_minimum)
+    return holds, (linear, *(line[-1] for line in to_minimum))
 
 
 def _preload_stabilises_later(paper: PaperResults) -> Finding:
-    lines, preloads = _mu_c_lines(paper, "6")[1], columns(paper, "6", "F")[0.0]
-    least = [preloads[np.argmin(line)] for line in lines]
-    return all(map(falls_then_rises, lines)) and falls(least), least
+    _, lines = _mu_c_lines(paper, "6")
+    preloads = columns(paper, "6", "F")[0.0]
+    minima = [preloads[np.argmin(line)] for line in lines]
+    return all(map(falls_then_rises, lines)) and falls(minima), minima
 
 
 def _exceeds_linear(paper: PaperResults, key: str, along: str) -> Finding:
-    # Whether the last line ends above the linear one, and the start of that range.
+    # Whether the last line ends above the linear μ_c. The last number is where it crosses that.
     linear, lines = _mu_c_lines(paper, key)
     begin = crossing(columns(paper, key, along)[0.0], lines[-1] - linear)
     return begin is not None, (linear, *(line[-1] for line in lines), begin)
@@ -194,13 +221,14 @@ def _small_preload_stays_below_linear(paper: PaperResults) -> Finding:
 def _stabilised_at_1_2(_: PaperResults) -> Finding:
     from scipy.optimize import brentq
 
-    p = _BASE.with_values({"F": 100.0, "k_nl": 300.0, "mu": 1.2})
+    p = _BASE.with_values({"F": 100.0, "k_nl": 300.0, "mu": _STRONG_MU})
     growth = growth_rate(System(p))
 
     def excess(k_nl: float) -> float:
-        return critical_mu(p.with_values({"k_nl": k_nl})) - 1.2
+        return critical_mu(p.with_values({"k_nl": k_nl})) - _STRONG_MU
 
-    return growth < 0.0, (critical_mu(p), growth, brentq(excess, 100.0, 500.0, xtol=1e-9))
+    least_stiffness = brentq(excess, 100.0, 500.0, xtol=1e-9)
+    return growth < 0.0, (critical_mu(p), growth, least_stiffness)
 
 
 def _soft_horizontal_more_stable(paper: PaperResults) -> Finding:
@@ -208,6 +236,11 @@ def _soft_horizontal_more_stable(paper: PaperResults) -> Finding:
     # The first point of every line is the linear system.
     least = min(line[1:].min() for line in lines)
     return least > linear, (linear, least - linear, max(line.max() for line in lines))
+
+
+def _soft_horizontal_monotonic(paper: PaperResults) -> Finding:
+    _, lines = _mu_c_lines(paper, "8", "9")
+    return trend(rises, lines, -1)
 
 
 TESTS: Final[Mapping[str, Test]] = {
@@ -229,7 +262,8 @@ TESTS: Final[Mapping[str, Test]] = {
     ),
     "preload-brings-stiffness-into-the-jacobian": _preload_brings_stiffness_into_the_jacobian,
     "one-critical-friction": compare(
-        lambda paper: _count_exceptions(paper, "3", "4"), lambda _, wrong: wrong == 0
+        lambda paper: _count_exceptions(paper, "3", "4"),
+        lambda _points, exceptions: exceptions == 0,
     ),
     "frequencies-merge": _frequencies_merge,
     "critical-friction-falls-at-small-preload": _mu_c_test("3", lambda _, *mu: falls(mu)),
@@ -242,8 +276,7 @@ TESTS: Final[Mapping[str, Test]] = {
     "preload-destabilises-then-stabilises": _growth_test("F", 0.0, 60.0, 120.0),
     "stiffness-destabilises-then-stabilises": _growth_test("k_nl", 0.0, 100.0, 500.0),
     "preload-leaves-the-linear-system": compare(
-        lambda paper: (_mu_c_lines(paper, "6")[0], np.ptp(columns(paper, "6", "mu_c")[0.0])),
-        lambda _, change: change <= _MU_ROUNDING,
+        _linear_mu_c_and_its_change, lambda _, change: change <= _MU_ROUNDING
     ),
     "preload-destabilises-at-first": lambda paper: _first_below_linear(paper, "6"),
     "preload-stabilises-later": _preload_stabilises_later,
@@ -258,9 +291,9 @@ TESTS: Final[Mapping[str, Test]] = {
     "small-preload-stays-below-linear": _small_preload_stays_below_linear,
     "linear-unstable-at-1-2": compare(
         lambda _: (critical_mu(_LINEAR), growth_rate(System(_LINEAR))),
-        lambda critical, growth: critical < 1.2 and growth > 0.0,
+        lambda critical, growth: critical < _STRONG_MU and growth > 0.0,
     ),
     "stabilised-at-1-2": _stabilised_at_1_2,
     "soft-horizontal-more-stable": _soft_horizontal_more_stable,
-    "soft-horizontal-monotonic": lambda paper: trend(rises, _mu_c_lines(paper, "8", "9")[1], -1),
+    "soft-horizontal-monotonic": _soft_horizontal_monotonic,
 }

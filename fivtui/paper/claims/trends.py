@@ -1,4 +1,7 @@
-"""Columns of the paper's tables, trends along lines, and tests built from them."""
+"""Columns of the paper's tables, trends along lines, and tests built from them.
+
+A panel of a figure has several lines. A test returns whether a claim holds, and computed numbers.
+"""
 
 from collections.abc import Callable, Iterable, Sequence
 
@@ -44,19 +47,19 @@ def falls(values: FloatArray | Sequence[float]) -> bool:
 
 def falls_then_rises(values: FloatArray) -> bool:
     """Whether values fall to a minimum before the last one, and rise from there."""
-    least = int(np.argmin(values))
-    inside = 0 < least < values.size - 1
-    return inside and falls(values[: least + 1]) and rises(values[least:])
+    minimum = int(np.argmin(values))
+    is_inside = 0 < minimum < values.size - 1
+    return is_inside and falls(values[: minimum + 1]) and rises(values[minimum:])
 
 
 def crossing(along: FloatArray, excess: FloatArray) -> float | None:
-    """Where values change sign from negative or zero to positive, interpolated.
+    """The value of `along` above which `excess` is positive, by linear interpolation.
 
-    None if there is no such place, or more than one change of sign.
+    None if `excess` is positive at first, or does not change its sign exactly once.
     """
-    positive = excess > 0.0
-    if positive[0] or np.count_nonzero(np.diff(positive)) != 1:
+    is_positive = excess > 0.0
+    if is_positive[0] or np.count_nonzero(np.diff(is_positive)) != 1:
         return None
-    before = int(np.argmax(positive)) - 1
-    share = excess[before] / (excess[before] - excess[before + 1])
-    return float(along[before] + share * (along[before + 1] - along[before]))
+    last = int(np.argmax(is_positive)) - 1
+    share = excess[last] / (excess[last] - excess[last + 1])
+    return float(along[last] + share * (along[last + 1] - along[last]))

@@ -1,4 +1,8 @@
-"""Tests of the claims of sections 1, 5 and 6: vibration with separation considered and ignored."""
+"""Tests of the claims of sections 1, 5 and 6: vibration with separation considered and ignored.
+
+A test returns whether the claim holds, and the numbers that `statements.toml` names. Figures are
+identified by their number; a column has an array for each line, by the case of the line.
+"""
 
 import dataclasses
 from collections.abc import Callable, Mapping
@@ -21,20 +25,28 @@ _BASE: Final = Parameters()
 _CONSIDERED: Final = PRESETS["base"]
 _IGNORED: Final = PRESETS["separation-ignored"]
 _COEXISTENCE: Final = PRESETS["coexistence"]
+# Values of the column `separation`, which distinguishes the lines of the figures.
+_LINE_CONSIDERED: Final = 1.0
+_LINE_IGNORED: Final = 0.0
 _FIGURES: Final = ("13", "14", "15", "16")
+# Columns that measure the amplitude.
 _MEASURES: Final = ("y_peak", "y_half_range")
-# Greatest ratio of amplitudes along a figure that counts as "barely affected".
+# Greatest ratio of amplitudes along a figure that counts as "barely affected", and least ratio that
+# counts as affected.
 _BARELY_RATIO: Final = 1.2
+_CLEAR_RATIO: Final = 5.0
 
 
 def _scene_with(scene: Scene, values: Mapping[str, float], **settings: Any) -> Scene:
     return dataclasses.replace(scene, **settings).with_values(values)
 
 
+# The same growing motion over two horizons.
 _UNBOUNDED: Final = tuple(
     _scene_with(PRESETS["linear"], {"mu": 1.2}, name="linear, unstable", t_end=t_end)
     for t_end in (30.0, 60.0)
 )
+# Scenes that differ in the preload alone.
 _PRELOAD_ALONE: Final = tuple(
     _scene_with(_CONSIDERED, {"F": F, "k_nl": 100.0, "mu": 0.7}, name="preload alone", tol=1e-9)
     for F in (40.0, 60.0)
@@ -50,13 +62,15 @@ def _stable_starts() -> tuple[Scene, ...]:
 
 
 def _pushed_up(offset: float) -> Scene:
+    # A start at the equilibrium, displaced upwards by `offset`, m.
     point = equilibrium(System(_COEXISTENCE.parameters))
     start = (point.x, 0.0, point.y + offset, 0.0)
     return dataclasses.replace(_COEXISTENCE, name=f"offset {offset:g} m", start=start)
 
 
 _STABLE: Final = _stable_starts()
-_ATTRACTORS: Final = (_COEXISTENCE, _pushed_up(0.3), PRESETS["coexistence-decay"])
+# Three starts at the same parameters, at which a stable equilibrium and a limit cycle coexist.
+_COEXISTENCE_STARTS: Final = (_COEXISTENCE, _pushed_up(0.3), PRESETS["coexistence-decay"])
 
 
 def _linear_contact_unbounded(paper: PaperResults) -> Finding:
@@ -78,10 +92,11 @@ def _has_returned(amplitude: Amplitude) -> bool:
 def _stable_returns_to_equilibrium(paper: PaperResults) -> Finding:
     separated = [amplitude for amplitude in paper.amplitudes(_STABLE) if amplitude.separations]
     returned = sum(map(_has_returned, separated))
-    attractors = paper.amplitudes(_ATTRACTORS)
-    counts = (len(separated), returned, growth_rate(System(_COEXISTENCE.parameters)))
-    holds = returned == len(separated) and _has_returned(attractors[0])
-    return holds, (*counts, *(amplitude.y_half_range for amplitude in attractors))
+    static, *pushed = paper.amplitudes(_COEXISTENCE_STARTS)
+    growth = growth_rate(System(_COEXISTENCE.parameters))
+    half_ranges = [amplitude.y_half_range for amplitude in (static, *pushed)]
+    holds = returned == len(separated) and _has_returned(static)
+    return holds, (len(separated), returned, growth, *half_ranges)
 
 
 def _critical_friction_of_the_example(_: PaperResults) -> Finding:
@@ -94,24 +109,27 @@ def _critical_friction_of_the_example(_: PaperResults) -> Finding:
 
 def _ignored_contact_force_becomes_negative(paper: PaperResults) -> Finding:
     trajectory = checked_trajectory(paper.run(_IGNORED))
-    P, negative = trajectory.P, trajectory.P < 0.0
-    first_negative = int(np.argmax(negative))
-    greatest = P[:first_negative].max(initial=0.0)
-    values = (P[0], greatest, trajectory.t[first_negative], P.min(), 100.0 * float(negative.mean()))
-    return negative.any() and first_negative > 0, values
+    P, is_negative = trajectory.P, trajectory.P < 0.0
+    first_negative = int(np.argmax(is_negative))
+    greatest_before = P[:first_negative].max(initial=0.0)
+    percentage = 100.0 * float(is_negative.mean())
+    values = (P[0], greatest_before, trajectory.t[first_negative], P.min(), percentage)
+    return is_negative.any() and first_negative > 0, values
 
 
 def _contact_force_falls_to_zero_repeatedly(paper: PaperResults) -> Finding:
     run = paper.run(_CONSIDERED)
     force, count = run.contact_force, run.events.separations
+    # Adding 0 turns -0 into 0.
     return force.min >= 0.0 and count > 10, (force.min + 0.0, force.max, count)
 
 
 def _no_force_off_the_belt(paper: PaperResults) -> Finding:
     trajectory = checked_trajectory(paper.run(_CONSIDERED))
-    off = trajectory.mode == Mode.SEPARATED
-    greatest = np.abs(trajectory.P[off]).max()
-    return greatest == 0.0 and np.all(trajectory.y[off] >= 0.0), (int(off.sum()), greatest)
+    is_off = trajectory.mode == Mode.SEPARATED
+    greatest = np.abs(trajectory.P[is_off]).max()
+    holds = greatest == 0.0 and np.all(trajectory.y[is_off] >= 0.0)
+    return holds, (int(is_off.sum()), greatest)
 
 
 def _stretched_spring_holds_back(paper: PaperResults) -> Finding:
@@ -127,23 +145,31 @@ def _separation_changes_both_motions(paper: PaperResults) -> Finding:
     return holds, (peak.x_abs, ignored.x_abs, peak.y_abs, ignored.y_abs)
 
 
-def _asymmetry(paper: PaperResults, **static: float) -> Finding:
-    # Excursions in the second half of the run, after the initial transient.
+def _asymmetry(paper: PaperResults, **static_values: float) -> Finding:
+    # Whether columns of the trajectory deviate unequally upwards and downwards from static values,
+    # in the second half of the run, after the initial transient.
     run = paper.run(_CONSIDERED)
     trajectory = checked_trajectory(run)
-    late = trajectory.t >= 0.5 * run.t_end
-    excursions = [getattr(trajectory, name)[late] - level for name, level in static.items()]
-    sides = [(values.max(), -values.min()) for values in excursions]
-    unequal = all(max(pair) > 1.5 * min(pair) for pair in sides)
-    return unequal, [side for pair in sides for side in pair]
+    is_late = trajectory.t >= 0.5 * run.t_end
+    excursions = []
+    for name, static_value in static_values.items():
+        deviations = getattr(trajectory, name)[is_late] - static_value
+        excursions.append((deviations.max(), -deviations.min()))
+    is_unequal = all(max(pair) > 1.5 * min(pair) for pair in excursions)
+    return is_unequal, [excursion for pair in excursions for excursion in pair]
+
+
+def _vibration_asymmetric(paper: PaperResults) -> Finding:
+    x, _, y, _ = static_start(System(_BASE))
+    return _asymmetry(paper, x=x, y=y)
 
 
 def _separations_are_short(paper: PaperResults) -> Finding:
     run = paper.run(_CONSIDERED)
     durations = np.array([end - start for start, end in run.separated_intervals])
     share = run.events.separated_time / run.t_end
-    contact = (run.t_end - durations.sum()) / durations.size
-    return share < 0.1, (100.0 * share, durations.max(), durations.mean(), contact)
+    mean_contact = (run.t_end - durations.sum()) / durations.size
+    return share < 0.1, (100.0 * share, durations.max(), durations.mean(), mean_contact)
 
 
 def _crossings(paper: PaperResults, key: str) -> list[float | None]:
@@ -154,25 +180,37 @@ def _crossings(paper: PaperResults, key: str) -> list[float | None]:
 
 
 def _check_barely_affected(paper: PaperResults, key: str) -> Finding:
-    lines = [line for name in _MEASURES for line in columns(paper, key, name).values()]
-    ratios = [float(line.max() / line.min()) for line in lines]
-    return max(ratios[::2]) < _BARELY_RATIO and min(ratios[1::2]) > 5.0, ratios
+    # Whether amplitudes barely change along a figure with separation ignored, but change with it
+    # considered. The numbers are the ratios of the greatest to the least, ignored first.
+    holds, ratios = True, []
+    for name in _MEASURES:
+        lines = columns(paper, key, name)
+        ignored, considered = (
+            float(lines[case].max() / lines[case].min())
+            for case in (_LINE_IGNORED, _LINE_CONSIDERED)
+        )
+        holds &= ignored < _BARELY_RATIO and considered > _CLEAR_RATIO
+        ratios += [ignored, considered]
+    return holds, ratios
 
 
 def _check_growth(paper: PaperResults, key: str) -> Finding:
-    return trend(rises, [columns(paper, key, name)[1.0] for name in _MEASURES], 0, -1)
+    # Whether amplitudes with separation considered rise along a figure.
+    lines = [columns(paper, key, name)[_LINE_CONSIDERED] for name in _MEASURES]
+    return trend(rises, lines, 0, -1)
 
 
 def _check_crossings(paper: PaperResults, key: str) -> Finding:
+    # Whether amplitudes of Case 1 exceed those of Case 2 from some point on.
     crossings = _crossings(paper, key)
     return None not in crossings, crossings
 
 
 def _same_trends_with_stronger_nonlinearity(paper: PaperResults) -> Finding:
-    constant, ratios = _check_barely_affected(paper, "14")
+    is_constant, (peak_ratio, _, half_range_ratio, _) = _check_barely_affected(paper, "14")
     grows, ends = _check_growth(paper, "14")
     cross, crossings = _check_crossings(paper, "14")
-    return constant and grows and cross, (*ratios[::2], *ends, *crossings)
+    return is_constant and grows and cross, (peak_ratio, half_range_ratio, *ends, *crossings)
 
 
 def _below(low: Values, high: Values, share: float) -> bool:
@@ -189,17 +227,18 @@ def _stronger_nonlinearity_crosses_sooner(paper: PaperResults) -> Finding:
 def _half_ranges(paper: PaperResults, *keys: str) -> list[tuple[FloatArray, FloatArray]]:
     # Lines of figures: separation ignored, and considered.
     panels = [columns(paper, key, "y_half_range") for key in keys]
-    return [(panel[0.0], panel[1.0]) for panel in panels]
+    return [(panel[_LINE_IGNORED], panel[_LINE_CONSIDERED]) for panel in panels]
 
 
 def _along_stiffness(
     paper: PaperResults, case: float, rule: Callable[[FloatArray], bool]
 ) -> Finding:
-    peaks, ranges = (
+    # Whether both measures follow a rule in one case, and the ends of the lines of half ranges.
+    (peaks_follow, _), (half_ranges_follow, half_range_ends) = (
         trend(rule, [columns(paper, key, name)[case] for key in ("15", "16")], 0, -1)
         for name in _MEASURES
     )
-    return peaks[0] and ranges[0], ranges[1]
+    return peaks_follow and half_ranges_follow, half_range_ends
 
 
 def _greater_even_at_small_stiffness(paper: PaperResults) -> Finding:
@@ -210,9 +249,21 @@ def _greater_even_at_small_stiffness(paper: PaperResults) -> Finding:
 
 
 def _amplitude_depends_on_preload(paper: PaperResults) -> Finding:
-    small, large = paper.amplitudes(_PRELOAD_ALONE)
-    peaks, ranges = (small.y_peak, large.y_peak), (small.y_half_range, large.y_half_range)
-    return all(at_60 > 1.1 * at_40 for at_40, at_60 in (peaks, ranges)), (*peaks, *ranges)
+    at_40, at_60 = paper.amplitudes(_PRELOAD_ALONE)
+    peaks = (at_40.y_peak, at_60.y_peak)
+    half_ranges = (at_40.y_half_range, at_60.y_half_range)
+    holds = all(larger > 1.1 * smaller for smaller, larger in (peaks, half_ranges))
+    return holds, (*peaks, *half_ranges)
+
+
+def _opposite_trends(paper: PaperResults) -> Finding:
+    # Changes of the half range along both figures, ignored and considered.
+    changes = [
+        (ignored[-1] - ignored[0], considered[-1] - considered[0])
+        for ignored, considered in _half_ranges(paper, "15", "16")
+    ]
+    holds = all(ignored < 0.0 < considered for ignored, considered in changes)
+    return holds, [change for pair in changes for change in pair]
 
 
 TESTS: Final[Mapping[str, Test]] = {
@@ -225,9 +276,7 @@ TESTS: Final[Mapping[str, Test]] = {
     "no-force-off-the-belt": _no_force_off_the_belt,
     "stretched-spring-holds-back": _stretched_spring_holds_back,
     "separation-changes-both-motions": _separation_changes_both_motions,
-    "vibration-asymmetric": lambda paper: _asymmetry(
-        paper, x=static_start(System(_BASE))[0], y=static_start(System(_BASE))[2]
-    ),
+    "vibration-asymmetric": _vibration_asymmetric,
     "contact-force-asymmetric": lambda paper: _asymmetry(
         paper, P=equilibrium(System(_BASE), mu=0.0).P
     ),
@@ -246,7 +295,9 @@ TESTS: Final[Mapping[str, Test]] = {
         lambda separations, reattachments: 0 <= separations - reattachments <= 1,
     ),
     "separation-under-large-preload": compare(
-        lambda paper: [columns(paper, key, "separations")[1.0][-1] for key in ("13", "14")],
+        lambda paper: [
+            columns(paper, key, "separations")[_LINE_CONSIDERED][-1] for key in ("13", "14")
+        ],
         lambda *counts: min(counts) > 0.0,
     ),
     "separations-are-short": _separations_are_short,
@@ -265,21 +316,18 @@ TESTS: Final[Mapping[str, Test]] = {
         ],
         lambda *ratios: min(ratios) > 1.0,
     ),
-    "ignored-falls-with-stiffness": lambda paper: _along_stiffness(paper, 0.0, falls),
-    "considered-grows-with-stiffness": lambda paper: _along_stiffness(paper, 1.0, rises),
+    "ignored-falls-with-stiffness": lambda paper: _along_stiffness(paper, _LINE_IGNORED, falls),
+    "considered-grows-with-stiffness": lambda paper: _along_stiffness(
+        paper, _LINE_CONSIDERED, rises
+    ),
     "cases-cross-along-stiffness": lambda paper: _check_crossings(paper, "15"),
     "greater-even-at-small-stiffness": _greater_even_at_small_stiffness,
     "amplitude-depends-on-preload": _amplitude_depends_on_preload,
-    "opposite-trends": compare(
-        lambda paper: [
-            line[-1] - line[0] for pair in _half_ranges(paper, "15", "16") for line in pair
-        ],
-        lambda *changes: max(changes[::2]) < 0.0 < min(changes[1::2]),
-    ),
+    "opposite-trends": _opposite_trends,
 }
 SCENES: Final[Mapping[str, tuple[Scene, ...]]] = {
     "linear-contact-unbounded": _UNBOUNDED,
     "stable-seldom-separates": _STABLE,
-    "stable-returns-to-equilibrium": (*_STABLE, *_ATTRACTORS),
+    "stable-returns-to-equilibrium": (*_STABLE, *_COEXISTENCE_STARTS),
     "amplitude-depends-on-preload": _PRELOAD_ALONE,
 }
