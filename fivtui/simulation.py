@@ -1,4 +1,4 @@
-"""One transient by any method, native or FMU: the entry point of CLI, TUI and scripts."""
+"""One transient by any method, native or FMU: the entry point of command line, TUI and scripts."""
 
 import time
 from collections.abc import Mapping, Sequence
@@ -23,7 +23,7 @@ from .transient import (
     integrate,
 )
 
-_BASE: Final = Parameters()
+_BASE_SET: Final = Parameters()
 
 
 def simulate(
@@ -120,7 +120,7 @@ def simulate(
     """
     tables = time_tables(over_time) if over_time else {}
     request = Request(
-        System(_BASE if parameters is None else parameters, separation, tables),
+        System(_BASE_SET if parameters is None else parameters, separation, tables),
         t_end,
         tol,
         start,

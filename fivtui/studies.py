@@ -1,4 +1,7 @@
-"""The registry of studies: all kinds of results, with their files, figures, tables and commands."""
+"""The registry of studies: all kinds of results, with their files, figures, tables and commands.
+
+A study is a computation with its own kind of result, such as a run, a sweep or a map.
+"""
 
 import json
 from collections.abc import Iterator

@@ -25,7 +25,7 @@ from fivtui.transient import (
 from .lyapunov import ErrorGrowth, error_growth
 
 # Ratio of the tolerances of the two runs.
-_RATIO: Final = 100.0
+_TOL_RATIO: Final = 100.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -165,39 +165,47 @@ def accuracy(
         step = 0.5 * fixed_step(request)
         finer = f"step {step:.6g} s"
     else:
-        tol = tol / _RATIO if tol / _RATIO >= TOL_RANGE[0] else min(tol * _RATIO, TOL_RANGE[1])
+        least_tol, greatest_tol = TOL_RANGE
+        has_finer_tol = tol / _TOL_RATIO >= least_tol
+        tol = tol / _TOL_RATIO if has_finer_tol else min(tol * _TOL_RATIO, greatest_tol)
         finer = f"tol {tol:g}"
 
     def run(request: Request, begin: float) -> Transient:
+        # Each run is a third of the progress, and so is the growth of errors.
         return compute(request, progress=work.stage(begin, begin + 1.0 / 3.0).callback)
 
     coarse = run(request, 0.0)
     fine = run(replace(request, tol=tol, step=step), 1.0 / 3.0)
     growth = error_growth(request, progress=work.stage(2.0 / 3.0, 1.0).callback)
     work.advance(1.0)
-    values, finer_values, rounding = _values(coarse), _values(fine), _rounding(coarse)
+    values, finer_values = _named_values(coarse), _named_values(fine)
+    rounding_errors = _rounding_errors(coarse)
+    estimates = {}
+    for name, value in values.items():
+        difference = abs(value - finer_values[name])
+        estimates[name] = Estimate(value, max(difference, rounding_errors.get(name, 0.0)))
     return Accuracy(
         run=coarse,
         finer=finer,
-        estimates={
-            name: Estimate(value, max(abs(value - finer_values[name]), rounding.get(name, 0.0)))
-            for name, value in values.items()
-        },
+        estimates=estimates,
         growth=growth,
         parted=find_divergence(coarse, fine),
     )
 
 
-def _rounding(run: Transient) -> dict[str, float]:
-    # Rounding errors that both runs may have in common.
+def _rounding_errors(run: Transient) -> dict[str, float]:
+    # Rounding errors that both runs may have in common, by the name of the value.
     relative, peak = rounding_error(run), run.peak.y_abs
-    _, *final = run.final
-    state = relative.final * max(map(abs, final))
-    sizes = dict.fromkeys(("x", "vx", "y", "vy"), state)
-    return sizes | {"peak_y_abs": relative.peak * peak, "y_half_range": relative.half_range * peak}
+    _, *state = run.final
+    state_error = relative.final * max(map(abs, state))
+    return dict.fromkeys(("x", "vx", "y", "vy"), state_error) | {
+        "peak_y_abs": relative.peak * peak,
+        "y_half_range": relative.half_range * peak,
+    }
 
 
-def _values(run: Transient) -> dict[str, float]:
+def _named_values(run: Transient) -> dict[str, float]:
+    # The values of a run whose errors are estimated.
     sticks = {"stick_time": run.events.stick_time, "sticks": float(run.events.sticks)}
     return {
         "x": run.final.x,

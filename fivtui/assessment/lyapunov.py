@@ -24,6 +24,7 @@ from fivtui.model import (
 from fivtui.taylor import Seed
 from fivtui.transient import Request, vary
 
+# Number of intervals of a run, after each of which the deviation is scaled to length 1.
 _INTERVALS: Final = 400
 # Over one or two cycles a periodic motion increases a deviation by less than this factor.
 _BOUNDED_FACTOR: Final = 1e3
@@ -31,6 +32,10 @@ _BOUNDED_FACTOR: Final = 1e3
 _DECAYED_FACTOR: Final = 1e-2
 # A motion has settled if its size grows at most by this factor from the third quarter to the last.
 _SETTLED_RATIO: Final = 1.3
+# Least length of a deviation, whose logarithm is finite; greatest logarithm of a growth factor,
+# whose exponential is finite.
+_LEAST_LENGTH: Final = 1e-300
+_MAX_LOG_GROWTH: Final = 700.0
 
 
 class Fate(enum.StrEnum):
@@ -82,6 +87,7 @@ def error_growth(request: Request, *, progress: OnProgress | None = None) -> Err
     interval = request.t_end / _INTERVALS
 
     def follow_interval(state: State, deviation: State) -> tuple[State, State]:
+        # The state and the deviation at the end of an interval.
         try:
             part = Request(system, t_end=interval, tol=request.tol, start=state)
             varied = vary(part, [Seed(deviation)])
@@ -93,39 +99,41 @@ def error_growth(request: Request, *, progress: OnProgress | None = None) -> Err
         dx, dvx, dy, dvy = varied.derivatives[:, 0].tolist()
         return varied.final, (dx, dvx, dy, dvy)
 
-    def size(state: State) -> float:
+    def length_of(state: State) -> float:
         x, vx, y, vy = state
         return math.hypot(x, vx / frequency, y, vy / frequency)
 
     state = request.initial
     deviation: State = (0.5, 0.5 * frequency, 0.5, 0.5 * frequency)
-    log_growth, sizes, work = [0.0], [size(state)], Progress(progress)
+    # Logarithm of the length of the deviation without scaling, and length of the state.
+    log_growth, sizes, work = [0.0], [length_of(state)], Progress(progress)
     for count in range(_INTERVALS):
         work.report(count / _INTERVALS)
         state, (dx, dvx, dy, dvy) = follow_interval(state, deviation)
-        length = max(size((dx, dvx, dy, dvy)), 1e-300)
+        length = max(length_of((dx, dvx, dy, dvy)), _LEAST_LENGTH)
         log_growth.append(log_growth[-1] + math.log(length))
         deviation = (dx / length, dvx / length, dy / length, dvy / length)
-        sizes.append(size(state))
+        sizes.append(length_of(state))
     half = _INTERVALS // 2
     duration = request.t_end - half * interval
-    gain = log_growth[-1] - log_growth[half]
-    quarter = half + half // 2
-    size_ratio = max(sizes[quarter:]) / (max(sizes[half:quarter]) or 1.0)
+    late_growth = log_growth[-1] - log_growth[half]
+    last_quarter = half + half // 2
+    size_ratio = max(sizes[last_quarter:]) / (max(sizes[half:last_quarter]) or 1.0)
     return ErrorGrowth(
-        exponent=gain / duration,
+        exponent=late_growth / duration,
         uncertainty=math.log(_BOUNDED_FACTOR) / duration,
-        fate=_classify(log_growth, gain, size_ratio),
-        greatest=math.exp(min(max(log_growth), 700.0)),
-        final=math.exp(min(log_growth[-1], 700.0)),
+        fate=_classify(log_growth, late_growth, size_ratio),
+        greatest=math.exp(min(max(log_growth), _MAX_LOG_GROWTH)),
+        final=math.exp(min(log_growth[-1], _MAX_LOG_GROWTH)),
         duration=request.t_end,
     )
 
 
-def _classify(log_growth: Sequence[float], gain: float, size_ratio: float) -> Fate:
+def _classify(log_growth: Sequence[float], late_growth: float, size_ratio: float) -> Fate:
+    # `late_growth` is that of the second half of the run; `size_ratio` is the growth of the motion.
     log_bound = math.log(_BOUNDED_FACTOR)
-    if log_growth[-1] < math.log(_DECAYED_FACTOR) and gain < 0.0:
+    if log_growth[-1] < math.log(_DECAYED_FACTOR) and late_growth < 0.0:
         return Fate.DECAYS
-    if gain > log_bound:
+    if late_growth > log_bound:
         return Fate.UNBOUNDED if size_ratio > _SETTLED_RATIO else Fate.SENSITIVE
     return Fate.BOUNDED if max(log_growth) < 2.0 * log_bound else Fate.UNDECIDED

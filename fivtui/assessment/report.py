@@ -16,6 +16,15 @@ if TYPE_CHECKING:
 
 
 _STYLES: Final = {"right": "", "refused": "dim", "wrong": "bold reverse"}
+# Units of estimated values that are not in m.
+_OTHER_UNITS: Final = {
+    "vx": "m/s",
+    "vy": "m/s",
+    "separations": "",
+    "separated_time": "s",
+    "sticks": "",
+    "stick_time": "s",
+}
 
 
 def print_stress_tests(tests: "Mapping[str, Mapping[str, StressResult]]") -> None:
@@ -47,14 +56,12 @@ def _cell(result: "StressResult") -> str:
 def print_accuracy(result: Accuracy) -> None:
     """Print the error estimates of a run."""
     run, growth = result.run, result.growth
-    units = {"vx": "m/s", "vy": "m/s", "separations": "", "separated_time": "s"}
-    units |= {"sticks": "", "stick_time": "s"}
     rows = [
         (
             name,
             reliable_digits(estimate) if result.parted is None else "none",
             f"{estimate.difference:.1e}",
-            units.get(name, "m"),
+            _OTHER_UNITS.get(name, "m"),
         )
         for name, estimate in result.estimates.items()
     ]
@@ -63,13 +70,16 @@ def print_accuracy(result: Accuracy) -> None:
         ("quantity", "reliable digits", "difference", "unit"),
         rows,
     )
-    parted = []
-    if result.parted is not None:
-        parted = [("the runs diverge at", f"t = {result.parted.t:.6g} s: {result.parted.reason}")]
+    divergence = result.parted
+    divergence_rows = []
+    if divergence is not None:
+        divergence_rows = [
+            ("the runs diverge at", f"t = {divergence.t:.6g} s: {divergence.reason}")
+        ]
     print_list(
         "Growth of a small error",
         [
-            *parted,
+            *divergence_rows,
             ("over the run", f"at most {growth.greatest:.3g} times, {growth.final:.3g} at the end"),
             (
                 "largest Lyapunov exponent",

@@ -5,6 +5,7 @@ Every test is limited by a number of steps, never by a clock.
 """
 
 import enum
+import itertools
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
@@ -29,8 +30,10 @@ _TOL: Final = 1e-9
 # Error limit of a right result: the larger of _ERROR_LIMIT and _TOL_MULTIPLE times the tolerance.
 _ERROR_LIMIT: Final = 1e-4
 _TOL_MULTIPLE: Final = 20.0
-# Limit of progress calls of an FMU run, which come every 128 communication steps.
+# An FMU run has no limit of steps. It is cancelled after this number of progress calls, of which
+# there is one per 128 communication steps.
 _PROGRESS_CALLS: Final = 100
+_STEPS_PER_CALL: Final = 128
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,7 +107,7 @@ METHODS_UNDER_TEST: Final[Mapping[str, MethodUnderTest]] = {
     "scipy-dop853": MethodUnderTest("scipy-dop853", 8_000),
     "scipy-radau": MethodUnderTest("scipy-radau", 8_000),
     "scipy-lsoda": MethodUnderTest("scipy-lsoda", 25_000),
-    "fmu": MethodUnderTest("fmu", _PROGRESS_CALLS * 128),
+    "fmu": MethodUnderTest("fmu", _PROGRESS_CALLS * _STEPS_PER_CALL),
 }
 
 _BASE_T_END: Final = 20.0
@@ -184,7 +187,11 @@ def true_result(test: StressTest) -> TrueResult | None:
 
 def run_stress_test(test: StressTest, method: MethodUnderTest) -> StressResult:
     """Run one method on one test."""
-    calls = iter(range(_PROGRESS_CALLS)) if method.name == "fmu" else None
+    calls = itertools.count(1)
+
+    def continue_fmu(_fraction: float) -> bool:
+        return next(calls) <= _PROGRESS_CALLS
+
     try:
         run = simulate(
             test.parameters,
@@ -195,7 +202,7 @@ def run_stress_test(test: StressTest, method: MethodUnderTest) -> StressResult:
             method=method.name,
             max_steps=method.max_steps,
             kernel=method.kernel,
-            progress=None if calls is None else lambda _part: next(calls, None) is not None,
+            progress=continue_fmu if method.name == "fmu" else None,
         )
     except Cancelled:
         return StressResult(
@@ -209,12 +216,13 @@ def run_stress_test(test: StressTest, method: MethodUnderTest) -> StressResult:
 
 
 def _judge(run: Transient, test: StressTest) -> StressResult:
+    # Compare a finished run with the true result.
     expected = true_result(test)
     if expected is None:
         return StressResult(
             StressVerdict.WRONG, reason="no finite answer exists", steps=run.stats.steps
         )
-    scale = max(expected.x_abs, expected.y_abs) or 1.0
+    greatest_peak = max(expected.x_abs, expected.y_abs) or 1.0
     differences = (
         run.final.x - expected.x,
         run.final.y - expected.y,
@@ -222,19 +230,15 @@ def _judge(run: Transient, test: StressTest) -> StressResult:
         run.peak.y_abs - expected.y_abs,
     )
     error = max(
-        max(map(abs, differences)) / scale,
+        max(map(abs, differences)) / greatest_peak,
         abs(run.events.separated_time - expected.separated_time) / test.t_end,
     )
-    right = error <= max(_ERROR_LIMIT, _TOL_MULTIPLE * test.tol)
     reason = ""
     if run.events.separations != expected.separations:
         reason = f"{run.events.separations} separations, not {expected.separations}"
-    return StressResult(
-        StressVerdict.RIGHT if right and not reason else StressVerdict.WRONG,
-        error,
-        reason,
-        run.stats.steps,
-    )
+    is_right = not reason and error <= max(_ERROR_LIMIT, _TOL_MULTIPLE * test.tol)
+    verdict = StressVerdict.RIGHT if is_right else StressVerdict.WRONG
+    return StressResult(verdict, error, reason, run.stats.steps)
 
 
 def run_stress_tests(
@@ -264,7 +268,8 @@ def _check_names(kind: str, names: Sequence[str], allowed: Mapping[str, object])
 def stress_tests_to_dict(tests: Mapping[str, Mapping[str, StressResult]]) -> dict[str, object]:
     """Results of `run_stress_tests` as JSON data.
 
-    The one key is ``trials``: a list with the scene of each test and its ``findings`` by method.
+    The one key is ``trials``: a list with the scene of each test and its results, ``findings``, by
+    method.
     """
     rows = []
     for name, results in tests.items():
