@@ -96,7 +96,7 @@ def results() -> PaperResults:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(paper_results, "compute_amplitudes", invented_amplitudes)
         patch.setattr(paper_results, "PANELS", thinned_panels)
-        patch.setattr(paper_results, "_POINTS", 2001)
+        patch.setattr(paper_results, "_SAMPLES", 2001)
         paper = PaperResults()
         for key in PANELS:
             paper.table(key)
