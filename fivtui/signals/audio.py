@@ -1,4 +1,4 @@
-"""A run as a sound."""
+"""A run as a sound: a signal of its motion, with compressed time, as a WAV file."""
 
 import math
 import wave
@@ -18,13 +18,13 @@ from .motion import check_window, is_rest, motion_at, period_of
 
 SIGNALS: Final = ("x", "vx", "y", "vy", "P")
 SUFFIXES: Final = (".wav",)
-# Samples per second, and limits of the duration, s.
-_RATE: Final = 44_100
+# Samples per second of sound, and limits of its duration, s.
+_SAMPLE_RATE: Final = 44_100
 _MAX_DURATION: Final = 600.0
 _MIN_DURATION: Final = 0.01
 # Default pitch, Hz.
 _DEFAULT_PITCH: Final = 110.0
-# Peak level relative to full scale.
+# Peak level relative to full scale, and full scale of samples of 16 bits.
 _PEAK_LEVEL: Final = 0.9
 _FULL_SCALE: Final = 32_767
 # Fade at both ends against clicks, s.
@@ -48,7 +48,7 @@ class SoundFile(Result):
     duration : float
         Duration of the sound, s.
     full_scale : float
-        Peak of the signal without its mean, in its unit; 0 for silence.
+        Amplitude of the signal without its mean, in its unit; 0 for silence.
     pitch : float or None
         Frequency of the late motion as heard, Hz; None without vibration.
     """
@@ -141,14 +141,16 @@ def sound(
             f"factor = {factor:g}: the sound of {end - start:g} s would last {duration:.3g} s; "
             f"must be {_MIN_DURATION:g} to {_MAX_DURATION:g} s"
         )
-    times = np.minimum(start + factor / _RATE * np.arange(round(duration * _RATE)), end)
+    times = np.minimum(
+        start + factor / _SAMPLE_RATE * np.arange(round(duration * _SAMPLE_RATE)), end
+    )
     samples, full_scale = _normalise(motion_at(run, times), signal)
 
     def write(file: BinaryIO) -> None:
         with wave.open(file, "wb") as out:
             out.setnchannels(1)
             out.setsampwidth(2)
-            out.setframerate(_RATE)
+            out.setframerate(_SAMPLE_RATE)
             out.writeframes(np.round(_PEAK_LEVEL * _FULL_SCALE * samples).astype("<i2").tobytes())
 
     write_atomically(path, write)
@@ -164,5 +166,5 @@ def _normalise(motion: Trajectory, signal: str) -> tuple[NDArray[np.float64], fl
     if scale == 0.0 or is_rest(motion):
         return np.zeros_like(values), 0.0
     offsets = np.arange(values.size) + 0.5
-    fade = np.minimum(np.minimum(offsets, offsets[::-1]) / (_FADE_DURATION * _RATE), 1.0)
+    fade = np.minimum(np.minimum(offsets, offsets[::-1]) / (_FADE_DURATION * _SAMPLE_RATE), 1.0)
     return values / scale * fade, scale

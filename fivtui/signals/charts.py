@@ -8,17 +8,18 @@ from fivtui.transient import PlottedRun, window_text
 
 from .spectra import Spectrum, spectrum
 
-# Numbers of harmonics on the axis, and of harmonics with a guide.
+# The frequency axis ends at this harmonic; guides mark the first harmonics.
 _SHOWN_HARMONICS: Final = 8.0
 _MARKED_HARMONICS: Final = 3
 
 
 def spectrum_chart(runs: Sequence[PlottedRun], window: tuple[float, float]) -> Chart:
     """Spectra of y within a time window, with the first harmonics of the first run marked."""
-    windows = [(run.trajectory, run.samples_in(window)) for run in runs]
-    spectra = [spectrum(motion.t[samples], motion.y[samples]) for motion, samples in windows]
-    first = spectra[0]
-    fundamental, note = first.fundamental, f"{window_text(window)}, no vibration"
+    spectra = []
+    for run in runs:
+        samples = run.samples_in(window)
+        spectra.append(spectrum(run.trajectory.t[samples], run.trajectory.y[samples]))
+    fundamental, note = spectra[0].fundamental, f"{window_text(window)}, no vibration"
     guides: tuple[Guide, ...] = ()
     if fundamental > 0.0:
         guides = tuple(
@@ -35,11 +36,14 @@ def spectrum_chart(runs: Sequence[PlottedRun], window: tuple[float, float]) -> C
         ),
         guides=guides,
         note=note,
-        x_range=frequency_range(first),
+        x_range=frequency_range(spectra[0]),
     )
 
 
 def frequency_range(*spectra: Spectrum) -> tuple[float, float]:
     """The range from 0 to the eighth harmonic, Hz; all frequencies without a fundamental."""
-    fundamental, top = max(s.fundamental for s in spectra), float(spectra[0].frequency[-1])
-    return 0.0, min(top, _SHOWN_HARMONICS * fundamental) if fundamental > 0.0 else top
+    fundamental = max(line_spectrum.fundamental for line_spectrum in spectra)
+    max_frequency = float(spectra[0].frequency[-1])
+    if fundamental > 0.0:
+        return 0.0, min(max_frequency, _SHOWN_HARMONICS * fundamental)
+    return 0.0, max_frequency

@@ -13,7 +13,7 @@ FloatArray = NDArray[np.float64]
 
 # Number of cycles in the window of the last cycles.
 _LAST_CYCLES: Final = 8
-# Length in linear periods of the last part of a run, which gives its period; samples per period.
+# Length of the end of a run that gives its period, in periods 2π √(m/stiffness).
 _SEARCHED_PERIODS: Final = 64
 _SAMPLES_PER_PERIOD: Final = 64
 # A motion is at rest if its displacements vary by less than this fraction of their size.
@@ -21,7 +21,10 @@ _REST_TOLERANCE: Final = 1e-9
 
 
 def motion_at(run: Transient, times: FloatArray) -> Trajectory:
-    """The motion of a run at any times."""
+    """The motion of a run at any times, s; interpolated without a dense solution.
+
+    Raises `InputError` if the run has neither a dense solution nor samples.
+    """
     if run.solution is not None:
         return run.solution(times)
     if run.trajectory is None:
@@ -37,6 +40,7 @@ def motion_at(run: Transient, times: FloatArray) -> Trajectory:
 
 def modes_at(run: Transient, times: FloatArray) -> NDArray[np.int8]:
     """The mode of the slider at times, s, from the switches of a run."""
+    # A run on a belt that is always faster has only times of separation and reattachment.
     if run.mode_changes:
         switch_times = np.array([change.t for change in run.mode_changes])
         modes = [run.first_mode, *(change.then for change in run.mode_changes)]
@@ -53,26 +57,31 @@ def modes_at(run: Transient, times: FloatArray) -> NDArray[np.int8]:
 def _hermite(
     times: FloatArray, t: FloatArray, values: FloatArray, rates: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    index = np.clip(np.searchsorted(t, times, side="right") - 1, 0, max(t.size - 2, 0))
-    after = np.minimum(index + 1, t.size - 1)
-    step = t[after] - t[index]
-    theta = np.divide(times - t[index], step, out=np.zeros_like(times), where=step > 0.0)
-    rise = values[after] - values[index]
-    start_slope, end_slope = step * rates[index], step * rates[after]
+    # Values and rates at `times` by cubic Hermite interpolation between samples at `t`. θ is the
+    # time since the sample before, relative to the step between samples, which may be zero.
+    before = np.clip(np.searchsorted(t, times, side="right") - 1, 0, max(t.size - 2, 0))
+    after = np.minimum(before + 1, t.size - 1)
+    step = t[after] - t[before]
+    theta = np.divide(times - t[before], step, out=np.zeros_like(times), where=step > 0.0)
+    rise = values[after] - values[before]
+    start_slope, end_slope = step * rates[before], step * rates[after]
     c2, c3 = 3.0 * rise - 2.0 * start_slope - end_slope, start_slope + end_slope - 2.0 * rise
-    value = values[index] + theta * (start_slope + theta * (c2 + theta * c3))
+    value = values[before] + theta * (start_slope + theta * (c2 + theta * c3))
     slope = start_slope + theta * (2.0 * c2 + theta * 3.0 * c3)
-    return value, np.divide(slope, step, out=rates[index].copy(), where=step > 0.0)
+    return value, np.divide(slope, step, out=rates[before].copy(), where=step > 0.0)
 
 
 def is_rest(motion: Trajectory) -> bool:
-    """Whether the displacements of a motion are constant within `_REST_TOLERANCE`."""
+    """Whether the displacements of a motion are constant, except for rounding."""
     extent = max(float(np.ptp(motion.x)), float(np.ptp(motion.y)))
     return extent <= _REST_TOLERANCE * float(np.abs([motion.x, motion.y]).max())
 
 
 def period_of(run: Transient) -> float | None:
-    """Mean time between upward crossings of the mean of y late in the run, s; None at rest."""
+    """Period of the motion late in a run, s; None at rest and without two crossings.
+
+    It is the mean time between upward crossings of the mean of y.
+    """
     p = run.parameters
     linear_period = 2.0 * math.pi * math.sqrt(p.m / total_stiffness(p))
     length = min(0.5 * run.t_end, _SEARCHED_PERIODS * linear_period)
@@ -81,8 +90,10 @@ def period_of(run: Transient) -> float | None:
     if is_rest(motion):
         return None
     y = motion.y
-    upward = t[:-1][np.diff(np.sign(y - y.mean())) > 0]
-    return float(upward[-1] - upward[0]) / (upward.size - 1) if upward.size > 1 else None
+    crossings = t[:-1][np.diff(np.sign(y - y.mean())) > 0]
+    if crossings.size < 2:
+        return None
+    return float((crossings[-1] - crossings[0]) / (crossings.size - 1))
 
 
 def last_cycles(run: Transient) -> tuple[float, float]:

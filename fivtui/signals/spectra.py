@@ -11,6 +11,8 @@ from fivtui.model import InputError
 FloatArray = NDArray[np.float64]
 
 _MIN_SAMPLES: Final = 16
+# Lower limit of amplitudes before their logarithm is taken.
+_MIN_AMPLITUDE: Final = 1e-300
 # Relative amplitude below which a spectrum contains only rounding errors.
 _ROUNDING: Final = 1e-10
 # Allowed relative difference between sample steps, as times in files are rounded.
@@ -70,13 +72,14 @@ def spectrum(t: FloatArray, values: FloatArray) -> Spectrum:
 
 
 def _fundamental(amplitude: FloatArray, values: FloatArray) -> float:
-    # Fundamental frequency in units of the resolution.
+    # Fundamental frequency in units of the resolution; 0 without vibration. A parabola through the
+    # logarithms of three amplitudes locates the peak between the resolved frequencies.
     peak = 1 + int(amplitude[1:].argmax())
     scale = float(np.abs(values).max())
     if amplitude[peak] <= _ROUNDING * scale:
         return 0.0
     if peak + 1 >= amplitude.size or peak == 1:
         return float(peak)
-    below, top, above = np.log(np.maximum(amplitude[peak - 1 : peak + 2], 1e-300)).tolist()
+    below, top, above = np.log(np.maximum(amplitude[peak - 1 : peak + 2], _MIN_AMPLITUDE)).tolist()
     curvature = below - 2.0 * top + above
     return peak + (0.5 * (below - above) / curvature if curvature < 0.0 else 0.0)

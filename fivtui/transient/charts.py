@@ -1,4 +1,7 @@
-"""Charts of transients: time histories, phase portraits, and differences of runs."""
+"""Charts of transients: time histories, phase portraits, and differences of runs.
+
+The laboratory shows the charts one by one; `transient_sheet` combines them into a figure.
+"""
 
 import math
 from collections import Counter
@@ -29,20 +32,22 @@ from .result import Transient
 from .trajectory import Trajectory
 
 FloatArray = NDArray[np.float64]
+# Starts and ends of intervals of time, s.
 Intervals = Sequence[tuple[float, float]]
 
+# Symbols of the columns of a trajectory that differ from their names.
 _SYMBOLS: Final = {"vx": "ẋ", "vy": "ẏ"}
 _COLUMNS_BY_NAME: Final = {column.name: column for column in COLUMNS}
 TIME_LABEL: Final = Label("t (s)", "Time $t$ (s)")
 # Marker of sticking in phase portraits.
 _STICK_MARK: Final = "■"
-# Quantities that a figure shows by default, one per row.
+# Columns of a trajectory that a figure shows by default, one per row.
 _DEFAULT_QUANTITIES: Final = ("P", "x", "y")
 # Markers that distinguish runs of one case.
 _MARKERS: Final = ("", "o", "s", "^", "D", "v")
 # Range of y, relative to its greatest size, below which a motion is at rest.
 _REST_TOLERANCE: Final = 1e-9
-# Heights in inches: a row of charts, at least all rows, and the margins.
+# Heights, inches: of a row of charts, of all rows at least, and of the margins.
 _ROW_HEIGHT: Final = 1.85
 _MIN_HEIGHT: Final = 2.3
 _MARGIN_HEIGHT: Final = 0.85
@@ -50,7 +55,8 @@ _MARGIN_HEIGHT: Final = 0.85
 _LAST_CYCLES: Final = 8
 # Number of cycles above which dashes and shading are too narrow to be seen.
 _MAX_SHADED: Final = 120
-# Suffixes of line roles: thin lines, and thin solid lines.
+# Suffixes of the roles of lines, which select their styles: thin lines, and thin solid lines for
+# windows of so many cycles that dashes and shading cannot be seen.
 _THIN: Final = ", thin"
 _FINE: Final = ", fine"
 
@@ -67,7 +73,29 @@ def column_label(name: str) -> Label:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PlottedRun:
-    """A trajectory with its intervals of separation and stick, and the style of its lines."""
+    """A trajectory with its intervals of separation and stick, and the style of its lines.
+
+    Attributes
+    ----------
+    name : str
+        Name in the legend.
+    trajectory : Trajectory
+        The samples.
+    separated : sequence of (start, end)
+        Intervals off the belt, s.
+    t_end : float
+        Horizon, s.
+    mark, colour : str
+        Character and colour of the lines in the terminal; see `Trace`.
+    v_belt : float or None
+        Speed of the belt, m/s; None if it varies or is not limited.
+    stuck : sequence of (start, end) or None
+        Intervals of stick, s; None if the belt is always faster than the slider.
+    number : int
+        Number of the run in the laboratory; 0 if none.
+    marker, role : str
+        Marker and style of the lines in figures; see `Trace`.
+    """
 
     name: str
     trajectory: Trajectory
@@ -84,7 +112,10 @@ class PlottedRun:
     def trace(
         self, x: FloatArray, y: FloatArray, *, ordered: bool = True, along: FloatArray | None = None
     ) -> Trace:
-        """A trace of points with the name and the style of the run."""
+        """A trace of points (x, y) with the name and the style of the run.
+
+        `along` has values along the curve, at which cursors stand.
+        """
         return Trace(
             self.name,
             x,
@@ -99,7 +130,7 @@ class PlottedRun:
         )
 
     def samples_in(self, window: tuple[float, float]) -> slice:
-        """The samples within a window of time, s."""
+        """The indices of the samples within a window of time, s."""
         first, last = np.searchsorted(self.trajectory.t, window, side="left").tolist()
         return slice(first, last + 1)
 
@@ -147,16 +178,16 @@ def partial_run(
 
 
 def _constant_speed(system: System) -> float | None:
-    # Speed of the belt, m/s; None if it changes or is always above that of the slider.
+    # Speed of the belt, m/s; None if it changes over time or is always above that of the slider.
     return None if "v_belt" in system.over_time else system.parameters.v_belt
 
 
 def _mode_intervals(mode: Mode, trajectory: Trajectory) -> list[tuple[float, float]]:
     # Intervals of a mode, to the resolution of the samples.
-    inside = np.concatenate(([False], trajectory.mode == mode, [False]))
-    changes = np.flatnonzero(np.diff(inside))
-    times = np.append(trajectory.t, trajectory.t[-1])[changes].tolist()
-    return list(zip(times[::2], times[1::2], strict=True))
+    in_mode = np.concatenate(([False], trajectory.mode == mode, [False]))
+    edge_indices = np.flatnonzero(np.diff(in_mode))
+    edge_times = np.append(trajectory.t, trajectory.t[-1])[edge_indices].tolist()
+    return list(zip(edge_times[::2], edge_times[1::2], strict=True))
 
 
 def contact_strips(separated: Intervals, stuck: Intervals | None) -> tuple[Strip, ...]:
@@ -168,7 +199,8 @@ def contact_strips(separated: Intervals, stuck: Intervals | None) -> tuple[Strip
 def time_chart(quantity: str, runs: Sequence[PlottedRun], *, strip: bool, x_axis: bool) -> Chart:
     """A quantity over time, with one trace per run; the first run is drawn on top.
 
-    `strip` marks the separation and stick of the first run.
+    `quantity` is a column of a trajectory. With `strip` a strip marks the separation and stick of
+    the first run; with `x_axis` the ticks of time are labelled.
     """
     return Chart(
         TIME_LABEL,
@@ -202,14 +234,17 @@ def difference_chart(
     baseline_t = baseline.trajectory.t
     t = run.trajectory.t[run.trajectory.t <= baseline_t[-1]]
     values = getattr(run.trajectory, quantity)[: t.size]
-    reference = getattr(baseline.trajectory, quantity)
-    same_times = np.array_equal(t, baseline_t[: t.size])
-    values = values - (reference[: t.size] if same_times else np.interp(t, baseline_t, reference))
-    note = f"{run.name} − {baseline.name}" + ("" if same_times else ", interpolated")
+    baseline_values = getattr(baseline.trajectory, quantity)
+    note = f"{run.name} − {baseline.name}"
+    if np.array_equal(t, baseline_t[: t.size]):
+        differences = values - baseline_values[: t.size]
+    else:
+        differences = values - np.interp(t, baseline_t, baseline_values)
+        note += ", interpolated"
     return Chart(
         TIME_LABEL,
         f"Δ{column_label(quantity)}",
-        (Trace("", t, values, colour=run.colour),),
+        (Trace("", t, differences, colour=run.colour),),
         guides=(Guide(0.0, vertical=False),),
         strips=contact_strips(run.separated, run.stuck) if strip else (),
         note=note,
@@ -241,6 +276,7 @@ def path_chart(runs: Sequence[PlottedRun], window: tuple[float, float]) -> Chart
 def _plane_chart(
     x_name: str, y_name: str, runs: Sequence[PlottedRun], window: tuple[float, float]
 ) -> Chart:
+    # Curves of one column of the trajectory over another one, with markers in stick.
     traces, stick_traces = [], []
     for run in reversed(runs):
         motion, samples = run.trajectory, run.samples_in(window)
@@ -261,6 +297,7 @@ def _plane_chart(
             )
     guides = _belt_guides(y_name, runs[:1])
     if "y" in (x_name, y_name):
+        # The belt's surface.
         guides = (Guide(0.0, "y = 0", vertical=x_name == "y"), *guides)
     return Chart(
         column_label(x_name),
@@ -296,7 +333,9 @@ def transient_sheet(
     )
     columns = []
     for window in _windows(max(plotted, key=lambda run: run.t_end)):
-        drawn_runs = [replace(run, role=f"{run.role}{window.role}") for run in reversed(plotted)]
+        drawn_runs = [
+            replace(run, role=f"{run.role}{window.role_suffix}") for run in reversed(plotted)
+        ]
         charts = [
             time_chart(name, drawn_runs, strip=False, x_axis=name == quantities[-1])
             for name in quantities
@@ -305,7 +344,7 @@ def transient_sheet(
             [
                 replace(
                     chart,
-                    strips=() if window.role == _FINE else strips,
+                    strips=() if window.role_suffix == _FINE else strips,
                     figure_x=(window.start, window.end),
                     title=window.title if chart is charts[0] else "",
                 )
@@ -343,7 +382,9 @@ def run_labels(runs: Sequence[Transient]) -> list[str]:
 
     A label has the separation, then the parameters, method and start in which the runs differ.
     """
-    varying = [n for n in ALL_PARAMETERS if len({getattr(run.parameters, n) for run in runs}) > 1]
+    varying = [
+        name for name in ALL_PARAMETERS if len({getattr(run.parameters, name) for run in runs}) > 1
+    ]
     methods_differ = len({run.method for run in runs}) > 1
     labels = []
     for run in runs:
@@ -356,22 +397,22 @@ def run_labels(runs: Sequence[Transient]) -> list[str]:
 
 
 def _distinct_labels(labels: Sequence[str], additions: Sequence[str]) -> list[str]:
-    """Labels; equal labels get their additions if these differ."""
-    pairs = set(zip(labels, additions, strict=True))
-    counts = Counter(label for label, _ in pairs)
+    """The labels; equal labels get their additions if these differ."""
+    distinct_pairs = set(zip(labels, additions, strict=True))
+    addition_counts = Counter(label for label, _ in distinct_pairs)
     return [
-        f"{label}, {addition}" if counts[label] > 1 else label
+        f"{label}, {addition}" if addition_counts[label] > 1 else label
         for label, addition in zip(labels, additions, strict=True)
     ]
 
 
 class _Window(NamedTuple):
-    """Time window of a figure column, s, and the role of its lines."""
+    """Time window of a figure column, s, and the suffix of the role of its lines."""
 
     title: str
     start: float
     end: float
-    role: str = ""
+    role_suffix: str = ""
 
 
 def _windows(run: PlottedRun) -> list[_Window]:
@@ -387,15 +428,19 @@ def _windows(run: PlottedRun) -> list[_Window]:
 
 
 def _period(trajectory: Trajectory) -> float | None:
-    """Mean time between upward crossings of the mean of y in the second half of the run."""
-    selected = trajectory.t >= 0.5 * trajectory.t[-1]
-    t, y = trajectory.t[selected], trajectory.y[selected]
-    upward = t[:-1][np.diff(np.sign(y - y.mean())) > 0]
-    if np.ptp(y) <= _REST_TOLERANCE * np.abs(y).max():
+    """Mean time between upward crossings of the mean of y, s, in the second half of the run.
+
+    None at rest, and without two crossings.
+    """
+    is_late = trajectory.t >= 0.5 * trajectory.t[-1]
+    t, y = trajectory.t[is_late], trajectory.y[is_late]
+    crossings = t[:-1][np.diff(np.sign(y - y.mean())) > 0]
+    if crossings.size < 2 or np.ptp(y) <= _REST_TOLERANCE * np.abs(y).max():
         return None
-    return float(upward[-1] - upward[0]) / (upward.size - 1) if upward.size > 1 else None
+    return float((crossings[-1] - crossings[0]) / (crossings.size - 1))
 
 
 def _round_number(value: float) -> float:
+    """The nearest of 1, 2 and 5 times a power of ten."""
     unit = 10.0 ** math.floor(math.log10(value))
     return unit * min((1.0, 2.0, 5.0, 10.0), key=lambda factor: abs(factor * unit - value))
