@@ -1,4 +1,7 @@
-"""Single runs by the compiled kernel."""
+"""Single runs by the compiled kernel, the Taylor integrator in C.
+
+The kernel runs a number of steps per call and returns between calls for progress and samples.
+"""
 
 from collections.abc import Iterator
 from typing import Final
@@ -31,12 +34,13 @@ from .result import NO_CHANGES, Stats, Transient, build_transient, contact_switc
 from .stiffness import step_limit_error
 from .trajectory import DenseSolution, Trajectory, build_trajectory
 
-# Steps per kernel call: with a callback, and without one, when only interrupts are checked.
+# Steps per kernel call: with a callback; and without one, where only interrupts (Ctrl+C) need a
+# return from the kernel.
 _REPORT_STEPS: Final = 256
 _INTERRUPT_STEPS: Final = 65536
-# A constant, because lookups of enums slow down short runs.
+# A constant, because attribute lookups of enums slow down short runs.
 _DONE: Final = Status.DONE
-# Samples per call of `on_samples`.
+# Least number of samples per call of `on_samples`.
 _BATCH_SIZE: Final = 1024
 
 
@@ -71,7 +75,7 @@ def run(request: Request, work: Progress, on_samples: OnSamples | None = None) -
     p = system.parameters
     tol = local_tolerance(request.tol)
     order = order_for(tol, by_law=follows_law(p))
-    native = load_kernel().begin_run(
+    kernel_run = load_kernel().begin_run(
         p.values(),
         request.initial,
         separation=system.separation,
@@ -83,26 +87,31 @@ def run(request: Request, work: Progress, on_samples: OnSamples | None = None) -
         belt=_belt_arguments(request),
         table=None if course is None else course_table(course, request.t_end),
     )
-    switches: list[NDArray[np.float64]] = []
-    segments: list[NDArray[np.float64]] = []
-    sent = 0
+    # Parts of results, one per kernel call.
+    switch_parts: list[NDArray[np.float64]] = []
+    segment_parts: list[NDArray[np.float64]] = []
+    sent_count = 0
     is_silent = work.callback is None and on_samples is None
-    for _ in follow(native, request, work, _INTERRUPT_STEPS if is_silent else _REPORT_STEPS):
-        switches.append(native.switches)
+    for _ in follow(kernel_run, request, work, _INTERRUPT_STEPS if is_silent else _REPORT_STEPS):
+        switch_parts.append(kernel_run.switches)
         if dense:
-            segments.append(native.segments)
-        if on_samples is not None and times is not None and native.sampled - sent >= _BATCH_SIZE:
-            on_samples(_trajectory(p, times, native, slice(sent, native.sampled)))
-            sent = native.sampled
+            segment_parts.append(kernel_run.segments)
+        if on_samples is None or times is None:
+            continue
+        sampled_count = kernel_run.sampled
+        if sampled_count - sent_count >= _BATCH_SIZE:
+            on_samples(_trajectory(p, times, kernel_run, slice(sent_count, sampled_count)))
+            sent_count = sampled_count
     work.advance(1.0)
-    outcome = native.outcome
-    switch_times, changes, tally = _concatenate(switches), NO_CHANGES, None
-    if isinstance(native, BeltRun):
+    outcome = kernel_run.outcome
+    switch_times, changes, totals = _concatenate(switch_parts), NO_CHANGES, None
+    if isinstance(kernel_run, BeltRun):
+        # On belts a switch has three numbers: time, mode before, mode after.
         mode_changes = switch_times.reshape(-1, NO_CHANGES.shape[1])
-        separates = outcome.separations + outcome.reattachments > 0.0
-        switch_times = contact_switch_times(mode_changes) if separates else mode_changes[:0, 0]
+        has_contact_switches = outcome.separations + outcome.reattachments > 0.0
+        switch_times = contact_switch_times(mode_changes) if has_contact_switches else np.empty(0)
         changes = mode_changes if p.v_belt is not None else NO_CHANGES
-        tally = native.stick_time_and_switch_counts
+        totals = kernel_run.stick_time_and_switch_counts
     return build_transient(
         request,
         final=outcome[:4],
@@ -115,16 +124,16 @@ def run(request: Request, work: Progress, on_samples: OnSamples | None = None) -
         separated_time=outcome.separated,
         stats=Stats(int(outcome.steps), None, "compiled"),
         first_mode=request.first_mode,
-        trajectory=None if times is None else _trajectory(p, times, native),
-        solution=_solution(p, _concatenate(segments), order + 1) if dense else None,
+        trajectory=None if times is None else _trajectory(p, times, kernel_run),
+        solution=_solution(p, _concatenate(segment_parts), order + 1) if dense else None,
         changes=changes,
-        tally=tally,
+        totals=totals,
     )
 
 
 def _belt_arguments(request: Request) -> tuple[float, float, float] | None:
-    # Arguments of the kernel for the belt: speed, μ_s and v_s, which is 0 for constant friction. If
-    # tables change parameters, μ may equal μ_s at the start alone, so v_s is kept.
+    # The belt's speed, μ_s and v_s, which is 0 for constant friction; None without a speed. If
+    # tables change parameters, μ may equal μ_s at the start only: then keep v_s.
     p = request.system.parameters
     if p.v_belt is None:
         return None
@@ -137,13 +146,14 @@ def _concatenate(parts: list[NDArray[np.float64]]) -> NDArray[np.float64]:
 
 
 def _trajectory(
-    p: Parameters, times: NDArray[np.float64], native: KernelRun, part: slice = slice(None)
+    p: Parameters, times: NDArray[np.float64], kernel_run: KernelRun, part: slice = slice(None)
 ) -> Trajectory:
-    x, vx, y, vy, force = native.samples[:, part]
-    return build_trajectory(p, times[part], (x, vx, y, vy), native.modes[part], force)
+    x, vx, y, vy, force = kernel_run.samples[:, part]
+    return build_trajectory(p, times[part], (x, vx, y, vy), kernel_run.modes[part], force)
 
 
 def _solution(p: Parameters, rows: NDArray[np.float64], degree: int) -> DenseSolution:
+    # A row of the kernel has the head of a segment, then the coefficients of x and of y.
     y_start = SEGMENT_HEAD + degree + 1
     x, y = rows[:, SEGMENT_HEAD:y_start], rows[:, y_start:]
     return DenseSolution.from_arrays(p, rows[:, :SEGMENT_HEAD].copy(), x.T.copy(), y.T.copy())

@@ -1,4 +1,9 @@
-"""The result of a transient: final state, peaks, events, and how they are assembled."""
+"""The result of a transient: final state, peaks, events, and how they are assembled.
+
+A switch is a change of the mode. On a belt that is always faster than the slider, its modes are
+contact and separation; on a belt of finite speed they are separation, slip forward and backward,
+and stick.
+"""
 
 import math
 from collections.abc import Mapping
@@ -35,23 +40,29 @@ if TYPE_CHECKING:
 
 
 _NO_TRANSITIONS: Final[Mapping[str, int]] = MappingProxyType({})
-_SLIDING_TRANSITIONS: Final = (
-    transition_name(Mode.CONTACT, Mode.SEPARATED),
-    transition_name(Mode.SEPARATED, Mode.CONTACT),
-)
+# Names of the transitions on a belt that is always faster than the slider.
+_SEPARATION_NAME: Final = transition_name(Mode.CONTACT, Mode.SEPARATED)
+_REATTACHMENT_NAME: Final = transition_name(Mode.SEPARATED, Mode.CONTACT)
 
-
-# All pairs (first, second) of modes; their index is first · number of modes + second. The flags
-# mark the edges of contact (separation, reattachment) and of stick (its start and end).
-_PAIRS: Final = [(first, second) for first in Mode for second in Mode]
-_NAMES: Final = [transition_name(first, second) for first, second in _PAIRS]
+# All pairs of a mode and its successor. The index of a pair is the product of the pair of numbers
+# and `_PAIR_WEIGHTS`.
+_PAIRS: Final = [(before, after) for before in Mode for after in Mode]
 _PAIR_WEIGHTS: Final = np.array([len(Mode), 1.0])
-_IS_CONTACT_EDGE: Final = np.array([(a in IN_CONTACT) != (b in IN_CONTACT) for a, b in _PAIRS])
-_IS_STICK_EDGE: Final = np.array([(a is Mode.STICK) != (b is Mode.STICK) for a, b in _PAIRS])
-_STICK_PAIRS: Final = [pair for pair, (_, second) in enumerate(_PAIRS) if second is Mode.STICK]
+_PAIR_NAMES: Final = [transition_name(before, after) for before, after in _PAIRS]
+# Pairs that begin or end contact, those that begin or end stick, and those that begin stick.
+_IS_CONTACT_EDGE: Final = np.array(
+    [(before in IN_CONTACT) != (after in IN_CONTACT) for before, after in _PAIRS]
+)
+_IS_STICK_EDGE: Final = np.array(
+    [(before is Mode.STICK) != (after is Mode.STICK) for before, after in _PAIRS]
+)
+_STICK_STARTS: Final = [index for index, (_, after) in enumerate(_PAIRS) if after is Mode.STICK]
+# Rows of `Transient.changes` of a run without switches.
 NO_CHANGES: Final[NDArray[np.float64]] = np.empty((0, 3))
-# Time of stick, s, and the number of switches for each pair of modes.
-Tally = tuple[float, list[float]]
+# A groan ends at a slip that lasts longer than this number of periods.
+_MAX_SLIP_PERIODS: Final = 2.0
+# Time of stick, s, and the number of switches for each of `_PAIRS`.
+SwitchTotals = tuple[float, list[float]]
 
 
 class FinalState(NamedTuple):
@@ -85,10 +96,6 @@ class ContactForce(NamedTuple):
 
     min: float
     max: float
-
-
-# A groan ends at a slip that lasts longer than this number of periods.
-_MAX_SLIP_PERIODS: Final = 2.0
 
 
 class Events(NamedTuple):
@@ -231,10 +238,10 @@ class Transient(SystemResult, Tabular, Plottable):
     @property
     def separated_intervals(self) -> list[tuple[float, float]]:
         """Start and end of every interval off the belt, s."""
-        times = [0.0, *self.switch_times.tolist(), self.t_end]
+        intervals = list(pairwise([0.0, *self.switch_times.tolist(), self.t_end]))
+        # Intervals of contact and of separation alternate.
         first = 1 if self.first_mode in IN_CONTACT else 0
-        pairs = list(pairwise(times))
-        return [pair for pair in pairs[first::2] if pair[1] > pair[0]]
+        return [(start, end) for start, end in intervals[first::2] if end > start]
 
     @property
     def stick_intervals(self) -> list[tuple[float, float]]:
@@ -247,8 +254,8 @@ class Transient(SystemResult, Tabular, Plottable):
     def mode_changes(self) -> list[ModeChange]:
         """All switches on a belt of finite speed."""
         return [
-            ModeChange(t, Mode(int(first)), Mode(int(second)))
-            for t, first, second in self.changes.tolist()
+            ModeChange(t, Mode(int(before)), Mode(int(after)))
+            for t, before, after in self.changes.tolist()
         ]
 
     @property
@@ -267,21 +274,25 @@ class Transient(SystemResult, Tabular, Plottable):
         return Stop(separated[0][0] if separated else None, begin, end, self.final_stick)
 
     def _groan(self) -> tuple[float, float] | tuple[None, None]:
+        # Start and end of the last groan: sticks in succession without a long slip between them.
         p = self.parameters
         max_slip = _MAX_SLIP_PERIODS * 2.0 * math.pi * math.sqrt(p.m / horizontal_stiffness(p))
         groups: list[list[tuple[float, float]]] = []
-        for stick in self.stick_intervals:
-            if not groups or stick[0] - groups[-1][-1][1] > max_slip:
+        previous_end = -math.inf
+        for start, end in self.stick_intervals:
+            if start - previous_end > max_slip:
                 groups.append([])
-            groups[-1].append(stick)
-        repeated = [sticks for sticks in groups if len(sticks) > 1]
-        if not repeated:
+            groups[-1].append((start, end))
+            previous_end = end
+        groans = [sticks for sticks in groups if len(sticks) > 1]
+        if not groans:
             return None, None
-        (begin, _), *_, (last_begin, end) = repeated[-1]
-        if end == self.t_end:
-            return begin, last_begin
-        continues = repeated[-1] is groups[-1] and self.t_end - end <= max_slip
-        return begin, self.t_end if continues else end
+        (groan_begin, _), *_, (last_stick_begin, last_stick_end) = groans[-1]
+        if last_stick_end == self.t_end:
+            # The last stick lasts until the end of the run; it is the final stick.
+            return groan_begin, last_stick_begin
+        continues = groans[-1] is groups[-1] and self.t_end - last_stick_end <= max_slip
+        return groan_begin, self.t_end if continues else last_stick_end
 
     def _summary(self) -> list[tuple[str, str]]:
         events, final = self.events, self.final
@@ -355,22 +366,26 @@ def build_transient(
     trajectory: Trajectory | None,
     solution: DenseSolution | None,
     changes: NDArray[np.float64] = NO_CHANGES,
-    tally: Tally | None = None,
+    totals: SwitchTotals | None = None,
 ) -> Transient:
     """The result of a run.
 
     `extremes` and `second_half` are the extremes over the run and its second half. `separated_time`
-    is the time off the belt in s, `first_mode` the mode before the first switch. `changes` are all
-    switches on a belt of finite speed, and `tally` counts them if already known. Raises
-    `ComputationError` if the contact force is beyond the floating-point range.
+    is the time off the belt in s, `first_mode` the mode before the first switch. `switches` are the
+    times of separation and reattachment. `changes` are all switches on a belt of finite speed, and
+    `totals` counts them if already known. Raises `ComputationError` if the contact force is beyond
+    the floating-point range.
     """
     system, t_end = request.system, request.t_end
     p, separation = system.parameters, system.separation
     y_min, y_max = extremes.y_min, extremes.y_max
     # P decreases with y, so its extremes follow from those of y. With separation P is at least 0.
-    force_min_y, force_max_y = (min(y_max, 0.0), min(y_min, 0.0)) if separation else (y_max, y_min)
-    force_min = contact_force(p, force_min_y, Mode.CONTACT) + 0.0
-    force_max = contact_force(p, force_max_y, Mode.CONTACT) + 0.0
+    y_at_min_force, y_at_max_force = y_max, y_min
+    if separation:
+        y_at_min_force, y_at_max_force = min(y_max, 0.0), min(y_min, 0.0)
+    # Adding 0.0 turns −0.0 into 0.0.
+    force_min = contact_force(p, y_at_min_force, Mode.CONTACT) + 0.0
+    force_max = contact_force(p, y_at_max_force, Mode.CONTACT) + 0.0
     if not math.isfinite(force_max - force_min):
         raise overflow_error(t_end, final, system)
     first_switch, last_switch = (
@@ -397,7 +412,7 @@ def build_transient(
             first_mode,
             changes,
             t_end,
-            tally=tally,
+            totals=totals,
         ),
         stats,
         switches,
@@ -415,26 +430,31 @@ def complete_events(
     changes: NDArray[np.float64],
     t_end: float,
     *,
-    tally: Tally | None = None,
+    totals: SwitchTotals | None = None,
 ) -> Events:
     """Events with the number of each transition and, on a belt of finite speed, of sticks."""
     if p.v_belt is None:
-        separation, reattachment = _SLIDING_TRANSITIONS
-        transitions = {separation: events.separations, reattachment: events.reattachments}
-        return Events(*events[:-1], transitions)
-    stick_time, counts = tally or _count_changes(first_mode, changes, t_end)
-    stick_count = sum(counts[pair] for pair in _STICK_PAIRS)
+        return events._replace(
+            transitions={
+                _SEPARATION_NAME: events.separations,
+                _REATTACHMENT_NAME: events.reattachments,
+            }
+        )
+    stick_time, counts = totals or _count_changes(first_mode, changes, t_end)
+    stick_count = sum(counts[index] for index in _STICK_STARTS)
     return events._replace(
         sticks=int(stick_count) + (first_mode is Mode.STICK),
         stick_time=stick_time,
-        transitions={name: int(count) for name, count in zip(_NAMES, counts, strict=True) if count},
+        transitions={
+            name: int(count) for name, count in zip(_PAIR_NAMES, counts, strict=True) if count
+        },
     )
 
 
-def _count_changes(first_mode: Mode, changes: NDArray[np.float64], t_end: float) -> Tally:
+def _count_changes(first_mode: Mode, changes: NDArray[np.float64], t_end: float) -> SwitchTotals:
     pairs = _pair_indices(changes)
     starts, ends = _stick_bounds(first_mode, changes[_IS_STICK_EDGE[pairs], 0], t_end)
-    counts: list[float] = np.bincount(pairs, minlength=len(_NAMES)).tolist()
+    counts: list[float] = np.bincount(pairs, minlength=len(_PAIRS)).tolist()
     return float((ends - starts).sum()), counts
 
 
@@ -445,6 +465,7 @@ def contact_switch_times(changes: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _pair_indices(changes: NDArray[np.float64]) -> NDArray[np.intp]:
+    # Indices into `_PAIRS` of the modes before and after each switch.
     pairs: NDArray[np.intp] = (changes[:, 1:] @ _PAIR_WEIGHTS).astype(np.intp)
     return pairs
 
@@ -452,7 +473,8 @@ def _pair_indices(changes: NDArray[np.float64]) -> NDArray[np.intp]:
 def _stick_bounds(
     first_mode: Mode, edge_times: NDArray[np.float64], t_end: float
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    # Starts and ends of all stick intervals, s, from the sorted times of their edges.
+    # Starts and ends of all stick intervals, s, from the ascending times at which they start or end
+    # within the run.
     if first_mode is Mode.STICK:
         edge_times = np.concatenate(([0.0], edge_times))
     if edge_times.size % 2:

@@ -1,7 +1,8 @@
 """The paper's method (section 5.1): fixed-step RK4 with bisection at every switch, in NumPy.
 
 This is the reference for all other methods, so it shares no stepping code with the Taylor
-integrator. Several parameter sets advance together, one per column.
+integrator. Several parameter sets advance together, one per column. A switch is a change between
+contact and separation.
 """
 
 from collections.abc import Sequence
@@ -30,21 +31,30 @@ from fivtui.transient.trajectory import segment_between
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
-# Largest ω·step, with a margin: RK4 is stable on an oscillator up to 2.83.
+# Largest ω·step, with a margin: RK4 is stable on an oscillator up to 2.83. Error messages advise
+# a step of `_ADVISED_STEP`/ω.
 _STABILITY_LIMIT: Final = 2.0
+_ADVISED_STEP: Final = 0.1
 _MAX_BISECTIONS: Final = 60
 _MAX_SWITCHES_PER_STEP: Final = 64
 
 
 @dataclass(frozen=True, slots=True)
 class StepPart:
-    """Part of a step between its switches, for n parameter sets: arrays (n,), states (4, n)."""
+    """Part of a step between its switches, for n parameter sets: arrays (n,), states (4, n).
 
+    A parameter set whose step is complete takes part with the duration 0.
+    """
+
+    # Whether the slider is in contact; see `RungeKutta4.contact`.
     contact: BoolArray
+    # Start, s, since that of the step, and duration, s.
     begin: FloatArray
     duration: FloatArray
+    # States (x, ẋ, y, ẏ) at both ends.
     first: FloatArray
     final: FloatArray
+    # Whether the part ends at a switch.
     switches: BoolArray
 
 
@@ -67,6 +77,8 @@ class RungeKutta4:
         self.separation = separation
         self.bisect = bisect
         self.steps = 0
+        # States (x, ẋ, y, ẏ), shape (4, n), and whether the sliders are in contact, shape (n,).
+        # Subclasses may have numbers of modes in `contact`.
         self.state: FloatArray = np.array(starts, dtype=float).T
         modes = [
             mode_of(p, start, separation=separation)
@@ -102,21 +114,21 @@ class RungeKutta4:
             end = self._step(start, self.contact, remaining)
             if not np.isfinite(end).all():
                 raise self._overflow_error(end)
-            crosses = self._violates(end, self.contact)
+            switches = self._violates(end, self.contact)
             duration = remaining
-            if self.bisect and crosses.any():
-                duration = np.where(crosses, self._bisect(start, remaining, crosses), remaining)
+            if self.bisect and switches.any():
+                duration = np.where(switches, self._bisect(start, remaining, switches), remaining)
                 end = self._step(start, self.contact, duration)
-            parts.append(StepPart(self.contact, elapsed, duration, start, end, crosses))
-            self.state, self.contact = self._next_state(end, crosses)
+            parts.append(StepPart(self.contact, elapsed, duration, start, end, switches))
+            self.state, self.contact = self._next_state(end, switches)
             elapsed = elapsed + duration
             remaining = remaining - duration
         self.steps += 1
         return parts
 
-    def _next_state(self, state: FloatArray, crossed: BoolArray) -> tuple[FloatArray, BoolArray]:
-        # State and mode after a switch.
-        return state, self.contact ^ crossed
+    def _next_state(self, state: FloatArray, switches: BoolArray) -> tuple[FloatArray, BoolArray]:
+        # States and modes after a part of a step, which `switches` says ends at a switch.
+        return state, self.contact ^ switches
 
     def _derivatives(self, state: FloatArray, contact: BoolArray) -> FloatArray:
         # Right-hand side: Eqs. 2 and 5 of the paper, solved for the accelerations.
@@ -131,6 +143,7 @@ class RungeKutta4:
         return np.array((vx, ax, vy, ay))
 
     def _step(self, state: FloatArray, contact: BoolArray, step: FloatArray) -> FloatArray:
+        # The state after a step of RK4, whose slopes are s1 to s4.
         with np.errstate(over="ignore", invalid="ignore"):
             s1 = self._derivatives(state, contact)
             s2 = self._derivatives(state + 0.5 * step * s1, contact)
@@ -144,12 +157,12 @@ class RungeKutta4:
             return np.zeros_like(contact)
         return np.asarray(np.where(contact, state[2] > 0.0, state[2] < 0.0), dtype=bool)
 
-    def _bisect(self, first: FloatArray, remaining: FloatArray, crossed: BoolArray) -> FloatArray:
+    def _bisect(self, first: FloatArray, remaining: FloatArray, switches: BoolArray) -> FloatArray:
         # The shortest step that violates the mode: the next mode starts on its own side of y = 0.
         lower, upper = np.zeros_like(remaining), remaining
         for _ in range(_MAX_BISECTIONS):
             middle = 0.5 * (lower + upper)
-            if np.all((middle <= lower) | (middle >= upper) | ~crossed):
+            if np.all((middle <= lower) | (middle >= upper) | ~switches):
                 break
             violates = self._violates(self._step(first, self.contact, middle), self.contact)
             lower = np.where(violates, lower, middle)
@@ -166,16 +179,17 @@ class RungeKutta4:
 
     def _check_step(self) -> None:
         p = self._values
-        tangent = np.where(self.contact, p["k2"] + 3.0 * p["k_nl"] * self.state[2] ** 2, 0.0)
-        frequency = np.sqrt(np.max((p["k1"] + p["k3"] + tangent) / p["m"]))
-        decay = np.max(np.maximum(p["c1"], p["c2"]) / p["m"])
-        fastest = max(frequency, decay)
-        if self.step * fastest > _STABILITY_LIMIT:
-            cause = "damping" if decay > frequency else "tangent contact stiffness"
+        _, _, y, _ = self.state
+        tangent_stiffness = np.where(self.contact, p["k2"] + 3.0 * p["k_nl"] * y**2, 0.0)
+        frequency = np.sqrt(np.max((p["k1"] + p["k3"] + tangent_stiffness) / p["m"]))
+        decay_rate = np.max(np.maximum(p["c1"], p["c2"]) / p["m"])
+        fastest_rate = max(frequency, decay_rate)
+        if self.step * fastest_rate > _STABILITY_LIMIT:
+            cause = "damping" if decay_rate > frequency else "tangent contact stiffness"
             raise ComputationError(
                 f"step = {self.step:g} s is too large for RK4 at t = {self.t:.6g} s: the {cause} "
                 f"makes it unstable",
-                f"use a step below {0.1 / fastest:.1g} s, or the taylor method",
+                f"use a step below {_ADVISED_STEP / fastest_rate:.1g} s, or the taylor method",
             )
 
 
