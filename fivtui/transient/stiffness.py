@@ -1,4 +1,7 @@
-"""Detection of stiff scenes, in which deviations decay much faster than the motion changes."""
+"""Detection of stiff scenes, in which deviations decay much faster than the motion changes.
+
+Explicit methods need very many steps there; errors about the number of steps say so.
+"""
 
 from dataclasses import dataclass
 from typing import Final
@@ -23,13 +26,15 @@ _STABILITY_LIMIT: Final = 9.0
 # the rate of the motion by more than this ratio.
 _STIFF_STEPS: Final = 20_000.0
 _STIFF_RATIO: Final = 100.0
+# An eigenvalue decays, rather than oscillates, if its real part is greater by this factor.
+_DECAY_RATIO: Final = 10.0
 # Methods for stiff scenes.
 _STIFF_METHODS: Final = ("scipy-lsoda", "scipy-radau")
 
 
 @dataclass(frozen=True, slots=True)
 class Stiffness:
-    """Rates of decay and of the motion, 1/s, in a stiff scene, and the steps for stability."""
+    """Rates of decay and of the motion, 1/s, in a stiff scene, and steps needed for stability."""
 
     decay_rate: float
     motion_rate: float
@@ -55,7 +60,7 @@ def find_stiffness(system: System, *, t_end: float) -> Stiffness | None:
         if not np.all(np.isfinite(matrix)):
             continue
         eigenvalues = np.linalg.eigvals(matrix)
-        decaying = eigenvalues.real < -10.0 * np.abs(eigenvalues.imag)
+        decaying = eigenvalues.real < -_DECAY_RATIO * np.abs(eigenvalues.imag)
         if not np.any(decaying):
             continue
         decay_rate = float(-eigenvalues.real[decaying].min())
@@ -76,7 +81,10 @@ def request_stiffness(request: Request) -> Stiffness | None:
 
 
 def max_steps_error(steps: int, t: float, t_end: float, *, tol: float | None) -> ComputationError:
-    """The error for a run that used all its steps up to the time t; `tol` None: fixed step."""
+    """The error for a run that used all its steps up to the time t, s.
+
+    Without `tol` the method has a fixed step.
+    """
     remedies = ["a shorter horizon"]
     if tol is not None and tol < TOL_RANGE[1]:
         remedies.append("a larger tol")
@@ -86,7 +94,7 @@ def max_steps_error(steps: int, t: float, t_end: float, *, tol: float | None) ->
 
 
 def step_limit_error(request: Request, t: float) -> ComputationError:
-    """The error for a request that used all its steps up to the time t."""
+    """The error for a request that used all its steps up to the time t, s; mentions stiffness."""
     method = request.method
     tol = None if uses_step(method) else request.tol
     error = max_steps_error(request.max_steps, t, request.t_end, tol=tol)

@@ -19,16 +19,17 @@ FloatArray = NDArray[np.float64]
 
 # Largest number of digits that is printed.
 MAX_DIGITS: Final = 13
-# Number of parts of a run for which derivatives are computed. Limits of all parts together: in
-# steps, and, as the steps of a slider at rest are long, in units of √(m/stiffness) or m/c. At the
-# limits the estimate takes about 20 ms.
+# Number of parts of a run for which derivatives are computed.
 _PARTS: Final = 8
-_MAX_STEPS, _MAX_TIME_UNITS = 20_000, 12_000.0
+# Limits of all parts together, with which the estimate takes about 20 ms: in steps, and in units of
+# the shortest of √(m/stiffness) and m/c, because the steps of a slider at rest are long.
+_MAX_STEPS: Final = 20_000
+_MAX_TIME_UNITS: Final = 12_000.0
 # Relative error by rounding per square root of the number of steps, and error per tolerance.
 _ROUNDING_ERROR: Final = 2.0**-51
 _TOL_FRACTION: Final = 1e-1
 # Growth factor over half of the computed time that indicates exponential growth.
-_EXPONENTIAL: Final = 8.0
+_EXPONENTIAL_GROWTH: Final = 8.0
 
 
 class FinalDigits(NamedTuple):
@@ -65,17 +66,18 @@ def final_digits(run: Transient) -> FinalDigits | None:
     fastest_rate = max(1.0 / time_scale(p), p.c1 / p.m, p.c2 / p.m)
     fraction = min(_MAX_STEPS / run.stats.steps, _MAX_TIME_UNITS / (fastest_rate * run.t_end), 1.0)
     x, vx, y, vy = run.start if fraction == 1.0 else state
-    span = run.t_end * fraction / _PARTS
+    part_duration = run.t_end * fraction / _PARTS
     try:
-        jacobians = _jacobians(System(p, run.separation), (x, vx, y, vy), span, run.tol)
+        jacobians = _jacobians(System(p, run.separation), (x, vx, y, vy), part_duration, run.tol)
     except ComputationError:
         return None
-    relative_errors = _ROUNDING_ERROR * math.sqrt(run.stats.steps) + _TOL_FRACTION * run.tol
-    errors = relative_errors * _final_errors(jacobians, scales, fraction)
+    relative_error = _ROUNDING_ERROR * math.sqrt(run.stats.steps) + _TOL_FRACTION * run.tol
+    errors = relative_error * _final_errors(jacobians, scales, fraction)
     return FinalDigits(*map(_count_digits, state, errors.tolist()))
 
 
 def _count_digits(value: float, error: float) -> int:
+    # Number of correct digits of a value with an error.
     if error == 0.0:
         return MAX_DIGITS
     return min(math.floor(math.log10(abs(value) / error)), MAX_DIGITS) if error < abs(value) else 0
@@ -92,7 +94,8 @@ def _final_errors(
     jacobians: tuple[FloatArray, ...], scales: FloatArray, fraction: float
 ) -> FloatArray:
     # Errors at the end if errors of size `scales` occur at the worst time. The derivatives of the
-    # parts cover a fraction of the run.
+    # parts cover a fraction of the run; errors that grow linearly are extrapolated to all of it,
+    # errors that grow exponentially are infinite.
     product, final_errors = np.eye(4), [scales]
     with np.errstate(over="ignore", invalid="ignore"):
         for jacobian in reversed(jacobians):
@@ -102,15 +105,19 @@ def _final_errors(
     if fraction == 1.0:
         return max_errors
     late_errors = np.max(final_errors[: len(final_errors) // 2 + 1], axis=0)
-    return np.where(max_errors <= _EXPONENTIAL * late_errors, max_errors / fraction, math.inf)
+    return np.where(
+        max_errors <= _EXPONENTIAL_GROWTH * late_errors, max_errors / fraction, math.inf
+    )
 
 
 @lru_cache(maxsize=64)
-def _jacobians(system: System, start: State, span: float, tol: float) -> tuple[FloatArray, ...]:
+def _jacobians(
+    system: System, start: State, part_duration: float, tol: float
+) -> tuple[FloatArray, ...]:
     # Derivatives of the state at the end of each part by the state at its start.
     jacobians = []
     for _ in range(_PARTS):
-        request = Request(system, t_end=span, tol=tol, start=start)
+        request = Request(system, t_end=part_duration, tol=tol, start=start)
         variation = vary(request, START_SEEDS)
         jacobians.append(variation.derivatives)
         start = variation.final

@@ -123,17 +123,19 @@ def compute_sensitivities(request: Request, run: Transient, work: Progress) -> S
         for name in names
     ]
     variation = vary(request, [*START_SEEDS, *seeds], work)
-    count = len(START_SEEDS)
+    # Columns of the variation: first the derivatives by the start, then those by the parameters.
+    start_count = len(START_SEEDS)
     weights = np.array([1.0, time_scale(p), 1.0, time_scale(p)])
-    scaled_derivatives = variation.derivatives[:, :count] * weights[:, None] / weights
+    scaled_derivatives = variation.derivatives[:, :start_count] * weights[:, None] / weights
     by = {
         name: _sensitivity(run, name, variation, column)
-        for column, name in enumerate(names, start=count)
+        for column, name in enumerate(names, start=start_count)
     }
     return Sensitivities(by, float(np.linalg.norm(scaled_derivatives, 2)))
 
 
 def _sensitivity(transient: Transient, name: str, variation: Variation, column: int) -> Sensitivity:
+    # The derivatives by a parameter, from the column of its seed.
     p, separation = transient.parameters, transient.separation
     values: dict[str, float] = dict(zip(EXTREMES, variation.extremes.tolist(), strict=True))
     slopes: dict[str, float] = dict(
@@ -142,12 +144,14 @@ def _sensitivity(transient: Transient, name: str, variation: Variation, column: 
     x, vx, y, vy = variation.derivatives[:, column].tolist()
     perturbed = p.perturbed({name: 1.0})
 
-    def size_derivative(minimum: str, maximum: str) -> float:
+    def peak_derivative(minimum: str, maximum: str) -> float:
+        # Derivative of the greatest absolute value between a minimum and a maximum.
         if values[maximum] == -values[minimum]:
             return max(slopes[maximum], -slopes[minimum])
         return slopes[maximum] if values[maximum] > -values[minimum] else -slopes[minimum]
 
     def force_derivative(y_name: str) -> float:
+        # Derivative of the contact force at an extreme of y, by a complex step.
         y = values[y_name]
         if separation and (y > 0.0 or (y == 0.0 and slopes[y_name] >= 0.0)):
             return 0.0
@@ -156,10 +160,10 @@ def _sensitivity(transient: Transient, name: str, variation: Variation, column: 
     return Sensitivity(
         FinalChange(x, vx, y, vy),
         Peak(
-            size_derivative("y_min", "y_max"),
+            peak_derivative("y_min", "y_max"),
             slopes["y_max"],
             slopes["y_min"],
-            size_derivative("x_min", "x_max"),
+            peak_derivative("x_min", "x_max"),
             slopes["vx_max"],
         ),
         Steady(0.5 * (slopes["y_high"] - slopes["y_low"])),

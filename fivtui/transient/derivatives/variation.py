@@ -1,4 +1,8 @@
-"""A transient with the derivatives of its motion by start and parameters."""
+"""A transient with the derivatives of its motion by start and parameters.
+
+A seed is a direction of change of the start and the parameters. The deviation by a seed is the
+derivative of the state (x, ẋ, y, ẏ) in this direction.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -44,6 +48,7 @@ START_SEEDS: Final = (
     Seed((0.0, 0.0, 1.0, 0.0)),
     Seed((0.0, 0.0, 0.0, 1.0)),
 )
+_STATE_SIZE: Final = 4
 _PARAMETER_COLUMNS: Final = {name: column for column, name in enumerate(PARAMETERS)}
 # Steps between progress reports.
 _STEPS_PER_REPORT: Final = 8
@@ -61,7 +66,9 @@ class Variation:
     extreme_times: FloatArray
     extremes: FloatArray
     extreme_derivatives: FloatArray
+    # Times of separation and reattachment, s.
     switch_times: FloatArray
+    # All switches on a belt of finite speed, shape (n, 3): time, s, mode before, mode after.
     changes: FloatArray = field(default_factory=lambda: np.empty((0, 3)))
 
 
@@ -70,7 +77,8 @@ def vary(request: Request, seeds: Sequence[Seed], work: Progress | None = None) 
 
     The equations of both modes agree at y = 0, so derivatives are continuous at separation. On a
     belt of finite speed they jump at the start and end of sliding, which interpreted code handles.
-    All scenes are integrated by the method ``taylor``, also linear ones.
+    All scenes are integrated by the method ``taylor``, also linear ones. Raises `InputError` if a
+    parameter changes over time.
     """
     if request.course is not None:
         raise InputError(
@@ -84,11 +92,11 @@ def vary(request: Request, seeds: Sequence[Seed], work: Progress | None = None) 
 
 def _run_compiled(request: Request, seeds: Sequence[Seed], work: Progress) -> Variation:
     tol = local_tolerance(request.tol)
-    seed_rows = np.zeros((len(seeds), 4 + len(PARAMETERS)))
+    seed_rows = np.zeros((len(seeds), _STATE_SIZE + len(PARAMETERS)))
     for row, seed in zip(seed_rows, seeds, strict=True):
-        row[:4] = seed.start
+        row[:_STATE_SIZE] = seed.start
         for name, change in seed.parameters.items():
-            row[4 + _PARAMETER_COLUMNS[name]] = change
+            row[_STATE_SIZE + _PARAMETER_COLUMNS[name]] = change
     run = load_kernel().begin_varied_run(
         np.array(request.parameters.values()),
         np.array(request.initial),
@@ -98,9 +106,10 @@ def _run_compiled(request: Request, seeds: Sequence[Seed], work: Progress) -> Va
         tol=tol,
         order=order_for(tol),
     )
+    # Rows of separations and reattachments, which begin with their times.
     crossings = np.concatenate([run.crossings.copy() for _ in follow(run, request, work)])
     return Variation(
-        run.outcome[:4],
+        run.outcome[:_STATE_SIZE],
         np.array(run.rate),
         run.derivatives.T,
         run.extremes[:, 0],
@@ -122,25 +131,28 @@ def _run_interpreted(request: Request, seeds: Sequence[Seed], work: Progress) ->
         if count % _STEPS_PER_REPORT == 0:
             work.report(t / t_end)
         segment = stepper.advance()
-        reaches_end = segment.end >= t_end
+        # The run ends at θ of the segment, which is below 1 if the horizon is within the segment.
         theta_end = min(segment.fraction(t_end), 1.0) if segment.end > t_end else 1.0
+        is_complete = theta_end == 1.0
         extremes.include(segment, theta_end, deviations)
-        t, state = segment.end, segment.final if theta_end == 1.0 else segment.state(t_end)
-        if segment.switches and theta_end == 1.0 and p.v_belt is not None:
+        t, state = segment.end, segment.final if is_complete else segment.state(t_end)
+        if segment.switches and is_complete and p.v_belt is not None:
             changes.append((t, segment.mode, segment.next_mode))
-        if segment.lifts_or_lands and theta_end == 1.0:
+        if segment.lifts_or_lands and is_complete:
             switches.append(t)
-        if reaches_end:
+        if segment.end >= t_end:
             break
     else:
         raise step_limit_error(request, t)
-    mode = segment.next_mode if theta_end == 1.0 else segment.mode
+    mode = segment.next_mode if is_complete else segment.mode
+    x, vx, y, vy = state
     if mode is Mode.STICK:
-        state = (state[0], p.v_belt or 0.0, state[2], state[3])
+        vx = p.v_belt or 0.0
+    state = (x, vx, y, vy)
     ax, ay = accelerations(p, state, mode)
     return Variation(
         state,
-        np.array([state[1], ax, state[3], ay]),
+        np.array([vx, ax, vy, ay]),
         np.array(deviations.current).T,
         extremes.times,
         extremes.values,
@@ -151,7 +163,7 @@ def _run_interpreted(request: Request, seeds: Sequence[Seed], work: Progress) ->
 
 
 class _Extremes:
-    # The extremes of a motion so far, with their times and derivatives.
+    # The extremes of a motion so far, in the order of `EXTREMES`, with their times and derivatives.
 
     def __init__(self, half_time: float, count: int) -> None:
         self._half_time = half_time
@@ -161,7 +173,11 @@ class _Extremes:
         self.derivatives = np.zeros((len(EXTREMES), count))
 
     def include(self, segment: Segment, end: float, deviations: Deviations) -> None:
-        """Advance deviations along a segment up to θ = end; store those at new extremes."""
+        """Advance deviations along a segment up to θ = end; store those at new extremes.
+
+        θ is the time since the start of the segment relative to its duration.
+        """
+        # θ of each new extreme, and the component of the state of which it is an extreme.
         thetas, components = {}, {}
         for index, (sign, polynomial, component, begin) in enumerate(
             self._extreme_polynomials(segment)
@@ -169,7 +185,7 @@ class _Extremes:
             if begin > 0.0 and begin >= end:
                 continue
             stationary = roots(derivative(polynomial))
-            candidates = [begin, *(point for point in stationary if begin < point < end), end]
+            candidates = [begin, *(theta for theta in stationary if begin < theta < end), end]
             if component == 1 and self._begins_to_stick(segment):
                 # An extreme of the speed at the start of stick belongs to the stick segment.
                 candidates.pop()
@@ -188,8 +204,9 @@ class _Extremes:
             ]
 
     def _begins_to_stick(self, segment: Segment) -> bool:
-        ends_in_run = segment.end < 2.0 * self._half_time and segment.mode is not Mode.STICK
-        return ends_in_run and segment.next_mode is Mode.STICK
+        if segment.end >= 2.0 * self._half_time:
+            return False
+        return segment.mode is not Mode.STICK and segment.next_mode is Mode.STICK
 
     def _extreme_polynomials(
         self, segment: Segment

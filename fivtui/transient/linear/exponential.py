@@ -1,12 +1,13 @@
 """Motion of a linear scene by the matrix exponential, without stepping.
 
-A contact without cubic term that never breaks leaves ż = A z + b. Over a span s
+In a contact without cubic term that never breaks, the state z obeys ż = A z + b. Over a span s
 
     z(t + s) = z(t) + Φ(s) (A z(t) + b),   Φ(s) = ∫₀ˢ exp(A r) dr,
 
 also where A lacks eigenvectors, as at the coalescence of two modes. For short spans Φ is a Taylor
 series; longer spans follow by doubling (scaling and squaring: Higham, SIAM J. Matrix Anal. Appl.
-26, 2005). Spans are powers of two in seconds, so that times are exact.
+26, 2005). Spans are powers of two in seconds, so that times are exact. The level of a span is its
+index, from the shortest; each span is twice the one before.
 """
 
 import math
@@ -28,17 +29,32 @@ from fivtui.taylor import overflow_error
 
 FloatArray = NDArray[np.float64]
 
-# Largest ‖A‖ s of a Taylor series. Its last term, 2²⁶/26!, is far below rounding.
+# Largest ‖A‖ s of a Taylor series of Φ, and its degree. The last term, 2²⁶/26!, is far below
+# rounding.
 _MAX_NORM: Final = 2.0
 DEGREE: Final = 26
-# Overflow threshold, with a margin for the derivatives and bounds computed from a state.
+# Magnitude that counts as overflow; bounds computed from smaller states are finite.
 _OVERFLOW_LIMIT: Final = 1e300
 # Number of halvings of the base span. Over the shortest span a motion equals its chord to rounding.
 HALVINGS: Final = 28
 
 
 class LinearMotion:
-    """The linear motion in contact, in (x, ẋ/ω, y, ẏ/ω) with ω² = (k1 + k2 + k3)/m."""
+    """The linear motion in contact, in (x, ẋ/ω, y, ẏ/ω) with ω² = (k1 + k2 + k3)/m.
+
+    Attributes
+    ----------
+    matrix, load : ndarray, shapes (4, 4) and (4,)
+        A and b.
+    rest : ndarray, shape (4,)
+        Equilibrium, at which ż = 0.
+    spans : ndarray, shape (n,)
+        Lengths of the spans, s, ascending.
+    base : int
+        Level of the longest span whose Φ is a Taylor series.
+    integrals, exponentials : ndarray, shape (n, 4, 4)
+        Φ(s) and exp(A s) of the spans.
+    """
 
     def __init__(self, p: Parameters, t_end: float) -> None:
         frequency = math.sqrt(total_stiffness(p) / p.m)
@@ -54,13 +70,14 @@ class LinearMotion:
         self._double_spans(base_span, t_end)
 
     def _double_spans(self, base_span: float, t_end: float) -> None:
+        # Up to the base span Φ(s)/s = I + A s/2! + (A s)²/3! + …, by Horner's scheme.
         short_spans = base_span * 2.0 ** np.arange(-HALVINGS, 1)
         identity = np.eye(4)
-        scaled = self.matrix * short_spans[:, None, None]
-        total = np.broadcast_to(identity, scaled.shape)
+        scaled_matrices = self.matrix * short_spans[:, None, None]
+        series = np.broadcast_to(identity, scaled_matrices.shape)
         for n in range(DEGREE, 1, -1):
-            total = identity + scaled @ total / n
-        spans, integrals = list(short_spans), list(total * short_spans[:, None, None])
+            series = identity + scaled_matrices @ series / n
+        spans, integrals = list(short_spans), list(series * short_spans[:, None, None])
         exponentials = [identity + self.matrix @ integral for integral in integrals]
         while 2.0 * spans[-1] <= t_end:
             integral, exponential = integrals[-1], exponentials[-1]
@@ -91,22 +108,24 @@ class LinearMotion:
         return velocity
 
     def states_after(self, z: FloatArray, level: int) -> FloatArray:
-        """States, shape (n, 4), one span later; `level` is the index of the span."""
+        """States, shape (n, 4), later by the span of a level."""
         later_states: FloatArray = z + self.velocity(z) @ self.integrals[level].T
         return later_states
 
     def states_at(self, z: FloatArray, times: FloatArray) -> FloatArray:
         """States, shape (n, 4), at times in s after the state `z`; the motion must not overflow."""
+        # Advance by the longest spans that fit; the Taylor series covers the remaining time.
         states, remaining = np.tile(z, (times.size, 1)), times.copy()
         for level in range(self.spans.size - 1, self.base - 1, -1):
             span = self.spans[level]
             while np.any(unfinished := remaining >= span):
                 states[unfinished] = self.states_after(states[unfinished], level)
                 remaining[unfinished] -= span
-        fraction, total = (remaining / self.spans[self.base])[:, None], np.zeros_like(states)
-        for term in self.series(states)[::-1]:
-            total = total * fraction + term
-        return total
+        fraction = (remaining / self.spans[self.base])[:, None]
+        final_states = np.zeros_like(states)
+        for coefficients in self.series(states)[::-1]:
+            final_states = final_states * fraction + coefficients
+        return final_states
 
     def series(self, z: FloatArray) -> FloatArray:
         """Taylor coefficients of the motion from states, shape (27, n, 4).
@@ -114,10 +133,11 @@ class LinearMotion:
         The variable is the time since a state divided by the base span.
         """
         span = self.spans[self.base]
-        terms, scaled = [z, self.velocity(z) * span], self.matrix.T * span
+        scaled_matrix = self.matrix.T * span
+        coefficients = [z, self.velocity(z) * span]
         for n in range(2, DEGREE + 1):
-            terms.append(terms[-1] @ scaled / n)
-        return np.array(terms)
+            coefficients.append(coefficients[-1] @ scaled_matrix / n)
+        return np.array(coefficients)
 
 
 class Propagation:
@@ -128,7 +148,7 @@ class Propagation:
         self.t, self.z = 0.0, motion.scaled_state(start)[None, :]
 
     def advance_to(self, t_end: float) -> list[tuple[int, FloatArray]]:
-        """Advance to a time; return the index of every span and the state (1, 4) at its start.
+        """Advance to a time, s; return the level of every span and the state (1, 4) at its start.
 
         Raises `ComputationError`, with the time, if the motion overflows before.
         """
@@ -156,6 +176,7 @@ class Propagation:
         return spans
 
     def _is_finite(self, z: FloatArray) -> bool:
+        # Whether a state, its derivative and its contact force are below the overflow limit.
         force = self._p.k2 * z[0, 2]
         values = (*self._motion.states(z)[0], *self._motion.velocity(z)[0], force)
         return all(abs(number) < _OVERFLOW_LIMIT for number in values)

@@ -1,7 +1,8 @@
 """Exact extremes of a linear motion by branch and bound over time.
 
-A span of time is searched only if its bounds exceed the extremes so far. If the motion grows or
-decays, few periods are searched for any horizon. The bounds need no eigenvectors.
+A span of time is halved and searched only if its bounds exceed the extremes so far. If the motion
+grows or decays, few periods are searched for any horizon. The bounds need no eigenvectors. Spans
+have levels, as in `exponential.py`.
 """
 
 from typing import Final
@@ -15,17 +16,19 @@ from fivtui.transient.extremes import Extremes
 from .exponential import DEGREE, LinearMotion
 
 FloatArray = NDArray[np.float64]
+# Levels of spans, and states of the motion at the starts of spans of this level, shape (n, 4).
 Spans = list[tuple[int, FloatArray]]
 
 # Quantities to maximise, as rows that multiply a state: x, −x, y, −y and ẋ/ω.
 _QUANTITIES: Final = np.array(
     [[1.0, 0, 0, 0], [-1.0, 0, 0, 0], [0, 0, 1.0, 0], [0, 0, -1.0, 0], [0, 1.0, 0, 0]]
 )
+# Number of states that are searched together, to limit memory.
 _MAX_STATES: Final = 1 << 15
 # Bounds are computed at intervals of the base span / 2^_REFINEMENT, in chunks of this number.
 _REFINEMENT: Final = 6
 _BOUNDS_PER_CHUNK: Final = 1 << 10
-# Relative rounding error of a state, and largest relative error of an extreme.
+# Relative rounding error of a state, and relative tolerance of an extreme.
 _STATE_ROUNDING: Final = 2.0**-46
 _EXTREME_TOLERANCE: Final = 2.0**-44
 
@@ -35,28 +38,29 @@ class Search:
 
     def __init__(self, motion: LinearMotion, t_end: float, max_steps: int, work: Progress) -> None:
         self._motion, self._t_end, self._max_steps, self._work = motion, t_end, max_steps, work
-        self._steps, self._searched = 0, 0.0
+        self._span_count, self._finished_time = 0, 0.0
         self._extremes = np.full(5, -np.inf)
         self._rest_values = _QUANTITIES @ motion.rest
         spans = motion.spans[: motion.base + _REFINEMENT, None, None]
-        # Bounds over each span: of the distance from rest per |z − rest|, and from the chord per
-        # |ż|.
+        # Factors by level, shape (levels, 5, 4): times |z − rest| they bound the distance of each
+        # quantity from its value at rest; times |ż| they bound its distance from the chord.
         self._distance_bounds = self._row_bounds(_QUANTITIES, motion.spans.size)
         chord_bounds = self._row_bounds(_QUANTITIES @ motion.matrix, len(spans))
         self._chord_bounds = chord_bounds * spans[: len(chord_bounds)] ** 2 / 8.0
 
     def _row_bounds(self, rows: FloatArray, levels: int) -> FloatArray:
-        # Bounds of |rows exp(A s)| over each span. From `fine_level` on they are computed at
-        # multiples of the span of that level, times the largest growth within that span.
+        # Bounds of |rows exp(A s)| over the span of each level. From `fine_level` on they are
+        # computed at multiples of the span of that level, times the largest growth within it.
         motion = self._motion
         fine_level = motion.base - _REFINEMENT
         growth, term = np.eye(4)[None], np.eye(4)
-        scaled = np.abs(motion.matrix) * motion.spans[fine_level]
+        scaled_matrix = np.abs(motion.matrix) * motion.spans[fine_level]
         span_ratios = (motion.spans[: fine_level + 1] / motion.spans[fine_level])[:, None, None]
         for n in range(1, DEGREE):
-            term = term @ scaled / n
+            term = term @ scaled_matrix / n
             growth = growth + term * span_ratios**n
         bounds = list(np.abs(rows) @ growth)
+        # Powers of exp(A s) within a span; for long spans they begin anew from the bounds so far.
         powers, previous_bounds = np.eye(4)[None], None
         with np.errstate(over="ignore", invalid="ignore"):
             for exponential in motion.exponentials[fine_level : levels - 1]:
@@ -73,9 +77,9 @@ class Search:
     def find_extremes(self, spans: Spans, end: FloatArray) -> Extremes:
         """Extremes over consecutive spans and those before.
 
-        `spans` has the index of every span and the state, shape (1, 4), at its start; `end` is the
-        state after the last. Raises `ComputationError` if more than `max_steps` spans are searched,
-        and `Cancelled`.
+        `spans` has the level of every span and the state, shape (1, 4), at its start; `end` is the
+        state after the last span. Raises `ComputationError` if more than `max_steps` spans are
+        searched, and `Cancelled`.
         """
         starts = [z for _, z in spans]
         self._update_extremes(np.concatenate([*starts, end]) @ _QUANTITIES.T)
@@ -90,41 +94,43 @@ class Search:
                 middle = self._motion.states_after(candidates, level - 1)
                 self._update_extremes(middle @ _QUANTITIES.T)
                 queue.append((level - 1, np.concatenate([candidates, middle])))
-                excluded = len(z) - len(candidates)
+                finished_count = len(z) - len(candidates)
             else:
-                excluded = len(z)
-            self._count_searched(len(z), excluded * float(self._motion.spans[level]))
-        x_max, x_neg_max, y_max, y_neg_max, scaled_vx_max = (self._extremes + 0.0).tolist()
+                finished_count = len(z)
+            self._count_searched(len(z), finished_count * float(self._motion.spans[level]))
+        # Adding to 0.0 and subtracting from it avoids −0.0.
+        x_max, minus_x_min, y_max, minus_y_min, scaled_vx_max = (self._extremes + 0.0).tolist()
         vx_max = float(self._motion.states(np.array([0.0, scaled_vx_max, 0.0, 0.0]))[1])
-        return Extremes(0.0 - x_neg_max, 0.0 - y_neg_max, x_max, y_max, vx_max)
+        return Extremes(0.0 - minus_x_min, 0.0 - minus_y_min, x_max, y_max, vx_max)
 
     def _update_extremes(self, values: FloatArray) -> None:
         self._extremes = np.maximum(self._extremes, values.max(axis=0))
 
     def _candidate_states(self, level: int, z: FloatArray) -> FloatArray:
-        # States from which the motion may exceed the extremes so far within the span.
+        # States from which the motion may exceed the extremes so far within the span of a level.
         motion, extremes = self._motion, self._extremes
-        size = max(float(np.abs(extremes).max()), float(np.abs(self._rest_values).max()))
+        scale = max(float(np.abs(extremes).max()), float(np.abs(self._rest_values).max()))
         with np.errstate(over="ignore", invalid="ignore"):
             distance_bounds = self._distance_bounds[level].T
             rounding = _STATE_ROUNDING * (np.abs(z) + np.abs(motion.rest))
-            tolerance = np.minimum(rounding @ distance_bounds, _EXTREME_TOLERANCE * size)
-            bound = self._rest_values + np.abs(z - motion.rest) @ distance_bounds
+            tolerance = np.minimum(rounding @ distance_bounds, _EXTREME_TOLERANCE * scale)
+            bounds = self._rest_values + np.abs(z - motion.rest) @ distance_bounds
             if level < len(self._chord_bounds):
                 chord_maxima = np.maximum(
                     z @ _QUANTITIES.T, motion.states_after(z, level) @ _QUANTITIES.T
                 )
                 chord_distances = np.abs(motion.velocity(z)) @ self._chord_bounds[level].T
-                bound = np.minimum(bound, chord_maxima + chord_distances)
-        # Spans with a bound of NaN are searched.
-        candidates: FloatArray = z[~np.all(bound <= extremes + tolerance, axis=1)]
+                bounds = np.minimum(bounds, chord_maxima + chord_distances)
+        # Spans with bounds of NaN are searched.
+        candidates: FloatArray = z[~np.all(bounds <= extremes + tolerance, axis=1)]
         return candidates
 
-    def _count_searched(self, steps: int, seconds: float) -> None:
-        self._steps += steps
-        self._searched += seconds
-        self._work.report(min(self._searched / self._t_end, 1.0))
-        if self._steps > self._max_steps:
+    def _count_searched(self, spans: int, finished_time: float) -> None:
+        # Count spans, and the time, s, that needs no further search; report progress.
+        self._span_count += spans
+        self._finished_time += finished_time
+        self._work.report(min(self._finished_time / self._t_end, 1.0))
+        if self._span_count > self._max_steps:
             raise ComputationError(
                 f"the search for extremes needs more than {self._max_steps} spans of time",
                 "use a shorter horizon, or damping that lets the motion settle",

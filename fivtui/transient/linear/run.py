@@ -40,6 +40,7 @@ def run(request: Request, work: Progress) -> Transient:
     first_spans = propagation.advance_to(0.5 * t_end)
     middle_state = propagation.z
     second_spans = propagation.advance_to(t_end)
+    # The search accumulates extremes: of the second half first, then of the whole run.
     search = Search(motion, t_end, request.max_steps, work)
     second_half = search.find_extremes(second_spans, propagation.z)
     extremes = search.find_extremes(first_spans, middle_state)
@@ -74,8 +75,8 @@ def _trajectory(
         chunk = slice(first, first + _TIMES_PER_REPORT)
         states[chunk] = motion.states(motion.states_at(start, times[chunk]))
     x, vx, y, vy = states.T.copy()
-    contact = np.full(times.size, Mode.CONTACT, dtype=np.int8)
-    return build_trajectory(request.parameters, times, (x, vx, y, vy), contact)
+    modes = np.full(times.size, Mode.CONTACT, dtype=np.int8)
+    return build_trajectory(request.parameters, times, (x, vx, y, vy), modes)
 
 
 def _solution(request: Request, motion: LinearMotion, start: NDArray[np.float64]) -> DenseSolution:
@@ -86,12 +87,13 @@ def _solution(request: Request, motion: LinearMotion, start: NDArray[np.float64]
             f"the dense solution needs {count} polynomials, more than {max_steps}",
             "use a shorter horizon, or sample times",
         )
+    # A polynomial per base span; the last one ends at the horizon.
     begin: NDArray[np.float64] = np.arange(count, dtype=float) * span
     end = np.minimum(begin + span, t_end)
     duration = end - begin
     series = motion.series(motion.states_at(start, begin))
     powers = (duration / span) ** np.arange(DEGREE + 1)[:, None]
-    contact = np.full(count, float(Mode.CONTACT))
-    rows = np.stack([begin, np.zeros(count), duration, end, contact], axis=1)
+    modes = np.full(count, float(Mode.CONTACT))
+    rows = np.stack([begin, np.zeros(count), duration, end, modes], axis=1)
     x, y = series[:, :, 0] * powers, series[:, :, 2] * powers
     return DenseSolution.from_arrays(request.parameters, rows, x, y)
