@@ -1,4 +1,7 @@
-"""Running extremes of the motion: exact extrema of the polynomials, not of samples."""
+"""Running extremes of the motion: exact extrema of its polynomials, not of samples.
+
+A segment is the motion over one step, as polynomials on [0, 1] in time relative to its duration.
+"""
 
 import math
 from collections.abc import Sequence
@@ -33,6 +36,7 @@ class Extremes:
         if low < high:
             x, y = restrict(segment.x, low, high), restrict(segment.y, low, high)
             duration = segment.duration * (high - low)
+            # The value of a polynomial at 1 is the sum of its coefficients; ẏ is not needed.
             final = (sum(x), sum(derivative(x)) / duration, sum(y), 0.0)
             self._include(x, y, final, duration)
 
@@ -43,8 +47,8 @@ class Extremes:
         final: State,
         duration: float,
     ) -> None:
-        # On [0, 1] a polynomial differs from its chord by at most max|second derivative|/8. If
-        # this margin cannot exceed an extreme so far, the roots of the derivative are not needed.
+        # On [0, 1] a polynomial differs from its chord by at most max|second derivative|/8. If its
+        # ends plus this margin cannot exceed an extreme so far, skip the roots of its derivative.
         x_end, vx_end, y_end, _ = final
         weights, vx_weights = _margin_weights(len(x))
         x_sizes = list(map(abs, x))

@@ -1,4 +1,7 @@
-"""The event loop over any integrator, which records extremes, events and samples of a run."""
+"""The event loop over any integrator, which records extremes, events and samples of a run.
+
+An integrator returns the motion in segments: polynomials over one step in one mode.
+"""
 
 import math
 from typing import Final
@@ -21,26 +24,30 @@ _STEPS_PER_REPORT: Final = 32
 
 
 class Recorder:
-    """Collects from the segments of a run only the data that its result requires."""
+    """Collects the result of a run from its segments, which are stored only for samples."""
 
     def __init__(self, request: Request, on_samples: OnSamples | None = None) -> None:
         self._request = request
         self._extremes = Extremes()
         self._second_half = Extremes()
         self._half_time = 0.5 * request.t_end
+        # Times of separations and reattachments, s.
         self._switches: list[float] = []
+        # On a belt of finite speed all switches: time, s, mode before, mode after.
         self._mode_changes: list[tuple[float, float, float]] = []
         self._separated_durations = [0.0]
+        self._separations = 0
         self._final: State = request.initial
         self._steps = 0
+        self._first_mode = request.first_mode
+        self._on_belt = request.parameters.v_belt is not None
+        # Remaining sample times, segments that wait to be sampled, and finished samples.
         self._times = request.times
         self._segments: list[Segment] = []
         self._parts: list[Trajectory] = []
         self._on_samples = on_samples
+        # Time reached, s.
         self.t = 0.0
-        self._first_mode = request.first_mode
-        self._on_belt = request.parameters.v_belt is not None
-        self._separations = 0
 
     def follow(self, stepper: Stepper, work: Progress) -> None:
         """Include the segments of an integrator until the horizon is reached."""
@@ -62,6 +69,7 @@ class Recorder:
             self._first_mode = segment.mode
         self._steps += 1
         self.t = segment.end
+        # The last segment may extend beyond the horizon.
         if segment.end <= t_end:
             self._extremes.include(segment)
             self._final = segment.final

@@ -1,4 +1,7 @@
-"""The motion at given times, as a function of time, and between two states."""
+"""The motion at given times, as a function of time, and between two states.
+
+θ is the time since the start of a segment relative to its duration.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -53,24 +56,21 @@ class Trajectory(Result, Tabular):
     @classmethod
     def joined(cls, parts: Sequence[Self]) -> Self:
         """One trajectory from consecutive parts, at least one."""
-        columns = (c.name for c in COLUMNS)
-        return cls(*(np.concatenate([getattr(part, name) for part in parts]) for name in columns))
+        return cls(
+            *(np.concatenate([getattr(part, column.name) for part in parts]) for column in COLUMNS)
+        )
 
     def _summary(self) -> list[tuple[str, str]]:
+        rows = [("samples", f"{self.t.size}")]
         if self.t.size == 0:
-            return [("samples", "0")]
-        return [
-            ("samples", f"{self.t.size}"),
-            *(
-                (name, f"{values.min():.6g} to {values.max():.6g} {unit}")
-                for name, values, unit in (
-                    (column.name, getattr(self, column.name), column.unit)
-                    for column in COLUMNS
-                    if column.name != "mode"
-                )
-            ),
-            ("off the belt", f"{np.count_nonzero(~is_in_contact(self.mode))} samples"),
-        ]
+            return rows
+        for column in COLUMNS:
+            if column.name != "mode":
+                values = getattr(self, column.name)
+                text = f"{values.min():.6g} to {values.max():.6g} {column.unit}"
+                rows.append((column.name, text))
+        separated_count = np.count_nonzero(~is_in_contact(self.mode))
+        return [*rows, ("off the belt", f"{separated_count} samples")]
 
     def _table(self) -> Table:
         return {column: getattr(self, column.name) for column in COLUMNS}
@@ -88,21 +88,24 @@ class DenseSolution:
     """
 
     def __init__(self, p: Parameters, segments: Sequence[Segment]) -> None:
-        size = max(len(s.x) for s in segments)
-        series = np.zeros((2, size, len(segments)))
+        # Polynomials of lower degree are padded with zeros.
+        size = max(len(segment.x) for segment in segments)
+        x, y = np.zeros((2, size, len(segments)))
         for column, segment in enumerate(segments):
-            series[0, : len(segment.x), column] = segment.x
-            series[1, : len(segment.y), column] = segment.y
-        rows = [(s.start, s.start_remainder, s.duration, s.end, s.mode) for s in segments]
-        self._store(p, np.array(rows, dtype=float), series[0], series[1])
+            x[: len(segment.x), column] = segment.x
+            y[: len(segment.y), column] = segment.y
+        rows = [
+            (segment.start, segment.start_remainder, segment.duration, segment.end, segment.mode)
+            for segment in segments
+        ]
+        self._store(p, np.array(rows, dtype=float), x, y)
 
     @classmethod
     def from_arrays(cls, p: Parameters, rows: FloatArray, x: FloatArray, y: FloatArray) -> Self:
         """Construct the solution from arrays of n segments.
 
         `rows`, shape (n, 5), has start, exact start minus start, duration and end, s, and mode of
-        each segment. `x` and `y`, shape (degree + 1, n), have coefficients, m, of powers of
-        (time since the start)/duration.
+        each segment. `x` and `y`, shape (degree + 1, n), have coefficients of powers of θ, m.
         """
         solution = cls.__new__(cls)
         solution._store(p, rows, x, y)
@@ -110,9 +113,9 @@ class DenseSolution:
 
     def _store(self, p: Parameters, rows: FloatArray, x: FloatArray, y: FloatArray) -> None:
         self._p, self._x, self._y = p, x, y
-        self._start, self._remainder, self._duration = rows[:, 0], rows[:, 1], rows[:, 2]
-        self._mode = rows[:, 4].astype(np.int8)
-        self.t_start, self.t_end = float(rows[0, 0]), float(rows[-1, 3])
+        self._start, self._remainder, self._duration, end, mode = rows.T
+        self._mode = mode.astype(np.int8)
+        self.t_start, self.t_end = float(self._start[0]), float(end[-1])
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, DenseSolution):
@@ -161,7 +164,7 @@ def build_trajectory(
 
 
 def _horner(coefficients: FloatArray, theta: FloatArray) -> tuple[FloatArray, FloatArray]:
-    # Values and derivatives of polynomials, one per column, at theta.
+    # Values and derivatives by θ of polynomials, one per column, by Horner's scheme.
     value, slope = coefficients[-1], np.zeros_like(theta)
     for coefficient in coefficients[-2::-1]:
         slope = slope * theta + value
@@ -178,11 +181,17 @@ def segment_between(
     next_mode: Mode,
     rates: Rates = CONSTANT,
 ) -> Segment:
-    """The motion between two states in one mode: quintic Hermite interpolation."""
+    """The motion between two states in one mode: quintic Hermite interpolation.
+
+    `rates` are the derivatives by time of parameters that change; `p` has their values at the
+    start.
+    """
     start, end = times
     duration = end - start
-    start_state, final = states
-    ax0, ay0 = accelerations(p, start_state, mode, rates)
+    first, final = states
+    x0, vx0, y0, vy0 = first
+    x1, vx1, y1, vy1 = final
+    ax0, ay0 = accelerations(p, first, mode, rates)
     ax1, ay1 = accelerations(parameters_after(p, rates, duration), final, mode, rates)
     return Segment(
         mode=mode,
@@ -190,8 +199,8 @@ def segment_between(
         start_remainder=0.0,
         duration=duration,
         end=end,
-        x=_quintic(duration, (start_state[0], start_state[1], ax0), (final[0], final[1], ax1)),
-        y=_quintic(duration, (start_state[2], start_state[3], ay0), (final[2], final[3], ay1)),
+        x=_quintic(duration, (x0, vx0, ax0), (x1, vx1, ax1)),
+        y=_quintic(duration, (y0, vy0, ay0), (y1, vy1, ay1)),
         final=final,
         next_mode=next_mode,
     )
@@ -200,11 +209,13 @@ def segment_between(
 def _quintic(
     duration: float, start: tuple[float, float, float], end: tuple[float, float, float]
 ) -> tuple[float, ...]:
-    # Coefficients from x, ẋ and ẍ at both ends. Remainders: values at the end less quadratic part.
-    c0, c1, c2 = start[0], start[1] * duration, 0.5 * start[2] * duration * duration
-    x_remainder = end[0] - (c0 + c1 + c2)
-    v_remainder = end[1] * duration - (c1 + 2.0 * c2)
-    a_remainder = end[2] * duration * duration - 2.0 * c2
+    # Coefficients of a polynomial of θ from position, velocity and acceleration at both ends. The
+    # start gives the quadratic part; the remainders are what it lacks at the end.
+    (x0, v0, a0), (x1, v1, a1) = start, end
+    c0, c1, c2 = x0, v0 * duration, 0.5 * a0 * duration * duration
+    x_remainder = x1 - (c0 + c1 + c2)
+    v_remainder = v1 * duration - (c1 + 2.0 * c2)
+    a_remainder = a1 * duration * duration - 2.0 * c2
     return (
         c0,
         c1,

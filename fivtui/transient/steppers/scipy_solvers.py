@@ -1,4 +1,8 @@
-"""SciPy's variable-step methods, restarted at every switch."""
+"""SciPy's variable-step methods, restarted at every switch.
+
+A guard is a function of the state whose zero ends a mode; the dense output of a step, interpolated
+by a polynomial, locates it. The height guards are ±y, the speed guards compare ẋ with the belt.
+"""
 
 from collections.abc import Callable
 from typing import Final
@@ -29,7 +33,9 @@ _SOLVERS: Final[dict[str, tuple[Callable[..., OdeSolver], int]]] = {
     "Radau": (Radau, 3),
     "LSODA": (LSODA, 7),
 }
+# Number of successive steps of zero length that counts as no progress.
 _MAX_EMPTY_STEPS: Final = 64
+# Magnitude of a state that counts as overflow.
 _OVERFLOW_LIMIT: Final = 1e150
 _HEIGHT_GUARDS: Final = (Guard.HEIGHT, Guard.DEPTH)
 _SPEED_GUARDS: Final = (Guard.BELT_FASTER, Guard.BELT_SLOWER)
@@ -52,13 +58,14 @@ class ScipyStepper:
         tol: float,
     ) -> None:
         self._p = p = system.parameters
-        self._solver_class, self._degree = _SOLVERS[solver]
+        self._solver_class, degree = _SOLVERS[solver]
         self._t_end = t_end
         self._separation = system.separation
         self._tol = tol
         size = max(abs(state[0]), abs(state[2]), static_deflection(p))
         self._absolute_tol = tol * (size if size > 0.0 else 1.0)
-        nodes = 0.5 - 0.5 * np.cos(np.pi * np.arange(self._degree + 1) / self._degree)
+        # Chebyshev points on [0, 1], and the matrix from values there to coefficients.
+        nodes = 0.5 - 0.5 * np.cos(np.pi * np.arange(degree + 1) / degree)
         self._nodes: NDArray[np.float64] = nodes
         self._to_coefficients = np.linalg.inv(np.vander(nodes, increasing=True))
         self._empty_steps = 0
@@ -117,6 +124,7 @@ class ScipyStepper:
             end = start + (end - start) * root
             final = self._next_state(transition, _state_of(dense(end)))
             x, y = self._polynomials(dense(start + (end - start) * self._nodes))
+            # If several modes may follow, the state decides.
             if len(transition.next_modes) == 1 and transition.guard not in _HEIGHT_GUARDS:
                 self._mode = transition.next_modes[0]
             else:
@@ -134,7 +142,8 @@ class ScipyStepper:
     def _find_mode_end(
         self, y: list[float], samples: NDArray[np.float64], final: State
     ) -> tuple[float, Transition] | None:
-        # The earliest end of the mode in the step, as a fraction of the step, and its transition.
+        # The earliest end of the mode in the step, as a fraction of the step, and its transition;
+        # None if the mode lasts.
         earliest: tuple[float, Transition] | None = None
         for transition in MODES[self._mode].ends:
             if transition.guard not in _HEIGHT_GUARDS:
@@ -146,6 +155,7 @@ class ScipyStepper:
         return earliest
 
     def _guard_zero(self, guard: Guard, samples: NDArray[np.float64], final: State) -> float | None:
+        # First zero of a guard, as a fraction of the step.
         values = [guard_value(self._p, _state_of(state), guard) for state in samples.T]
         coefficients = (self._to_coefficients @ np.array(values)).tolist()
         coefficients[0] = values[0]
@@ -174,12 +184,11 @@ class ScipyStepper:
         y[0] = self._y_start
         return x.tolist(), y.tolist()
 
-    def _height_zero(self, y: list[float], final: float) -> float | None:
+    def _height_zero(self, y: list[float], final_y: float) -> float | None:
+        # First zero of y, as a fraction of the step; its end if only the final state is beyond 0.
         root = first_root(y)
-        contact = self._mode in IN_CONTACT
-        if root is None and (final > 0.0 if contact else final < 0.0):
-            return 1.0
-        return root
+        is_beyond = final_y > 0.0 if self._mode in IN_CONTACT else final_y < 0.0
+        return 1.0 if root is None and is_beyond else root
 
 
 def _state_of(z: NDArray[np.float64]) -> State:
