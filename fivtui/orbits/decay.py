@@ -13,6 +13,7 @@ with |μ″| decreasing with v: |μ″(0)| bounds |μ″|, and the greater of μ
 """
 
 import math
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,6 +32,12 @@ from fivtui.model import (
     tangent_stiffness,
 )
 
+# Rounding of a growth rate, relative to the fastest eigenvalue.
+_ROUNDING: Final = 1e-12
+# Condition number of the eigenvectors above which the proof would suffer from rounding.
+_MAX_CONDITION: Final = 1e8
+_VX, _Y, _VY = 1, 2, 3
+
 
 class DecayRegion:
     """The region |q| < `radius` of proven decay around an equilibrium.
@@ -47,23 +54,25 @@ class DecayRegion:
         values, vectors = np.linalg.eig(matrix)
         self.growth = growth = float(values.real.max())
         self.fastest = float(np.abs(values).max())
-        rounding = 1e-12 * self.fastest
+        rounding = _ROUNDING * self.fastest
         self.unstable = growth > rounding
         self.radius = 0.0
         self.rest = np.array([point.x, 0.0, point.y, 0.0])
         self._modal = np.zeros((4, 4), dtype=complex)
-        if growth >= -rounding or np.linalg.cond(vectors) > 1e8:
+        if growth >= -rounding or np.linalg.cond(vectors) > _MAX_CONDITION:
             return
+        # Maps a deviation to modal coordinates.
         self._modal = np.linalg.inv(vectors)
-        y_norm = float(np.linalg.norm(vectors[2]))
+        # Bounds of the deviations of y and ẋ are these norms times |q|.
+        y_norm = float(np.linalg.norm(vectors[_Y]))
+        vx_norm = float(np.linalg.norm(vectors[_VX]))
         in_contact = point.mode in IN_CONTACT
         cubic_bound = self._drive_bound(p) * (p.k_nl if in_contact else 0.0) / p.m
         # The radius is the |q| that solves σ = linear |q| + quadratic |q|².
         linear = 3.0 * cubic_bound * abs(point.y) * y_norm**2
         quadratic = cubic_bound * y_norm**3
-        vx_norm = float(np.linalg.norm(vectors[1]))
         if in_contact and p.v_belt is not None and depends_on_speed(p):
-            drive = float(np.linalg.norm(self._modal[:, 1])) / p.m
+            drive = float(np.linalg.norm(self._modal[:, _VX])) / p.m
             curvature_bound = 0.5 * drive * abs(friction_derivatives(p, 0.0, 2)[2]) * vx_norm**2
             stiffness = tangent_stiffness(p, point.y)
             slope = abs(friction_slope(p, p.v_belt))
@@ -81,14 +90,14 @@ class DecayRegion:
         if p.v_belt is None or not depends_on_speed(p):
             mu = p.mu if p.v_belt is None else friction_coefficient(p, p.v_belt)
             return float(np.linalg.norm(self._modal @ np.array([0.0, mu, 0.0, 1.0])))
-        horizontal, vertical = np.linalg.norm(self._modal[:, [1, 3]], axis=0).tolist()
+        horizontal, vertical = np.linalg.norm(self._modal[:, [_VX, _VY]], axis=0).tolist()
         greatest = max(friction_coefficient(p, speed) for speed in (0.0, 2.0 * p.v_belt))
         return float(greatest * horizontal + vertical)
 
     @property
     def offset(self) -> float:
         """Vertical displacement from rest, m, below which decay is proven; 0 without a proof."""
-        return self.radius / float(np.linalg.norm(self._modal[:, 2])) if self.radius > 0.0 else 0.0
+        return self.radius / float(np.linalg.norm(self._modal[:, _Y])) if self.radius > 0.0 else 0.0
 
     def contains_states(self, states: NDArray[np.float64]) -> NDArray[np.bool_]:
         """Whether the motion from each state, shape (n, 4), is proven to decay."""

@@ -1,4 +1,9 @@
-"""Attractors: whether a start reaches the equilibrium or a limit cycle, and which coexist."""
+"""Attractors: which motion a start ends in, such as the equilibrium or a limit cycle.
+
+An explorer integrates the motion in legs of equal duration. After each leg it tests whether the
+motion decays, or returns to nearly the same state. A return is a state at which the motion passes a
+section, such as y = 0 upwards.
+"""
 
 from dataclasses import dataclass, fields
 from enum import StrEnum
@@ -25,14 +30,15 @@ from .decay import DecayRegion
 from .rest import length_scale, reference_point, slowest_period, sticks_forever
 from .shooting import PeriodicOrbit, Section, shoot
 
-# Length of a leg of the motion, in periods of the slowest linear mode; most legs and most steps.
+# Duration of a leg, in periods of the slowest linear mode.
 _LEG_PERIODS: Final = 16.0
+# Upper bounds of the legs and of the integration steps of a motion.
 _MAX_LEGS: Final = 128
 _MAX_STEPS: Final = 200_000
 _TOL: Final = 1e-11
-# Relative extent below which a motion is at rest, even without proven decay.
+# Extent, relative to that of the start, below which a motion is at rest, even without proven decay.
 _REST_EXTENT: Final = 1e-9
-# Extent of an unbounded motion, relative to the start and to the characteristic length.
+# Displacement of an unbounded motion, relative to the start and to the characteristic length.
 _UNBOUNDED_EXTENT: Final = 1e6
 # Distance between two returns to the section below which shooting begins, and greatest distance of
 # recent returns from the orbit found, relative to the size of the motion.
@@ -44,6 +50,7 @@ _KNOWN_ORBIT_DISTANCE: Final = 1e-2
 _MAX_RETURNS: Final = 8
 # Relative difference below which two cycles are equal.
 _CYCLE_TOLERANCE: Final = 1e-6
+# Samples per period of the slowest mode among which lowest points are found.
 _SAMPLES_PER_PERIOD: Final = 64
 # Longest leg, relative to the first, where sticks are long.
 _MAX_LEG_GROWTH: Final = 1024.0
@@ -139,6 +146,7 @@ class Attractor:
 
 
 def _features(orbit: PeriodicOrbit) -> tuple[float, ...]:
+    # Quantities that do not depend on the start of the period.
     return (orbit.period, orbit.y_min, orbit.y_max, orbit.x_abs, orbit.vx_max)
 
 
@@ -230,26 +238,24 @@ class Explorer:
         return float(np.linalg.norm(deviation))
 
     def _find_cycle(self, returns: _Returns) -> Attractor | None:
+        # The stable limit cycle near the returns of a leg; None if they are not nearly periodic.
         section, times, states = returns
         if times.size < _MAX_RETURNS + 2:
             return None
         size = np.ptp(states, axis=0).max(initial=0.0) + np.abs(states - self.rest).max()
-        latest = states[-1]
         recent = states[-_MAX_RETURNS:]
         for orbit in self._orbits:
             if orbit.section is section and _distance(recent, orbit) < _KNOWN_ORBIT_DISTANCE * size:
                 return _cycle_attractor(orbit) if orbit.stable else None
+        latest = states[-1]
+        # The period may span several returns.
         for count in range(1, _MAX_RETURNS + 1):
             if np.abs(latest - states[-1 - count]).max() > _RECURRENCE_DISTANCE * size:
                 continue
+            x, vx, y, vy = latest
+            period = float(times[-1] - times[-1 - count])
             try:
-                orbit = shoot(
-                    self.system,
-                    (latest[0], latest[1], latest[2], latest[3]),
-                    float(times[-1] - times[-1 - count]),
-                    section,
-                    work=self._work,
-                )
+                orbit = shoot(self.system, (x, vx, y, vy), period, section, work=self._work)
             except ComputationError:
                 return None
             if _distance(recent, orbit) > _ORBIT_DISTANCE * size:
@@ -266,6 +272,7 @@ def final_mode(run: Transient) -> Mode:
 
 
 def _distance(states: NDArray[np.float64], orbit: PeriodicOrbit) -> float:
+    # Least distance of states from the start of an orbit.
     return float(np.abs(states - orbit.start).max(axis=1).min())
 
 
@@ -277,34 +284,35 @@ def _cycle_attractor(orbit: PeriodicOrbit) -> Attractor:
 
 
 def _find_returns(run: Transient) -> _Returns:
-    # The section is the middle of sticks if there are any, else separation, else lowest points.
+    # The returns in the second half of a leg. The section is the middle of sticks if there are any,
+    # else separation, else lowest points.
     solution, t_end = run.solution, run.t_end
     half_time = 0.5 * t_end
     sticks = np.array(
-        [stick for stick in run.stick_intervals if stick[0] > half_time and stick[1] < t_end]
+        [(begin, end) for begin, end in run.stick_intervals if begin > half_time and end < t_end]
     )
     if sticks.size:
         lengths = sticks[:, 1] - sticks[:, 0]
         times = sticks[lengths > _SHORT_STICK * lengths.max()].mean(axis=1)
         return _Returns(Section.STICK, times, _states(run, times))
-    first_switch = 0 if run.first_mode in IN_CONTACT else 1
-    times = run.switch_times[first_switch::2]
-    late_times = times[times > 0.5 * t_end]
-    section = Section.LIFT_OFF
-    if late_times.size:
-        times = late_times
-    else:
-        assert solution is not None  # noqa: S101
-        section = Section.LOWEST_POINT
-        grid = np.linspace(0.5 * t_end, t_end, int(_LEG_PERIODS) * _SAMPLES_PER_PERIOD)
-        speed = solution(grid).vy
-        before = np.flatnonzero((speed[:-1] < 0.0) & (speed[1:] >= 0.0))
-        share = speed[before] / (speed[before] - speed[before + 1])
-        times = grid[before] + share * (grid[before + 1] - grid[before])
-    return _Returns(section, times, _states(run, times))
+    # Separations and reattachments alternate.
+    first_separation = 0 if run.first_mode in IN_CONTACT else 1
+    separation_times = run.switch_times[first_separation::2]
+    times = separation_times[separation_times > half_time]
+    if times.size:
+        return _Returns(Section.LIFT_OFF, times, _states(run, times))
+    assert solution is not None  # noqa: S101
+    samples = np.linspace(half_time, t_end, int(_LEG_PERIODS) * _SAMPLES_PER_PERIOD)
+    vy = solution(samples).vy
+    before = np.flatnonzero((vy[:-1] < 0.0) & (vy[1:] >= 0.0))
+    # Linear interpolation of the zero of ẏ between two samples.
+    share = vy[before] / (vy[before] - vy[before + 1])
+    times = samples[before] + share * (samples[before + 1] - samples[before])
+    return _Returns(Section.LOWEST_POINT, times, _states(run, times))
 
 
 def _states(run: Transient, times: NDArray[np.float64]) -> NDArray[np.float64]:
+    # States of a run at times, shape (n, 4).
     if not times.size:
         return np.empty((0, 4))
     assert run.solution is not None  # noqa: S101
@@ -323,7 +331,7 @@ def standard_starts(explorer: Explorer) -> list[State]:
 
 
 def add_attractor(attractors: list[Attractor], reached: Attractor) -> int:
-    """Add an attractor to a list unless the list has it; return its index."""
+    """Add an attractor to a list unless it is in there; return its index."""
     for index, attractor in enumerate(attractors):
         if attractor.equals(reached):
             return index

@@ -1,4 +1,4 @@
-"""The rest position of the slider, and the scales of motion about it."""
+"""The rest position of the slider, and the characteristic length and period of motion about it."""
 
 import math
 from typing import Final
@@ -24,7 +24,7 @@ _MAX_ITERATIONS: Final = 60
 
 
 def reference_point(system: System) -> Equilibrium:
-    """The equilibrium; on a belt at rest, with a range of equilibria, that without friction."""
+    """The equilibrium; on a belt at rest, where it is not unique, the one without friction."""
     if system.parameters.v_belt != 0.0:
         return equilibrium(system)
     return equilibrium(system.with_values({"v_belt": None}), mu=0.0)
@@ -42,33 +42,36 @@ def length_scale(system: System) -> float:
 
 def slowest_period(p: Parameters) -> float:
     """Longest period, s, of the undamped modes without friction, in contact and off the belt."""
-    # Without coupling (k3 = 0) only the contact has vertical stiffness.
-    h, a = coupling_stiffness(p), horizontal_stiffness(p)
-    lowest_stiffness = a
-    for kt in (p.k2, 0.0):
-        b = kt + h
-        stiffness = (a * b - h * h) / (0.5 * (a + b) + np.hypot(0.5 * (a - b), h))
-        if stiffness > 0.0:
-            lowest_stiffness = min(lowest_stiffness, stiffness)
-    return float(2.0 * np.pi * np.sqrt(p.m / lowest_stiffness))
+    coupling, horizontal = coupling_stiffness(p), horizontal_stiffness(p)
+    lowest = horizontal
+    for contact_stiffness in (p.k2, 0.0):
+        vertical = contact_stiffness + coupling
+        # The lower eigenvalue of the stiffness matrix is its determinant over the higher one.
+        determinant = horizontal * vertical - coupling * coupling
+        higher = 0.5 * (horizontal + vertical) + np.hypot(0.5 * (horizontal - vertical), coupling)
+        lower = determinant / higher
+        # Without coupling (k3 = 0) a slider off the belt has no vertical stiffness.
+        if lower > 0.0:
+            lowest = min(lowest, lower)
+    return float(2.0 * np.pi * np.sqrt(p.m / lowest))
 
 
 def sticks_forever(p: Parameters, state: State) -> bool:
     """Whether a slider that sticks to a belt at rest never slips again.
 
-    The energy bounds the vertical motion, as the stiffness is at least k2 + h. Friction must hold
-    the slider at both bounds of the motion.
+    The energy bounds the vertical motion, as the vertical stiffness is at least that of contact
+    spring and coupling at y = 0. Friction must hold the slider at both bounds of the motion.
     """
     x, _, y, vy = state
-    h = coupling_stiffness(p)
-    y_rest, imbalance = y, 1.0
+    coupling = coupling_stiffness(p)
+    y_rest = y
     for _ in range(_MAX_ITERATIONS):
-        imbalance = spring_force(p, y_rest) - load(p) + h * (x - y_rest)
-        y_rest += imbalance / (tangent_stiffness(p, y_rest) + h)
-    stiffest = tangent_stiffness(p, max(abs(y), abs(y_rest))) + h
-    energy = p.m * vy * vy + stiffest * (y - y_rest) ** 2
-    amplitude = math.sqrt(energy / (p.k2 + h))
+        imbalance = spring_force(p, y_rest) - load(p) + coupling * (x - y_rest)
+        y_rest += imbalance / (tangent_stiffness(p, y_rest) + coupling)
+    greatest_stiffness = tangent_stiffness(p, max(abs(y), abs(y_rest))) + coupling
+    doubled_energy = p.m * vy * vy + greatest_stiffness * (y - y_rest) ** 2
+    amplitude = math.sqrt(doubled_energy / (p.k2 + coupling))
     low, high = y_rest - amplitude, y_rest + amplitude
     friction_limit = p.mu_static * spring_force(p, high)
-    holding = max(abs(holding_force(p, x, low)), abs(holding_force(p, x, high)))
-    return high < 0.0 and holding < friction_limit
+    required_friction = max(abs(holding_force(p, x, low)), abs(holding_force(p, x, high)))
+    return high < 0.0 and required_friction < friction_limit

@@ -24,9 +24,9 @@ _TOL: Final = 1e-12
 _PERIOD_RANGE: Final = (0.5, 2.0)
 # Amplitude, relative to the displacements, below which an orbit is the equilibrium.
 _MIN_AMPLITUDE: Final = 1e-7
-# The estimate may contain several periods: their largest number, and the relative distance below
-# which the orbit closes after a part of the estimate.
+# The estimate of the period may be a multiple of the period: greatest factor.
 _MAX_PERIODS: Final = 8
+# Relative distance from the start below which an orbit closes after a fraction of the estimate.
 _CLOSURE_DISTANCE: Final = 1e-8
 
 
@@ -121,12 +121,12 @@ def shoot(
         state[section.value] = 0.0
     x, vx, y, vy = np.abs(state).tolist()
     length = max(x, y, max(vx, vy) * period / (2.0 * np.pi))
+    # A branch along μ, of which only the orbit at the system's μ is computed.
     curve = ParameterLine(system, "mu", (0.0, 1.0), work).curve(length, period)
-    orbit = _orbit_on_section(
-        curve, np.array([*state, period, system.parameters.mu]) / curve.scales, section
-    )
-    low, high = _PERIOD_RANGE
-    if orbit is None or not low < float(orbit.unknowns[PERIOD]) < high:
+    unknowns = np.array([*state, period, system.parameters.mu])
+    orbit = _orbit_on_section(curve, unknowns / curve.scales, section)
+    shortest, longest = _PERIOD_RANGE
+    if orbit is None or not shortest < float(orbit.unknowns[PERIOD]) < longest:
         raise ComputationError(
             f"no periodic orbit with a period of about {period:.6g} s was found",
             "follow the motion longer, or start nearer to the orbit",
@@ -135,11 +135,11 @@ def shoot(
         raise ComputationError(
             "shooting converged to the equilibrium", "start farther from the equilibrium"
         )
-    for count in range(_MAX_PERIODS, 1, -1):
-        if curve.orbits.return_distance(orbit, 1.0 / count) < _CLOSURE_DISTANCE:
-            shorter = orbit.unknowns.copy()
-            shorter[PERIOD] /= count
-            orbit = _orbit_on_section(curve, shorter, section) or orbit
+    for factor in range(_MAX_PERIODS, 1, -1):
+        if curve.orbits.return_distance(orbit, 1.0 / factor) < _CLOSURE_DISTANCE:
+            guess_of_one_period = orbit.unknowns.copy()
+            guess_of_one_period[PERIOD] /= factor
+            orbit = _orbit_on_section(curve, guess_of_one_period, section) or orbit
             break
     return _measure_orbit(system, curve, orbit, section)
 
@@ -147,13 +147,16 @@ def shoot(
 def _orbit_on_section(
     curve: BranchCurve, guess: NDArray[np.float64], section: Section
 ) -> OrbitOnCurve | None:
-    # The orbit near a guess at the value of its parameter, with its start on a section.
-    return curve.orbits.solve(guess, np.eye(len(guess))[[section.value, PARAMETER]])
+    # The orbit near a guess, with its start on a section: the section's state and the parameter are
+    # fixed.
+    unit_vectors = np.eye(len(guess))
+    return curve.orbits.solve(guess, unit_vectors[[section.value, PARAMETER]])
 
 
 def _measure_orbit(
     system: System, curve: BranchCurve, orbit: OrbitOnCurve, section: Section
 ) -> PeriodicOrbit:
+    # The orbit in SI units, with the quantities that an independent run over a period measures.
     x, vx, y, vy, period, _ = (orbit.unknowns * curve.scales).tolist()
     request = Request(system, t_end=period, tol=_TOL, start=(x, vx, y, vy))
     run = integrate(request)

@@ -1,13 +1,14 @@
-"""Events along curves of limit cycles and Hopf points, and ends of the curves."""
+"""Events along curves of limit cycles and Hopf points, and reasons why the curves end."""
 
 from enum import StrEnum
 from typing import Final
 
+# Greatest number of points of a curve.
 MAX_POINTS: Final = 2000
 
 
 class EventKind(StrEnum):
-    """Kinds of events on a curve."""
+    """Kinds of events on a curve; `BranchEvent` and `BoundaryEvent` explain them."""
 
     HOPF = "hopf"
     TOUCH = "touch"

@@ -18,7 +18,7 @@ from .result import BranchEvent, CycleBranch, CyclePoint, Origin
 
 # Key in stored branches: the parameter set's value of the parameter that varies.
 _SET_VALUE_KEY: Final = "own_value"
-# Kind of file, for messages.
+# Kind of file that messages name.
 _FILE_KIND: Final = "branch"
 _JSON: Final = ".json"
 
@@ -58,9 +58,9 @@ def _branch_from_data(data: Mapping[str, Any]) -> CycleBranch:
 
 
 class _SavedCycles(NamedTuple):
-    # Contents of a file: fixed parameters, name of the varied parameter, and whether separation was
-    # considered; None if the file does not say so. A cycle is the value of the varied parameter, a
-    # state and the period.
+    # Contents of a file: parameters that do not vary, name of the one that does, and whether
+    # separation was considered. The last two are None if the file has none. A cycle is the value of
+    # the varied parameter, a state and the period.
     fixed: Mapping[str, float]
     name: str | None
     separation: bool | None
@@ -73,13 +73,27 @@ def read_cycle(path: Path, system: System) -> tuple[State, float]:
     if suffix not in suffixes:
         raise InputError(f"{path}: the suffix must be one of {', '.join(suffixes)}")
     saved = _read_json(path) if suffix == _JSON else _read_table(path)
+    _check_same_system(saved, system, path)
+    if saved.name is None:
+        _, state, period = saved.cycles[0]
+        return state, period
+    value = getattr(system.parameters, saved.name)
+    values = [cycle_value for cycle_value, _, _ in saved.cycles]
+    for (begin, end), (first, second) in zip(pairwise(values), pairwise(saved.cycles), strict=True):
+        if (begin - value) * (end - value) <= 0.0:
+            return interpolate_cycle(first, second, value)
+    raise InputError(
+        f"{saved.name} = {value:g}: must be from {min(values):g} to {max(values):g}, where {path} "
+        "has cycles"
+    )
+
+
+def _check_same_system(saved: _SavedCycles, system: System, path: Path) -> None:
+    # Raise `InputError` unless a file has cycles of a system, apart from the varied parameter.
     values = system.parameters.as_dict()
     # Files of attractors have no parameters.
-    names = (
-        [name for name in {**values, **saved.fixed} if name != saved.name] if saved.fixed else []
-    )
-    for name in names:
-        if saved.fixed.get(name) != values.get(name):
+    for name in {**values, **saved.fixed} if saved.fixed else ():
+        if name != saved.name and saved.fixed.get(name) != values.get(name):
             value_of_set, value_in_file = (
                 _value_text(parameters.get(name)) for parameters in (values, saved.fixed)
             )
@@ -87,16 +101,6 @@ def read_cycle(path: Path, system: System) -> tuple[State, float]:
     if saved.separation is not None and saved.separation != system.separation:
         required = "considered" if saved.separation else "ignored"
         raise InputError(f"separation: must be {required}, as in {path}")
-    if saved.name is None:
-        return saved.cycles[0][1:]
-    value = getattr(system.parameters, saved.name)
-    for first, second in pairwise(saved.cycles):
-        if (first[0] - value) * (second[0] - value) <= 0.0:
-            return interpolate_cycle(first, second, value)
-    low, high = (extreme(cycle[0] for cycle in saved.cycles) for extreme in (min, max))
-    raise InputError(
-        f"{saved.name} = {value:g}: must be from {low:g} to {high:g}, where {path} has cycles"
-    )
 
 
 def interpolate_cycle(
