@@ -1,18 +1,19 @@
 """Console output of attractors, basins, branches and curves, and phrases about attractors."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Final
-
-import numpy as np
 
 from fivtui.console import number, print_list, print_rows
 
 from .attractor_continuation import Continuation
 from .attractor_search import Coexistence
 from .basins import Basin
-from .boundaries.result import Boundary
-from .curves.result import CycleBranch
+from .boundaries.result import Boundary, BoundaryEvent, BoundaryPoint
+from .curves.result import BranchEvent, CycleBranch, CyclePoint
 from .explorer import Attractor, Kind
+from .shooting import PeriodicOrbit
+
+Measured = PeriodicOrbit | CyclePoint | BranchEvent | BoundaryPoint | BoundaryEvent
 
 _HEADER: Final = (
     "attractor",
@@ -24,7 +25,15 @@ _HEADER: Final = (
     "greatest vx m/s",
     "multipliers, size",
 )
+# Columns before those of sticks, which only belts of finite speed have.
+_COLUMNS_BEFORE_STICKS: Final = 6
+# Significant digits: of most numbers, of parameters and periods, of parameters at events, and of
+# multipliers.
 _DIGITS: Final = 5
+_PERIOD_DIGITS: Final = 8
+_EVENT_DIGITS: Final = 10
+_MULTIPLIER_DIGITS: Final = 3
+# Names of the points of a curve over two parameters, by kind.
 _POINT_NAMES: Final = {"hopf": "Hopf points", "fold": "folds", "touch": "touching cycles"}
 
 
@@ -34,11 +43,14 @@ def print_attractors(attractors: Sequence[Attractor]) -> None:
     if not any(attractor.orbit is not None and attractor.orbit.sticks for attractor in attractors):
         print_rows("Attractors", _HEADER, rows)
         return
-    sticks = [_stick_texts(attractor) for attractor in attractors]
+    count = _COLUMNS_BEFORE_STICKS
     print_rows(
         "Attractors",
-        (*_HEADER[:6], "sticks", "time of stick s", *_HEADER[6:]),
-        [(*row[:6], *stick_text, *row[6:]) for row, stick_text in zip(rows, sticks, strict=True)],
+        (*_HEADER[:count], "sticks", "time of stick s", *_HEADER[count:]),
+        [
+            (*row[:count], *_stick_texts(attractor), *row[count:])
+            for row, attractor in zip(rows, attractors, strict=True)
+        ],
     )
 
 
@@ -56,14 +68,24 @@ def _attractor_row(attractor: Attractor) -> tuple[str, ...]:
         return (str(attractor.kind), *([""] * (len(_HEADER) - 1)))
     return (
         str(attractor.kind),
-        number(orbit.period, 8),
+        number(orbit.period, _PERIOD_DIGITS),
         number(orbit.half_range),
-        f"{number(orbit.y_min, _DIGITS)} .. {number(orbit.y_max, _DIGITS)}",
+        _y_range(orbit),
         str(orbit.separations),
         f"{number(orbit.separated_time, _DIGITS)} ({orbit.separated_time / orbit.period:.1%})",
         number(orbit.vx_max, _DIGITS),
-        "  ".join(number(float(size), 3) for size in np.abs(orbit.multipliers)),
+        _sizes(orbit.multipliers),
     )
+
+
+def _y_range(record: Measured) -> str:
+    # Lowest and highest point.
+    return f"{number(record.y_min, _DIGITS)} .. {number(record.y_max, _DIGITS)}"
+
+
+def _sizes(multipliers: Iterable[complex]) -> str:
+    # Absolute values of Floquet multipliers.
+    return "  ".join(number(float(abs(value)), _MULTIPLIER_DIGITS) for value in multipliers)
 
 
 def print_coexistence(result: Coexistence) -> None:
@@ -84,9 +106,10 @@ def _offset_text(value: float | None) -> str:
 
 def print_continuation(result: Continuation) -> None:
     """Print the attractors along a parameter, one row each."""
-    header = (result.name, *_HEADER[:6], "found going")
+    count = _COLUMNS_BEFORE_STICKS
+    header = (result.name, *_HEADER[:count], "found going")
     rows = [
-        (number(point.value), *_attractor_row(point.attractor)[:6], ", ".join(point.directions))
+        (number(point.value), *_attractor_row(point.attractor)[:count], ", ".join(point.directions))
         for point in result.points
     ]
     print_rows("Attractors, followed up and down", header, rows, keys=2)
@@ -107,11 +130,11 @@ def print_branch(result: CycleBranch) -> None:
     name = result.name
     rows = [
         (
-            number(point.value, 8),
-            number(point.period, 8),
-            f"{number(point.y_min, _DIGITS)} .. {number(point.y_max, _DIGITS)}",
+            number(point.value, _PERIOD_DIGITS),
+            number(point.period, _PERIOD_DIGITS),
+            _y_range(point),
             "stable" if point.stable else "unstable",
-            "  ".join(number(abs(value), 3) for value in point.multipliers),
+            _sizes(point.multipliers),
         )
         for point in result.points
     ]
@@ -120,9 +143,9 @@ def print_branch(result: CycleBranch) -> None:
     events = [
         (
             event.description,
-            number(event.value, 10),
-            number(event.period, 8),
-            f"{number(event.y_min, _DIGITS)} .. {number(event.y_max, _DIGITS)}",
+            number(event.value, _EVENT_DIGITS),
+            number(event.period, _PERIOD_DIGITS),
+            _y_range(event),
         )
         for event in result.events
     ]
@@ -136,23 +159,23 @@ def print_boundary(result: Boundary) -> None:
     """Print the points of every curve, one row each, and its events."""
     header = (*result.names, "period s", "y from .. to m")
     for index, curve in enumerate(result.curves, start=1):
-        numbering = f" {index} of {len(result.curves)}" if len(result.curves) > 1 else ""
+        position = f" {index} of {len(result.curves)}" if len(result.curves) > 1 else ""
         rows = [
             (
-                *(number(value, 8) for value in point.values),
-                number(point.period, 8),
-                f"{number(point.y_min, _DIGITS)} .. {number(point.y_max, _DIGITS)}",
+                *(number(value, _PERIOD_DIGITS) for value in point.values),
+                number(point.period, _PERIOD_DIGITS),
+                _y_range(point),
             )
             for point in curve.points
         ]
-        print_rows(f"Curve of {_POINT_NAMES[result.kind]}{numbering}", header, rows)
+        print_rows(f"Curve of {_POINT_NAMES[result.kind]}{position}", header, rows)
         if curve.events:
             events = [
                 (
                     str(event.kind),
-                    *(number(value, 10) for value in event.values),
-                    number(event.period, 8),
-                    f"{number(event.y_min, _DIGITS)} .. {number(event.y_max, _DIGITS)}",
+                    *(number(value, _EVENT_DIGITS) for value in event.values),
+                    number(event.period, _PERIOD_DIGITS),
+                    _y_range(event),
                 )
                 for event in curve.events
             ]
