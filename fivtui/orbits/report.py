@@ -226,7 +226,6 @@ def _cause_text(result: Coexistence) -> str:
     # How motion leaves the basin of a stable equilibrium.
     if not result.coexists:
         return ""
-    from_static = any(
-        result.attractors[result.reached[0]] is attractor for attractor in result.others
-    )
-    return " (from the static start)" if from_static else " (after a knock)"
+    reached_from_static = result.attractors[result.reached[0]]
+    leaves = any(attractor is reached_from_static for attractor in result.others)
+    return " (from the static start)" if leaves else " (after a knock)"
