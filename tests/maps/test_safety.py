@@ -16,6 +16,7 @@ from fivtui import (
     stability,
 )
 from fivtui.maps import StabilityMap
+from fivtui.maps.result import KNOCK_REGION, SAFE_REGION, SQUEAL_REGION
 from fivtui.model import System
 from fivtui.orbits.basins import escape_offset
 from fivtui.orbits.boundaries.fold_orbits import fold_near, stabilising_folds
@@ -101,16 +102,21 @@ def test_folds_with_the_opposite_direction_do_not_bound_safe_friction() -> None:
 def test_regions_follow_from_the_friction_and_offsets_from_transients(
     coexistence_map: StabilityMap,
 ) -> None:
-    assert coexistence_map.regions.tolist() == [[0.0, 0.0], [1.0, 1.0], [2.0, 1.0], [2.0, 2.0]]
+    assert coexistence_map.regions.tolist() == [
+        [SAFE_REGION, SAFE_REGION],
+        [KNOCK_REGION, KNOCK_REGION],
+        [SQUEAL_REGION, KNOCK_REGION],
+        [SQUEAL_REGION, SQUEAL_REGION],
+    ]
     assert coexistence_map.escape is not None
-    inside = coexistence_map.regions == 1.0
-    assert np.array_equal(np.isnan(coexistence_map.escape), ~inside)
-    for row, column in np.argwhere(inside).tolist():
+    coexists = coexistence_map.regions == KNOCK_REGION
+    assert np.array_equal(np.isnan(coexistence_map.escape), ~coexists)
+    for row, column in np.argwhere(coexists).tolist():
         p = Parameters(mu=coexistence_map.axes[0][row], F=coexistence_map.axes[1][column])
         exact = escape_offset(System(p))
         assert exact is not None
-        expected = [fold for fold in (exact.up, exact.down) if fold is not None]
-        assert coexistence_map.escape[row, column] == pytest.approx(min(expected), rel=0.04)
+        offsets = [offset for offset in (exact.up, exact.down) if offset is not None]
+        assert coexistence_map.escape[row, column] == pytest.approx(min(offsets), rel=0.04)
 
 
 def test_figures_and_text_state_the_basis_of_safe_mu(
@@ -150,10 +156,10 @@ def test_cycles_that_only_a_global_search_finds_are_in_the_map() -> None:
     for row, F in enumerate((-20.0, -10.0)):
         searched_mu = safe_friction(Parameters(F=F)).safe_mu
         assert lifted.safe_mu[row, 1] == pytest.approx(searched_mu, rel=1e-8)
-    assert lifted.regions[:, 1].tolist() == [1.0, 1.0]
+    assert lifted.regions[:, 1].tolist() == [KNOCK_REGION, KNOCK_REGION]
 
 
-def test_safe_friction_is_not_known_where_the_search_contradicts_continuation(
+def test_safe_friction_is_not_known_where_the_search_does_not_confirm_continuation(
     tmp_path: Path,
 ) -> None:
     # With a linear contact spring large motions grow without bounds from μ = 0.61 on.
@@ -161,9 +167,9 @@ def test_safe_friction_is_not_known_where_the_search_contradicts_continuation(
     result = safety_map(Parameters(k_nl=0.0), over, "coexistence")
     assert np.isnan(result.safe_mu).all()
     assert result.unknown.all()
-    assert result.regions[:, 0].tolist() == [0.0, 0.0]
+    assert result.regions[:, 0].tolist() == [SAFE_REGION, SAFE_REGION]
     assert np.isnan(result.regions[:, 1]).all()
-    assert result.regions[:, 2].tolist() == [2.0, 2.0]
+    assert result.regions[:, 2].tolist() == [SQUEAL_REGION, SQUEAL_REGION]
     assert "not known at 6 points" in repr(result)
     path = tmp_path / "map.csv"
     save_study("map", result, path)

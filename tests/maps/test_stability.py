@@ -57,20 +57,21 @@ def test_a_map_agrees_with_the_eigenvalues_of_single_points(p: Parameters) -> No
 def test_growth_rates_of_many_sets_agree_with_those_of_single_sets(
     sets: list[Parameters], flags: list[tuple[bool, bool]]
 ) -> None:
-    changed = [
+    # A flag lifts the slider by a negative preload, another considers separation.
+    loaded_sets = [
         p.with_values({"F": -p.F if lifted else p.F})
         for p, (lifted, _) in zip(sets, flags, strict=False)
     ]
-    separation = np.array([considered for _, considered in flags[: len(sets)]])
-    varied = {name: np.array([getattr(p, name) for p in changed]) for name in PARAMETERS}
-    growth, stable, reasons = judge_stability(Parameters(), varied, separation)
-    for row, (p, considered) in enumerate(zip(changed, separation.tolist(), strict=True)):
+    separations = np.array([separation for _, separation in flags[: len(sets)]])
+    varied = {name: np.array([getattr(p, name) for p in loaded_sets]) for name in PARAMETERS}
+    growth, stable, reasons = judge_stability(Parameters(), varied, separations)
+    for row, (p, separation) in enumerate(zip(loaded_sets, separations.tolist(), strict=True)):
         if row in reasons:
             assert math.isnan(growth[row])
             with pytest.raises(ComputationError, match=re.escape(reasons[row])):
-                stability(p, separation=considered)
+                stability(p, separation=separation)
             continue
-        verdict = stability(p, separation=considered)
+        verdict = stability(p, separation=separation)
         values = verdict.eigenvalues
         size = float(np.abs(values).max())
         gaps = np.abs(np.subtract.outer(values, values))[~np.eye(4, dtype=bool)]
@@ -84,9 +85,9 @@ def extreme_sets(count: int) -> dict[str, np.ndarray]:
     """Parameters over their full ranges, mostly unrealistic for a brake."""
     rng = np.random.default_rng(13)
 
-    def decades(low: float, high: float, without: float = 0.0) -> np.ndarray:
+    def decades(low: float, high: float, zero_share: float = 0.0) -> np.ndarray:
         values = 10.0 ** rng.uniform(low, high, count)
-        return np.where(rng.random(count) < without, 0.0, values)
+        return np.where(rng.random(count) < zero_share, 0.0, values)
 
     return {
         "m": decades(-12.0, 9.0),

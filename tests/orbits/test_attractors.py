@@ -1,4 +1,4 @@
-"""Attractors: coexistence, basins, branches, against transients and eigenvalues."""
+"""Attractors: coexistence, basins and continuation, against transients and eigenvalues."""
 
 import dataclasses
 from typing import Any
@@ -22,6 +22,7 @@ from fivtui.transient import Transient, integrate
 from tests.support.kernels import INTERPRETED
 from tests.support.strategies import moderate_parameters
 
+# A set at which a limit cycle coexists with the stable equilibrium.
 COEXISTENCE = Parameters(F=120.0)
 
 
@@ -50,15 +51,16 @@ def test_an_offset_of_a_tenth_dies_out_and_one_of_three_tenths_does_not(
     assert 0.1 < base_coexistence.escape.up < 0.3
     assert base_coexistence.escape.down is not None
     assert base_coexistence.escape.down > 0.1
-    x, y = equilibrium(System(COEXISTENCE)).x, equilibrium(System(COEXISTENCE)).y
-    for sign, edge in ((1.0, base_coexistence.escape.up), (-1.0, base_coexistence.escape.down)):
-        half_ranges = []
-        for factor in (0.999, 1.001):
-            start = (x, 0.0, y + sign * factor * edge, 0.0)
-            run = simulate(COEXISTENCE, t_end=1500.0, tol=1e-9, start=start, kernel="compiled")
-            half_ranges.append(run.steady.y_half_range)
-        assert half_ranges[0] < 1e-6
-        assert half_ranges[1] == pytest.approx(7.44345, abs=1e-2)
+    rest = equilibrium(System(COEXISTENCE))
+
+    def late_half_range(displacement: float) -> float:
+        start = (rest.x, 0.0, rest.y + displacement, 0.0)
+        run = simulate(COEXISTENCE, t_end=1500.0, tol=1e-9, start=start, kernel="compiled")
+        return run.steady.y_half_range
+
+    for displacement in (base_coexistence.escape.up, -base_coexistence.escape.down):
+        assert late_half_range(0.999 * displacement) < 1e-6
+        assert late_half_range(1.001 * displacement) == pytest.approx(7.44345, abs=1e-2)
 
 
 def test_the_limit_cycle_of_the_base_scene_is_its_only_attractor() -> None:
@@ -121,12 +123,16 @@ def test_in_the_region_of_proven_decay_motion_dies_out(
     assume(p.F > 1.0 and region.radius > 0.0 and np.linalg.norm(direction) > 0.1)
     assert stability(p).stable
     rest = np.array([point.x, 0.0, point.y, 0.0])
-    inside, outside = 0.0, 1e3
+    # The start is at the edge of the region, found by bisection of the distance from rest.
+    distance, too_far = 0.0, 1e3
     for _ in range(60):
-        middle = 0.5 * (inside + outside)
+        middle = 0.5 * (distance + too_far)
         x, vx, y, vy = (rest + middle * np.array(direction)).tolist()
-        inside, outside = (middle, outside) if region.contains((x, vx, y, vy)) else (inside, middle)
-    start = rest + inside * np.array(direction)
+        if region.contains((x, vx, y, vy)):
+            distance = middle
+        else:
+            too_far = middle
+    start = rest + distance * np.array(direction)
     decay = -stability(p).growth_rate
     assume(0.01 < decay < 100.0)
     run = simulate(p, t_end=12.0 / decay, tol=1e-9, start=start.tolist(), kernel="compiled")

@@ -1,4 +1,4 @@
-"""Periodic orbits, against identities and transients."""
+"""Periodic orbits found by shooting, against identities and transients."""
 
 import numpy as np
 import pytest
@@ -10,6 +10,7 @@ from fivtui.model.slider_belt import State, static_start
 from fivtui.orbits.shooting import PeriodicOrbit, Section, shoot
 from tests.support.kernels import INTERPRETED
 
+# A set at which a limit cycle coexists with the stable equilibrium.
 COEXISTENCE = Parameters(F=120.0)
 
 

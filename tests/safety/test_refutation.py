@@ -11,9 +11,10 @@ from fivtui.model import System, equilibrium
 from fivtui.orbits import Explorer, slowest_period
 from fivtui.orbits.explorer import Kind
 
-# Tested values of μ over safe μ; random starts at each; motions examined by shooting at most.
+# Tested values of μ, relative to safe μ, and number of random starts at each.
 _MU_FRACTIONS = (0.3, 0.6, 0.9, 0.995)
 _START_COUNT = 60
+# Upper bound of the motions at each μ that shooting examines.
 _SHOT_COUNT = 6
 
 
@@ -46,17 +47,18 @@ def vibrates(p: Parameters, seed: int) -> bool:
     """
     random, period = np.random.default_rng([7, seed]), slowest_period(p)
     rest = equilibrium(System(p))
-    size = abs(rest.y) * 10.0 ** random.uniform(-1.0, 2.0, _START_COUNT)
+    sizes = abs(rest.y) * 10.0 ** random.uniform(-1.0, 2.0, _START_COUNT)
     directions = random.normal(size=(_START_COUNT, 4))
     directions /= np.linalg.norm(directions, axis=1)[:, None]
-    speed = math.tau / period
-    starts = np.array([rest.x, 0.0, rest.y, 0.0])
-    starts = starts + directions * size[:, None] * [1.0, speed, 1.0, speed]
-    decay = 0.3 * (p.c1 + p.c2) / (4.0 * p.m)
+    frequency = math.tau / period
+    disturbances = directions * sizes[:, None] * [1.0, frequency, 1.0, frequency]
+    starts = np.array([rest.x, 0.0, rest.y, 0.0]) + disturbances
+    # Slower than the decay of the slider without friction.
+    decay_rate = 0.3 * (p.c1 + p.c2) / (4.0 * p.m)
     run = simulate_batch(
         {"mu": np.full(_START_COUNT, p.mu)},
         base=p,
-        t_end=max(15.0 / decay, 200.0 * period),
+        t_end=max(15.0 / decay_rate, 200.0 * period),
         tol=1e-8,
         start=starts,
         require={"final", "peak", "steady"},
@@ -78,15 +80,15 @@ def vibrates(p: Parameters, seed: int) -> bool:
 
 def find_refuted(seeds: range) -> tuple[list[int], int]:
     """Seeds of the sets whose safe friction is refuted, and the number of sets without one."""
-    wrong, unknown = [], 0
+    refuted, unknown_count = [], 0
     for seed in seeds:
         p = random_parameters(seed)
         verdict = safe_friction(p)
-        unknown += verdict.unknown_above is not None
-        levels = [fraction * verdict.safe_to for fraction in _MU_FRACTIONS if verdict.safe_to > 0.0]
-        if any(vibrates(p.with_values({"mu": mu}), seed) for mu in levels):
-            wrong.append(seed)
-    return wrong, unknown
+        unknown_count += verdict.unknown_above is not None
+        mus = [fraction * verdict.safe_to for fraction in _MU_FRACTIONS if verdict.safe_to > 0.0]
+        if any(vibrates(p.with_values({"mu": mu}), seed) for mu in mus):
+            refuted.append(seed)
+    return refuted, unknown_count
 
 
 def test_no_start_vibrates_below_safe_friction() -> None:
@@ -95,12 +97,12 @@ def test_no_start_vibrates_below_safe_friction() -> None:
 
 @pytest.mark.whole
 def test_at_most_one_of_300_sets_has_a_start_that_vibrates_below_safe_friction() -> None:
-    wrong, unknown = find_refuted(range(1000, 1300))
-    assert len(wrong) <= 1, wrong
-    assert unknown < 30
+    refuted, unknown_count = find_refuted(range(1000, 1300))
+    assert len(refuted) <= 1, refuted
+    assert unknown_count < 30
 
 
-# Sets for which an earlier search gave a safe friction up to 276 times too high, and upper bounds.
+# Sets for which an earlier search gave a safe μ up to 276 times too high, and upper bounds of it.
 _REGRESSION_SETS = (
     (
         Parameters(
@@ -131,10 +133,10 @@ _REGRESSION_SETS = (
 )
 
 
-@pytest.mark.parametrize(("p", "fold"), _REGRESSION_SETS)
-def test_isolated_cycles_are_followed_to_their_folds(p: Parameters, fold: float) -> None:
+@pytest.mark.parametrize(("p", "upper_bound"), _REGRESSION_SETS)
+def test_isolated_cycles_are_followed_to_their_folds(p: Parameters, upper_bound: float) -> None:
     verdict = safe_friction(p)
     assert verdict.found_by == "global search"
     assert verdict.safe_mu is not None
-    assert verdict.safe_mu <= fold
+    assert verdict.safe_mu <= upper_bound
     assert not vibrates(p.with_values({"mu": 0.99 * verdict.safe_mu}), seed=1)

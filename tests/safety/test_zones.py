@@ -40,12 +40,12 @@ def test_every_zone_agrees_with_the_verdict_at_its_middle(name: str, high: float
     zones = safety_zones(System(p), name, 0.0, high)
     for index, zone in enumerate(zones.zones):
         middle = 0.5 * (zones.bounds[index] + zones.bounds[index + 1])
-        changed = p.with_values({name: middle})
+        p_at_middle = p.with_values({name: middle})
         assert zones.at(middle) is zone
-        if not stability(changed).stable:
+        if not stability(p_at_middle).stable:
             assert zone is Zone.SQUEALS
         else:
-            assert zone is (Zone.KNOCK if p.mu >= safe_mu_of(changed) else Zone.SAFE)
+            assert zone is (Zone.KNOCK if p.mu >= safe_mu_of(p_at_middle) else Zone.SAFE)
 
 
 def test_bounds_over_another_parameter_are_where_mu_is_critical() -> None:
@@ -81,7 +81,8 @@ def test_a_narrow_zone_between_the_values_is_found() -> None:
 def test_a_narrow_zone_of_knocks_between_the_values_is_found(
     monkeypatch: pytest.MonkeyPatch, sign: float
 ) -> None:
-    # The stub imitates cycles whose least μ has an extremum in the range.
+    # The stub imitates cycles whose least μ over the preload is a parabola with its vertex in the
+    # range: it differs from μ by at most 1e-6 within 0.316 N of the extremum.
     p, extremum = Parameters(mu=0.2), 71.3
     calls: list[float] = []
 

@@ -111,8 +111,9 @@ def test_cycles_close_under_another_integrator(base_branch: CycleBranch) -> None
 def independent_multipliers(curve: CycleBranch, point: CyclePoint) -> np.ndarray:
     """Multipliers across a cycle from differences of runs by SciPy."""
     p = parameters_at(curve, point.value)
-    speed = 2.0 * math.pi / point.period
-    scales = np.array([1.0, speed, 1.0, speed]) * point.half_range
+    frequency = 2.0 * math.pi / point.period
+    scales = np.array([1.0, frequency, 1.0, frequency]) * point.half_range
+    step = 1e-5
 
     def state_after_period(start: np.ndarray) -> np.ndarray:
         run = simulate(
@@ -127,14 +128,17 @@ def independent_multipliers(curve: CycleBranch, point: CyclePoint) -> np.ndarray
 
     start = np.array(point.start)
     columns = [
-        (state_after_period(start + step * scales) - state_after_period(start - step * scales))
-        / (2e-5 * scales)
-        for step in 1e-5 * np.eye(4)
+        (state_after_period(start + change) - state_after_period(start - change))
+        / (2.0 * step * scales)
+        for change in step * np.diag(scales)
     ]
     ax, ay = accelerations(p, point.start, mode_of(p, point.start, separation=curve.separation))
-    rate = np.array([point.start[1], ax, point.start[3], ay]) / scales
-    basis = np.linalg.qr(np.column_stack([rate, np.eye(4)]))[0][:, 1:4]
-    return np.linalg.eigvals(basis.T @ np.array(columns).T @ basis)
+    _, vx, _, vy = point.start
+    rate = np.array([vx, ax, vy, ay]) / scales
+    # The first column of the orthogonal matrix is along the motion, the others are normal to it.
+    orthogonal, _ = np.linalg.qr(np.column_stack([rate, np.eye(4)]))
+    normals = orthogonal[:, 1:4]
+    return np.linalg.eigvals(normals.T @ np.array(columns).T @ normals)
 
 
 def count_confirmed_folds(p: Parameters) -> int:

@@ -41,6 +41,7 @@ class Circle(Curve[PointOnCurve]):
 
 
 def follow(angle: float, low: float, high: float) -> CurvePart[PointOnCurve]:
+    """The circle from the point at an angle, rad, with the parameter from `low` to `high`."""
     radius = np.array([np.cos(angle), np.sin(angle)])
     start = PointOnCurve(np.array([3.0, 2.0]) + radius, np.array([-radius[1], radius[0]]), 1)
     return Follower(Circle(low, high), 0.1).follow(start)

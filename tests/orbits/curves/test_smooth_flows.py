@@ -18,7 +18,7 @@ Rate = Callable[[FloatArray, float], FloatArray]
 
 
 class SmoothFlow:
-    """A flow given by its rate and that rate's derivatives by state and parameter."""
+    """A flow given by its rate of change and that rate's derivatives by state and parameter."""
 
     def __init__(self, state_count: int, rate: Rate, slopes: Rate) -> None:
         self.state_count, self._rate, self._slopes = state_count, rate, slopes
@@ -27,6 +27,7 @@ class SmoothFlow:
         n, value = self.state_count, float(values[0])
 
         def extended_rate(_t: float, z: FloatArray) -> FloatArray:
+            # Rate of the state and of its derivatives by start and parameter.
             slopes = self._slopes(z[:n], value)
             derivative_rates = slopes[:, :n] @ z[n:].reshape(n, n + 1)
             derivative_rates[:, n] += slopes[:, n]
@@ -35,8 +36,8 @@ class SmoothFlow:
         start = np.concatenate([state, np.eye(n, n + 1).ravel()])
         run = solve_ivp(extended_rate, (0.0, time), start, method="DOP853", rtol=3e-12, atol=1e-12)
         final = run.y[:, -1]
-        low, high = run.y[:2].min(axis=1), run.y[:2].max(axis=1)
-        extremes = np.array([low[0], high[0], low[1], high[1]])
+        # Extremes of the first two variables, in the order of `MotionEnd`.
+        extremes = np.array([run.y[:2].min(axis=1), run.y[:2].max(axis=1)]).T.ravel()
         return MotionEnd(
             final[:n], self._rate(final[:n], value), final[n:].reshape(n, n + 1), extremes
         )
@@ -46,18 +47,21 @@ def build_curve(flow: SmoothFlow, low: float, high: float) -> BranchCurve:
     return BranchCurve(flow, np.ones(flow.state_count + 2), (low, high), tests_touch=False)
 
 
-def find_cycle(curve: BranchCurve, guess: list[float], direction: list[float]) -> OrbitOnCurve:
-    """The cycle near a guess, with the second variable of the start fixed, in a plane."""
-    across = np.eye(len(guess))[1]
-    orbit = curve.orbits.solve(np.array(guess), np.array([across, direction]))
+def find_cycle(curve: BranchCurve, guess: list[float], normal: list[float]) -> OrbitOnCurve:
+    """The cycle near a guess, in the plane through it with this normal.
+
+    The second variable of the start is fixed: this determines the phase.
+    """
+    second_axis = np.eye(len(guess))[1]
+    orbit = curve.orbits.solve(np.array(guess), np.array([second_axis, normal]))
     assert orbit is not None
     return orbit
 
 
 def follow(
-    curve: BranchCurve, start: OrbitOnCurve, step_limit: int, *until: EventKind
+    curve: BranchCurve, start: OrbitOnCurve, max_points: int, *until: EventKind
 ) -> CurvePart[OrbitOnCurve]:
-    return Follower(curve, 1e-3, max_points=step_limit).follow(start, until=until)
+    return Follower(curve, 1e-3, max_points=max_points).follow(start, until=until)
 
 
 def van_der_pol() -> SmoothFlow:
@@ -67,8 +71,8 @@ def van_der_pol() -> SmoothFlow:
 
     def slopes(z: FloatArray, e: float) -> FloatArray:
         x, v = z
-        turn = [-2.0 * e * x * v - 1.0, e * (1.0 - x * x), (1.0 - x * x) * v]
-        return np.array([[0.0, 1.0, 0.0], turn])
+        acceleration_slopes = [-2.0 * e * x * v - 1.0, e * (1.0 - x * x), (1.0 - x * x) * v]
+        return np.array([[0.0, 1.0, 0.0], acceleration_slopes])
 
     return SmoothFlow(2, rate, slopes)
 
@@ -139,8 +143,8 @@ def bautin() -> SmoothFlow:
     def slopes(z: FloatArray, mu: float) -> FloatArray:
         square = z @ z
         growth = mu + square - square * square
-        turn = growth * np.eye(2) + (2.0 - 4.0 * square) * np.outer(z, z)
-        return np.column_stack([turn + np.array([[0.0, -1.0], [1.0, 0.0]]), z])
+        radial = growth * np.eye(2) + (2.0 - 4.0 * square) * np.outer(z, z)
+        return np.column_stack([radial + np.array([[0.0, -1.0], [1.0, 0.0]]), z])
 
     return SmoothFlow(2, rate, slopes)
 
@@ -208,8 +212,8 @@ def test_bifurcations_of_known_flows_are_located(frequency: float, kind: EventKi
         return np.array(columns).T
 
     curve = build_curve(SmoothFlow(4, rate, slopes), -5.0, 5.0)
-    direction = [0.0] * 5 + [1.0]
-    start = find_cycle(curve, [1.0, 0.0, 0.0, 0.0, 2.0 * math.pi, -0.05], direction)
+    parameter_axis = [0.0] * 5 + [1.0]
+    start = find_cycle(curve, [1.0, 0.0, 0.0, 0.0, 2.0 * math.pi, -0.05], parameter_axis)
     part = follow(curve, start, 2, kind)
     event_values = {
         event_kind: part.points[index].unknowns[PARAMETER]
