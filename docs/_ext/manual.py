@@ -1,0 +1,111 @@
+"""Sphinx extension of the manual: tables from the code, outputs of commands, laboratory screens.
+
+A line ``{generated} NAME`` in a fence is replaced by what `tables.NAME` returns. The directive
+``run`` runs fivtui commands while the manual is built and shows their outputs and figures, and
+``screen`` shows the laboratory after some keys.
+"""
+
+import hashlib
+import os
+import re
+import shutil
+from pathlib import Path
+from typing import ClassVar, Final
+
+import tables
+from commands import CommandError, run_line
+from docutils import nodes
+from docutils.parsers.rst import directives
+from screens import screen_svg
+from sphinx.application import Sphinx
+from sphinx.util.docutils import SphinxDirective
+from sphinx.util.typing import ExtensionMetadata, OptionSpec
+
+_GENERATED: Final = re.compile(r"^```\{generated\} (\w+)\n```$", flags=re.MULTILINE)
+
+
+def insert_generated(_app: Sphinx, _docname: str, source: list[str]) -> None:
+    """Replace the fences of generated parts of a page by Markdown."""
+    source[0] = _GENERATED.sub(lambda match: str(getattr(tables, match[1])()), source[0])
+
+
+class _PictureDirective(SphinxDirective):
+    # Base of directives that show a picture.
+
+    def work_folder(self) -> Path:
+        """The folder of the page, where its commands run; outside of the sources."""
+        folder = Path(str(self.env.doctreedir), "manual", self.env.docname)
+        folder.mkdir(parents=True, exist_ok=True)
+        return folder
+
+    def picture(self, path: Path, description: str) -> nodes.Node:
+        """The node of a picture in a file."""
+        page = Path(self.env.doc2path(self.env.docname)).parent
+        uri = Path(os.path.relpath(path.resolve(), page.resolve())).as_posix()
+        image = nodes.image(uri=uri, alt=description, classes=["figure"])
+        return nodes.figure("", image)
+
+
+class Run(_PictureDirective):
+    """Fivtui commands, one a line, with what they print; ``:picture:`` shows a file they wrote."""
+
+    has_content = True
+    option_spec: ClassVar[OptionSpec] = {
+        "picture": directives.unchanged,
+        "alt": directives.unchanged,
+        "quiet": directives.flag,
+    }
+
+    def run(self) -> list[nodes.Node]:
+        """Run the commands; an error is a warning of the build."""
+        folder = self.work_folder()
+        parts: list[nodes.Node] = []
+        for line in self.content:
+            parts.append(_code(line, "sh"))
+            try:
+                printed = run_line(line, folder)
+            except CommandError as error:
+                raise self.error(f"{line}: {error}") from None
+            if printed and "quiet" not in self.options:
+                parts.append(_code(printed, "text"))
+        if "picture" in self.options:
+            path = folder / self.options["picture"]
+            parts.append(self.picture(path, self.options.get("alt", path.stem)))
+        return parts
+
+
+class Screen(_PictureDirective):
+    """The laboratory after some steps, one a line; the argument describes the picture."""
+
+    has_content = True
+    required_arguments = 1
+    final_argument_whitespace = True
+    option_spec: ClassVar[OptionSpec] = {"size": directives.unchanged}
+
+    def run(self) -> list[nodes.Node]:
+        """Draw the screen."""
+        width, _, height = self.options.get("size", "110x34").partition("x")
+        steps = list(self.content)
+        folder = self.work_folder()
+        name = hashlib.sha256("\n".join([width, height, *steps]).encode()).hexdigest()[:12]
+        path = folder / f"laboratory-{name}.svg"
+        path.write_text(screen_svg((int(width), int(height)), steps), encoding="utf-8")
+        return [self.picture(path, self.arguments[0])]
+
+
+def _code(text: str, language: str) -> nodes.Node:
+    return nodes.literal_block(text, text, language=language)
+
+
+def clear_work_folders(app: Sphinx) -> None:
+    """Remove files of an earlier build, which commands would not overwrite."""
+    shutil.rmtree(Path(app.doctreedir) / "manual", ignore_errors=True)
+
+
+def setup(app: Sphinx) -> ExtensionMetadata:
+    """Register the parts of the extension."""
+    app.connect("builder-inited", clear_work_folders)
+    app.connect("source-read", insert_generated)
+    app.add_directive("run", Run)
+    app.add_directive("screen", Screen)
+    return {"parallel_read_safe": True, "parallel_write_safe": True}

@@ -1,0 +1,68 @@
+"""Screens of the laboratory as SVG, after steps that a reader can follow.
+
+A step is `press KEYS`, `type TEXT`, `click LABEL`, `wait TEXT` or `until-gone TEXT`.
+"""
+
+import asyncio
+import re
+import tempfile
+import time
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Final
+
+from textual.pilot import Pilot
+
+from fivtui.tui.app import FivtuiApp
+
+_LIMIT_S: Final = 120.0
+_POLL_S: Final = 0.05
+# Pages are read without network: no fonts from elsewhere.
+_FONT_FACES: Final = re.compile(r"@font-face \{.*?\}", flags=re.DOTALL)
+
+
+class StepError(Exception):
+    """A text did not appear on the screen."""
+
+
+def screen_svg(size: tuple[int, int], steps: Sequence[str]) -> str:
+    """The screen after the steps."""
+    return asyncio.run(_screen_svg(size, steps))
+
+
+async def _screen_svg(size: tuple[int, int], steps: Sequence[str]) -> str:
+    with tempfile.TemporaryDirectory() as folder:
+        app = FivtuiApp(state=Path(folder) / "session.json")
+        async with app.run_test(size=size) as pilot:
+            for step in steps:
+                verb, _, argument = step.strip().partition(" ")
+                await _follow(pilot, verb, argument)
+            await pilot.pause()
+            return _FONT_FACES.sub("", app.export_screenshot(title="fivtui"))
+
+
+async def _follow(pilot: Pilot[None], verb: str, argument: str) -> None:
+    if verb == "press":
+        await pilot.press(*argument.split())
+    elif verb == "type":
+        await pilot.press(*argument)
+    elif verb == "wait":
+        await _wait(pilot, argument, lambda text: argument in text)
+    elif verb == "until-gone":
+        await _wait(pilot, argument, lambda text: argument not in text)
+    else:
+        raise StepError(f"unknown step {verb!r}")
+    await pilot.pause()
+
+
+async def _wait(pilot: Pilot[None], argument: str, check: Callable[[str], bool]) -> None:
+    end = time.monotonic() + _LIMIT_S
+    while not check(_text(pilot)):
+        if time.monotonic() > end:
+            raise StepError(f"waited in vain for {argument!r} in:\n{_text(pilot)}")
+        await pilot.pause(_POLL_S)
+
+
+def _text(pilot: Pilot[None]) -> str:
+    strips = pilot.app.screen._compositor.render_strips()
+    return "\n".join(strip.text for strip in strips)
