@@ -1,5 +1,6 @@
 """Configuration of Sphinx for the manual: `python -m sphinx -W -b html docs OUT`."""
 
+import logging
 import os
 import sys
 from pathlib import Path
@@ -11,6 +12,8 @@ os.environ["PYTHONPATH"] = os.pathsep.join(
     filter(None, [str(_FOLDER.parent), os.environ.get("PYTHONPATH")])
 )
 os.environ["PYDEVD_DISABLE_FILE_VALIDATION"] = "1"
+# A style of the theme would let all packages log what they do.
+logging.basicConfig(level=logging.WARNING)
 
 from fivtui import __version__  # noqa: E402
 

@@ -52,8 +52,9 @@ def simulate(
     t_end : float
         Horizon, s; at most 1e7.
     tol : float
-        Relative tolerance of the variable-step methods, 1e-13 to 1e-2. ``examples/trust.md`` says
-        what errors it ensures for the methods ``taylor``, ``fmu`` and ``fmu-native``.
+        Relative tolerance of the variable-step methods, 1e-13 to 1e-2. The manual's page
+        "What a tolerance promises" says what errors it ensures for the methods ``taylor``, ``fmu``
+        and ``fmu-native``.
     separation : bool
         Whether separation is considered (the paper's Case 1) or ignored (Case 2).
     start : "static" or sequence of four floats

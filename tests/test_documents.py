@@ -25,7 +25,7 @@ from fmu_src.slave.variables import VARIABLES
 ROOT: Final = Path(__file__).parents[1]
 TEXTS: Final = {
     str(path.relative_to(ROOT)): path.read_text(encoding="utf-8")
-    for path in (*ROOT.glob("*.md"), *ROOT.glob("examples/*.md"))
+    for path in (*ROOT.glob("*.md"), *ROOT.glob("docs/**/*.md"))
     if path.name != "CHANGELOG.md"
 }
 CONTRIBUTING: Final = TEXTS["CONTRIBUTING.md"]
@@ -51,10 +51,10 @@ def names_defined_in(path: Path) -> set[str]:
 def test_every_path_and_module_that_is_named_exists(name: str) -> None:
     text = TEXTS[name]
     paths = {
-        *re.findall(r"(?<![\w/.])(?:fivtui|fmu_src|tests|examples|\.ci)/[\w./-]*", text),
+        *re.findall(r"(?<![\w/.])(?:fivtui|fmu_src|tests|examples|docs|\.ci)/[\w./-]*", text),
         *(str(Path(name).parent / link) for link in re.findall(r"\]\((?!http)([^)#]+)\)", text)),
     }
-    assert len(paths) >= 10 or name.startswith("examples/")
+    assert len(paths) >= 10 or name.startswith("docs/")
     assert not [path for path in paths if not (ROOT / path).exists()]
     modules = re.findall(r"-m ((?:tests|fivtui)(?:\.\w+)*)", text)
     module_paths = [ROOT.joinpath(*module.split(".")) for module in modules]

@@ -1,4 +1,7 @@
-"""Blocks of README and examples/*.md run, and statements in README agree with the code."""
+"""Blocks of README and manual run, and statements in README agree with the code.
+
+The build of the manual runs its other commands, those of the directive `run`.
+"""
 
 import re
 import tarfile
@@ -19,16 +22,22 @@ from tests.support.readme_commands import (
 )
 
 ROOT = Path(__file__).parents[1]
+# A block that is run: its language and text.
+BLOCK = re.compile(r"^```(sh|python)\n(.*?)^```", flags=re.MULTILINE | re.DOTALL)
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 DOCUMENTS = {
     "README.md": README,
-    **{path.name: path.read_text(encoding="utf-8") for path in ROOT.glob("examples/*.md")},
+    **{
+        str(path.relative_to(ROOT)): text
+        for path in sorted(ROOT.glob("docs/**/*.md"))
+        if BLOCK.search(text := path.read_text(encoding="utf-8"))
+    },
 }
 
 
 def blocks_in(text: str) -> list[tuple[str, str]]:
     """Language and text of the blocks to run."""
-    return re.findall(r"^```(sh|python|py)\n(.*?)^```", text, flags=re.MULTILINE | re.DOTALL)
+    return BLOCK.findall(text)
 
 
 BLOCKS = {name: blocks_in(text) for name, text in DOCUMENTS.items()}
@@ -40,7 +49,6 @@ PARTS = {
         "fivtui accuracy",
         "fivtui presets",
     ],
-    "belt.md": ["fivtui simulate --set v_belt=1", "fivtui branch"],
 }
 
 
@@ -72,15 +80,15 @@ def check_blocks(
     return {command.line: command.out for command in printed}
 
 
-def check_scripts(by_line: dict[str, str]) -> None:
-    if "python" in by_line:
+def check_scripts(name: str, by_line: dict[str, str]) -> None:
+    if name == "README.md" and "python" in by_line:
         growth_rate, run, table = by_line["python"].splitlines()
         assert float(growth_rate) < 0.0
         assert run.split()[1] == "74"
         assert table.count("'done'") == 2
-    if "py" in by_line:
-        assert "10.5027" in by_line["py"]
-        assert "[74 74 74]" in by_line["py"]
+    if name == "docs/how-to/sweep.md":
+        assert "10.5027" in by_line["python"]
+        assert "[74 74 74]" in by_line["python"]
 
 
 @pytest.mark.slow
@@ -91,10 +99,10 @@ def test_the_blocks_run_in_order_in_one_folder_as_installed_there(
     monkeypatch.chdir(tmp_path)
     hide_extras(monkeypatch)
     shorten(monkeypatch)
-    if name == "belt.md":
+    if name == "docs/how-to/belt-speed.md":
         # On belts of finite speed interpreted code follows cycles, which is slow.
         shorten_searches(monkeypatch)
-    check_scripts(check_blocks(blocks_of(name, first), reduced))
+    check_scripts(name, check_blocks(blocks_of(name, first), reduced))
 
 
 @pytest.mark.whole
@@ -105,7 +113,7 @@ def test_the_blocks_run_with_all_their_points(
     monkeypatch.chdir(tmp_path)
     hide_extras(monkeypatch)
     monkeypatch.setattr(measure, "QUICK_S", 1.0)
-    check_scripts(check_blocks(blocks_of(name, first)))
+    check_scripts(name, check_blocks(blocks_of(name, first)))
 
 
 def test_reduced_commands_differ_in_counts_alone() -> None:
@@ -121,7 +129,7 @@ def test_the_parts_cover_all_blocks_and_share_no_output_file() -> None:
     blocks = [block for blocks in parts for block in blocks]
     assert blocks == [block for blocks in BLOCKS.values() for block in blocks]
     assert all(BLOCKS.values())
-    assert {language for language, _ in blocks} == {"sh", "python", "py"}
+    assert {language for language, _ in blocks} == {"sh", "python"}
     written = [
         name
         for blocks in parts

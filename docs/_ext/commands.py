@@ -26,4 +26,5 @@ def run_line(line: str, folder: Path) -> str:
         code = run(arguments)
     if code:
         raise CommandError(f"exit status {code}: {error.getvalue()}")
-    return (out.getvalue() + error.getvalue()).rstrip()
+    # The folder is an accident of the build.
+    return (out.getvalue() + error.getvalue()).rstrip().replace(f" in {folder}", "")

@@ -2,7 +2,8 @@
 
 A line ``{generated} NAME`` in a fence is replaced by what `tables.NAME` returns. The directive
 ``run`` runs fivtui commands while the manual is built and shows their outputs and figures, and
-``screen`` shows the laboratory after some keys.
+``screen`` shows the laboratory after some keys. ``file`` shows a file and writes it for the
+commands of the page.
 """
 
 import hashlib
@@ -18,6 +19,7 @@ from docutils import nodes
 from docutils.parsers.rst import directives
 from screens import screen_svg
 from sphinx.application import Sphinx
+from sphinx.environment import BuildEnvironment
 from sphinx.util.docutils import SphinxDirective
 from sphinx.util.typing import ExtensionMetadata, OptionSpec
 
@@ -53,21 +55,27 @@ class Run(_PictureDirective):
     option_spec: ClassVar[OptionSpec] = {
         "picture": directives.unchanged,
         "alt": directives.unchanged,
-        "quiet": directives.flag,
+        "lines": directives.unchanged,
     }
 
     def run(self) -> list[nodes.Node]:
-        """Run the commands; an error is a warning of the build."""
+        """Run the commands; an error is a warning of the build.
+
+        ``:lines: 5 3`` shows the first five and the last three lines of an output; ``:lines: 0``
+        shows none.
+        """
         folder = self.work_folder()
         parts: list[nodes.Node] = []
-        for line in self.content:
-            parts.append(_code(line, "sh"))
+        # A command ends at the first line without a backslash at its end.
+        for command in re.split(r"(?<!\\)\n", "\n".join(self.content)):
+            parts.append(_code(command, "sh"))
             try:
-                printed = run_line(line, folder)
+                printed = run_line(command.replace("\\\n", ""), folder)
             except CommandError as error:
-                raise self.error(f"{line}: {error}") from None
-            if printed and "quiet" not in self.options:
-                parts.append(_code(printed, "text"))
+                raise self.error(f"{command}: {error}") from None
+            shown = _shortened(printed, self.options.get("lines", ""))
+            if shown:
+                parts.append(_code(shown, "text"))
         if "picture" in self.options:
             path = folder / self.options["picture"]
             parts.append(self.picture(path, self.options.get("alt", path.stem)))
@@ -93,19 +101,55 @@ class Screen(_PictureDirective):
         return [self.picture(path, self.arguments[0])]
 
 
+class WrittenFile(_PictureDirective):
+    """A text file, shown and written for the commands that follow; the argument is its name."""
+
+    has_content = True
+    required_arguments = 1
+
+    def run(self) -> list[nodes.Node]:
+        """Write and show the file."""
+        path = self.work_folder() / self.arguments[0]
+        text = "\n".join(self.content)
+        path.write_text(f"{text}\n", encoding="utf-8")
+        code = _code(text, path.suffix[1:] if path.suffix != ".csv" else "text")
+        return [
+            nodes.container(
+                "",
+                nodes.caption("", path.name),
+                code,
+                literal_block=True,
+                classes=["literal-block-wrapper"],
+            )
+        ]
+
+
+def _shortened(text: str, counts: str) -> str:
+    if not counts:
+        return text
+    lines = text.splitlines()
+    first, last = (*map(int, counts.split()), 0)[:2]
+    if not first + last:
+        return ""
+    if first + last >= len(lines):
+        return text
+    return "\n".join([*lines[:first], "…", *lines[len(lines) - last :]])
+
+
 def _code(text: str, language: str) -> nodes.Node:
     return nodes.literal_block(text, text, language=language)
 
 
-def clear_work_folders(app: Sphinx) -> None:
-    """Remove files of an earlier build, which commands would not overwrite."""
-    shutil.rmtree(Path(app.doctreedir) / "manual", ignore_errors=True)
+def clear_work_folder(app: Sphinx, _environment: BuildEnvironment, docname: str) -> None:
+    """Remove the files of an earlier build of a page, which commands would not overwrite."""
+    shutil.rmtree(Path(str(app.doctreedir), "manual", docname), ignore_errors=True)
 
 
 def setup(app: Sphinx) -> ExtensionMetadata:
     """Register the parts of the extension."""
-    app.connect("builder-inited", clear_work_folders)
+    app.connect("env-purge-doc", clear_work_folder)
     app.connect("source-read", insert_generated)
     app.add_directive("run", Run)
     app.add_directive("screen", Screen)
+    app.add_directive("file", WrittenFile)
     return {"parallel_read_safe": True, "parallel_write_safe": True}

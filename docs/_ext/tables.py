@@ -19,7 +19,7 @@ from fivtui.model import ALL_PARAMETERS, Column, System
 from fivtui.scene import PRESETS
 from fivtui.scene.scene import OUTPUTS as SCENE_OUTPUTS
 from fivtui.sweeps import SWEEP_PRESETS
-from fivtui.sweeps.study import ERRORS, OUTPUTS as SWEEP_OUTPUTS
+from fivtui.sweeps.study import ERROR_COLUMNS, OUTPUTS as SWEEP_OUTPUTS
 from fivtui.transient import ALL_METHODS, QUANTITIES, SETTINGS
 from fivtui.tui.chart import ChartView
 from fivtui.tui.lab.form.form import FieldList
@@ -118,7 +118,7 @@ def sweep_presets() -> str:
 
 def sweep_outputs() -> str:
     """The outputs of sweeps."""
-    return _columns([*SWEEP_OUTPUTS.values(), *ERRORS.values()])
+    return _columns([*SWEEP_OUTPUTS.values(), *ERROR_COLUMNS.values()])
 
 
 def formats() -> str:
@@ -254,7 +254,7 @@ def claims() -> str:
     parts = []
     for checked in fivtui.claims():
         row = checked.row
-        parts.append(f"### {row['statement']}\n")
+        parts.append(f"## {row['statement']}\n")
         parts.append(
             _table(
                 ("section", "stated", "computed", "verdict"),

@@ -81,7 +81,8 @@ def simulate_batch(
     t_end : float
         Horizon of all members, s; at most 1e7.
     tol : float
-        Relative tolerance, 1e-13 to 1e-2; ``examples/trust.md`` says what errors it ensures.
+        Relative tolerance, 1e-13 to 1e-2; the manual's page "What a tolerance promises" says
+        what errors it ensures.
     separation : bool or array_like of bool, shape (n,)
         Whether separation is considered (the paper's Case 1) or ignored (Case 2).
     start : "static" or array_like of shape (4,) or (n, 4)

@@ -29,7 +29,7 @@ from .polynomial import first_root
 from .segment import Segment
 from .series import Coefficients, coefficient_function, right_hand_side, state_function
 
-# Default and range of `tol`; `examples/trust.md` defines its accuracy.
+# Default and range of `tol`; `docs/explanation/tolerance.md` defines its accuracy.
 DEFAULT_TOL: Final = 1e-12
 TOL_RANGE: Final = (1e-13, 1e-2)
 # Local tolerance over `tol`: local errors add up along the run.

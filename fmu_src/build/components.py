@@ -128,7 +128,8 @@ _EVENTS_ABOUT: Final = """\
 <p>State events (separation and reattachment at y = 0; where stick and slip begin) are located
 to rounding inside a communication step. An event is counted at the first communication
 point at or after its time.</p>
-<p>The file examples/trust.md of fivtui defines the accuracy of the relative tolerance.</p>
+<p>The page "What a tolerance promises" of fivtui's manual defines the accuracy of the relative
+tolerance.</p>
 """
 _ACTUATOR_ABOUT: Final = """\
 <p>A brake actuator: the preload F follows a commanded contact force with a first-order lag; the

@@ -60,8 +60,8 @@ class MotionState(NamedTuple):
 class SliderBeltMotion:
     """A motion computed step by step, with inputs held over each communication step.
 
-    The initial inputs F, μ and v_belt are those of `p`. `examples/trust.md` defines the accuracy of
-    `tol`. `current` is the state of the motion.
+    The initial inputs F, μ and v_belt are those of `p`. `docs/explanation/tolerance.md` defines the
+    accuracy of `tol`. `current` is the state of the motion.
     """
 
     def __init__(

@@ -28,7 +28,8 @@ class Reference:
 class RandomScene:
     """A random scene: final state and peaks to 25 digits, as doubles, and scales of its errors.
 
-    `scales` belong to x, ẋ, y, ẏ; `growth` and `fast_periods` are G and N of `examples/trust.md`.
+    `scales` belong to x, ẋ, y, ẏ; `growth` and `fast_periods` are G and N of
+    `docs/explanation/tolerance.md`.
     """
 
     parameters: Parameters

@@ -244,8 +244,8 @@ def test_correlated_inputs_have_no_sobol_indices() -> None:
 
 
 def test_a_scene_file_can_correlate_inputs(tmp_path: Path) -> None:
-    text = Path("examples/uncertainty.md").read_text(encoding="utf-8")
-    (block,) = (part.split("```")[0] for part in text.split("```toml\n")[1:])
+    text = Path("docs/how-to/uncertainty.md").read_text(encoding="utf-8")
+    (block,) = (part.split("```")[0] for part in text.split("```{file} correlated.toml\n")[1:])
     scene = scene_from_dict(tomllib.loads(block), name="scene")
     assert scene.correlation == (("mu", "F", -0.4),)
     study = scattered_study(scene, parse_inputs(VARY), samples=64)

@@ -1,4 +1,7 @@
-"""Random scenes keep the error that `tol` promises (`examples/trust.md`), against 25 digits."""
+"""Random scenes keep the error that `tol` promises, against solutions with 25 digits.
+
+`docs/explanation/tolerance.md` states the promise.
+"""
 
 import numpy as np
 import pytest

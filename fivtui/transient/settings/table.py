@@ -236,7 +236,7 @@ SETTINGS: Final[Mapping[str, RunSetting]] = {
             check_file_value=check_file_number,
             details=(
                 ("use", "methods with variable step, without error targets"),
-                ("taylor, fmu", "examples/trust.md describes its accuracy"),
+                ("taylor, fmu", "what a tolerance promises is a page of the manual"),
             ),
             option=Option(
                 flag="--tol", group=ACCURACY, metavar="R", help="Relative tolerance, 1e-13 to 1e-2."
