@@ -1,4 +1,8 @@
-"""The paper tab: figures and claims, computed on request."""
+"""The paper tab: the paper's figures and claims, computed on request.
+
+A claim is a statement of the paper; its verdict says whether the model confirms it. Figures are
+named by their keys in `PANELS`.
+"""
 
 from collections import Counter
 from collections.abc import Mapping
@@ -26,6 +30,7 @@ if TYPE_CHECKING:
     from fivtui.paper import CheckedClaim, ComputedPanel, FigureData, PaperResults
 
 
+# Key of the stored figure, and kind of study of the verdicts.
 _FIGURE_SETTING: Final = "figure"
 _CLAIMS_STUDY: Final = "claims"
 
@@ -59,6 +64,7 @@ class PaperPane(JobPane):
     def __init__(self, session: Session) -> None:
         super().__init__(session)
         self._computed: dict[str, FigureData] = {}
+        # The verdicts that the list shows.
         self._listed_claims: DisplayedStudy[list[CheckedClaim]] | None = None
         # The stored figure counts as drawn: it keeps the stored axis limits.
         self._figure_key = self._drawn_key = self.stored_setting(_FIGURE_SETTING, "")
@@ -144,8 +150,9 @@ class PaperPane(JobPane):
 
         self._listed_claims = self.session.studies.get(_CLAIMS_STUDY)
         rows = claim_rows(CLAIMS, self._verdicts)
-        rows_by_id = {claim.id: row for claim, row in zip(CLAIMS, rows, strict=True)}
-        self.query_one("#claims-table", _PaperTable).fill(CLAIM_COLUMNS, rows_by_id)
+        row_keys = [claim.id for claim in CLAIMS]
+        table = self.query_one("#claims-table", _PaperTable)
+        table.fill(CLAIM_COLUMNS, dict(zip(row_keys, rows, strict=True)))
 
     @on(DataTable.RowHighlighted, "#claims-table")
     def _show_highlighted_claim(self, event: DataTable.RowHighlighted) -> None:
@@ -171,6 +178,7 @@ class PaperPane(JobPane):
         def compute(job: Job) -> object:
             results, panel = self._results, PANELS[key]
             if panel.kind == "amplitude":
+                # Compute all runs of the figure at once.
                 results.prepare(panel.scenes(), job.report)
             data = results.table(key)
             if not job.report(1.0):

@@ -32,7 +32,7 @@ from fivtui.transient.errors import Deviation
 from fivtui.transient.result import Transient
 from fivtui.tui.chart.picture import draw
 from fivtui.tui.tabs.requests.map import point_texts
-from fivtui.tui.tabs.requests.sweep import point_case, point_scene
+from fivtui.tui.tabs.requests.sweep import point_scene, point_separation
 from fivtui.tui.tabs.requests.tradeoff import COLUMNS, table_rows
 from tests.support import own_slider
 from tests.support.reading_charts import Reading
@@ -219,7 +219,7 @@ def test_a_sweep_chart_names_every_output_and_case() -> None:
         output = 2 if quantity == "peak" else 1
         assert trace.x.tolist() == [20.0, 50.0, 80.0]
         np.testing.assert_allclose(trace.y, output_value(output, case == "considered", trace.x))
-        assert point_case(result.study, NearestPoint(index, 1.0, 1.0), False) == (
+        assert point_separation(result.study, NearestPoint(index, 1.0, 1.0), False) == (
             case == "considered"
         )
     (guide,) = chart.guides

@@ -27,8 +27,8 @@ from fivtui.tui.tabs.requests.map import (
 from fivtui.tui.tabs.requests.sweep import (
     count_text,
     partial_sweep,
-    point_case,
     point_scene,
+    point_separation,
     point_texts,
     sweep_parts,
     sweep_request,
@@ -77,9 +77,9 @@ def test_a_sweep_agrees_with_single_runs() -> None:
     assert all(mark in picture for mark in "●◆◇")
     view = View(cursors=Cursors((60.2, 0.0)))
     points = points_at(chart, view, view.cursors.first)
-    assert point_case(study, points[0], False)
+    assert point_separation(study, points[0], False)
     assert point_scene(study, points[0], True).parameters == Parameters(F=60.0)
-    assert not point_case(study, points[3], True)
+    assert not point_separation(study, points[3], True)
     texts = point_texts(point_scene(study, points[3], False))
     assert (texts["F"], texts["separation"], texts["t_end"]) == ("60", "ignored", "100")
 
@@ -99,7 +99,7 @@ def test_a_sweep_over_two_parameters_shades_the_computed_points() -> None:
         heading = draw(chart, View(cursors=Cursors((41.0, 0.79))), 80, 20).text()
         assert heading.startswith("F 40 N  μ 0.8  peak of |y| ")
         (point,) = points_at(chart, View(), (41.0, 0.79))
-        assert point_case(study, point, case) is case
+        assert point_separation(study, point, case) is case
         assert point_scene(study, point, case).parameters == Parameters(F=40.0, mu=0.8)
     first_rows = compute_rows(study, 0, 7)
     shades = grid_chart(partial_sweep(study, [first_rows]), True, None).backdrop

@@ -13,16 +13,18 @@ from fivtui.transient import Transient
 from fivtui.tui.chart import ChartView
 
 _FRAMES_PER_SECOND: Final = 20
+# Factor by which a key changes the speed.
 _SPEED_FACTOR: Final = 2.0
-# Time step of a key, in seconds of the film.
+# Time by which a key steps, in seconds of the animation.
 _STEP_S: Final = 0.04
-# Approximate ratio of width to height of a character cell; columns and rows outside the plot.
+# Approximate ratio of width to height of a character cell.
 _CELL_ASPECT: Final = 0.5
+# Columns and rows of the chart outside its plot.
 _MARGINS: Final = (8, 3)
 
 
 class BeltView(Vertical):
-    """The slider on the belt at a time, still or in motion."""
+    """The slider on the belt at time `t`, s; in motion, `speed` simulated seconds pass a second."""
 
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("space", "play", "Play or stop", key_display="Space"),
@@ -40,7 +42,8 @@ class BeltView(Vertical):
         self._run: Transient | None = None
         self._layout: Layout | None = None
         self._timer: Timer | None = None
-        self._last_tick = 0.0
+        # Clock time of the last frame, s; 0 while the slider is still.
+        self._last_frame_time = 0.0
 
     def compose(self) -> ComposeResult:
         """The picture."""
@@ -53,7 +56,7 @@ class BeltView(Vertical):
     @property
     def playing(self) -> bool:
         """Whether the slider moves."""
-        return self._last_tick > 0.0
+        return self._last_frame_time > 0.0
 
     def show_run(self, run: Transient, t: float | None = None) -> None:
         """Show a run at time `t`, s, or at the current time."""
@@ -70,9 +73,9 @@ class BeltView(Vertical):
         view = self.query_one(ChartView)
         if self._run is None or self._layout is None:
             return
-        columns, rows = (max(n - m, 1) for n, m in zip(view.size, _MARGINS, strict=True))
+        columns, rows = view.size.width - _MARGINS[0], view.size.height - _MARGINS[1]
+        aspect = _CELL_ASPECT * max(columns, 1) / max(rows, 1)
         timing = Timing(0.0, self._run.t_end, self.speed)
-        aspect = _CELL_ASPECT * columns / rows
         view.show(belt_chart(self._run, self._layout, timing, self.t, aspect))
 
     def on_resize(self) -> None:
@@ -81,7 +84,7 @@ class BeltView(Vertical):
 
     def stop(self) -> None:
         """Stop the motion."""
-        self._last_tick = 0.0
+        self._last_frame_time = 0.0
         if self._timer is not None:
             self._timer.pause()
 
@@ -94,15 +97,16 @@ class BeltView(Vertical):
             return
         if self.t >= self._run.t_end:
             self.t = 0.0
-        self._last_tick = time.monotonic()
+        self._last_frame_time = time.monotonic()
         self._timer.resume()
 
     def _tick(self) -> None:
         if self._run is None or not self.playing:
             return
-        time_s = time.monotonic()
-        self.t = min(self.t + (time_s - self._last_tick) * self.speed, self._run.t_end)
-        self._last_tick = time_s
+        frame_time = time.monotonic()
+        elapsed = frame_time - self._last_frame_time
+        self.t = min(self.t + elapsed * self.speed, self._run.t_end)
+        self._last_frame_time = frame_time
         if self.t >= self._run.t_end or not self.is_on_screen:
             self.stop()
         self.draw()

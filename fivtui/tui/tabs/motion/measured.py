@@ -25,8 +25,8 @@ from fivtui.ranges import decimal_point
 from fivtui.transient import Transient
 from fivtui.tui.chart import ChartView, TextInput
 
-# Placeholder and meaning of the inputs. Apart from `file`, their names are those of options of
-# `fivtui validate`.
+# Placeholder and meaning of the inputs by name. Apart from `file`, the names are those of options
+# of `fivtui validate`.
 _INPUTS: Final[Mapping[str, tuple[str, str]]] = {
     "file": ("FILE.csv", "file of measured data"),
     "time": ("time t", "name or number of the time column; if empty, t, time or the first"),
@@ -81,11 +81,12 @@ class MeasuredView(Vertical):
             with Horizontal(classes="bar"):
                 for name in row:
                     options = {"respell": decimal_point} if name in _NUMERIC else {}
+                    placeholder, _ = _INPUTS[name]
                     yield TextInput(
                         self._stored_text(name),
                         **options,
                         id=f"{_PREFIX}{name}",
-                        placeholder=_INPUTS[name][0],
+                        placeholder=placeholder,
                         compact=True,
                         select_on_focus=False,
                     )
@@ -139,7 +140,8 @@ class MeasuredView(Vertical):
         # The meaning of the focused input, or else the result.
         focused = self.screen.focused
         name = "" if focused is None else str(focused.id).removeprefix(_PREFIX)
-        text = _INPUTS[name][1] if name in _INPUTS else self._result_text
+        _, meaning = _INPUTS.get(name, ("", ""))
+        text = meaning or self._result_text
         self.query_one("#overlay-text", Static).update(self._input_error(name) or text)
 
     def _input_error(self, name: str) -> str:
@@ -170,7 +172,7 @@ class MeasuredView(Vertical):
 
 
 def _check_input(name: str, text: str) -> None:
-    """Raise `InputError` if the text of an input is invalid, whatever the file and the run."""
+    """Raise `InputError` if the text of an input is invalid for any file and any run."""
     if not text:
         return
     if name in _NUMBERS:

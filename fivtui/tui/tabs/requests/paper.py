@@ -1,4 +1,7 @@
-"""Table rows and scenes of the paper tab. Imports no Textual."""
+"""Table rows and scenes of the paper tab. Imports no Textual.
+
+A panel is one plot of a figure of the paper; its lines differ in one parameter or in separation.
+"""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
@@ -73,6 +76,7 @@ def paper_scenes() -> Iterator[tuple[Scene, str]]:
 
 
 def _distance(parameter: str, scene: Scene) -> float:
+    # Distance of a parameter from its default; separation is considered by default.
     if parameter == SEPARATION:
         return float(not scene.separation)
     return abs(scene.parameters.as_dict()[parameter] - PARAMETERS[parameter].default)

@@ -1,4 +1,7 @@
-"""The parser of the sweep tab's input, its computation, and points. Imports no Textual."""
+"""The parser of the sweep tab's input, its computation, and points. Imports no Textual.
+
+A member is one run of a sweep. Case 1 considers separation, Case 2 ignores it.
+"""
 
 import dataclasses
 from collections.abc import Callable, Iterator, Sequence
@@ -14,17 +17,18 @@ if TYPE_CHECKING:
     from fivtui.sweeps import Rows, Study, Sweep
 
 EXAMPLE: Final = "F=10:120:56"
-# Most members of a sweep without confirmation, and of one that fits into memory.
+# Maximum number of members of a sweep that starts without confirmation, and of one in memory.
 MAX_UNCONFIRMED: Final = 10_000
-_LIMIT: Final = 10_000_000
-# The chart displays a sweep in parts: minimum members of a part, maximum number of parts.
+_MAX_MEMBERS: Final = 10_000_000
+# The chart displays a sweep in parts: minimum number of members of a part, and number of parts.
 _MIN_PART_SIZE: Final = 16
 _MAX_PARTS: Final = 500
+# The plotted outputs: peak and half range of y.
 _OUTPUTS: Final = ("y_abs", "y_half_range")
 
 
 def sweep_request(scene: Scene, text: str) -> "Study":
-    """The sweep, in both cases of separation, of one or two ranges or the name of a sweep."""
+    """The sweep of a scene, in both cases, over one or two ranges or by the name of a preset."""
     from fivtui.sweeps import SWEEP_PRESETS, parse_design, scene_study
 
     preset = SWEEP_PRESETS.get(text.strip())
@@ -36,13 +40,14 @@ def sweep_request(scene: Scene, text: str) -> "Study":
     for name in design.axes:
         if name not in ALL_PARAMETERS:
             raise InputError(f"{name}: must be a parameter: {', '.join(ALL_PARAMETERS)}")
-    # The greatest ẋ separates belts that are always faster than the slider.
+    # The greatest ẋ shows which belts are always faster than the slider.
     speed_output = ("vx_max",) if "v_belt" in design.axes else ()
     study = scene_study(scene, design, cases=(True, False), outputs=(*_OUTPUTS, *speed_output))
     check_drawable(study)
-    if study.members > _LIMIT:
+    if study.members > _MAX_MEMBERS:
         raise InputError(
-            f"{study.members} runs: must be at most {_LIMIT} here; for more use fivtui sweep --out"
+            f"{study.members} runs: must be at most {_MAX_MEMBERS} here; "
+            "for more use fivtui sweep --out"
         )
     return study
 
@@ -69,40 +74,53 @@ def partial_sweep(study: "Study", parts: Sequence["Rows"]) -> "Sweep":
     return Sweep(study, concatenate(list(parts)))
 
 
-def point_case(study: "Study", point: NearestPoint, case: bool) -> bool:
-    """Whether separation is considered at a point of a sweep's chart."""
+def point_separation(study: "Study", point: NearestPoint, edited: bool) -> bool:
+    """Whether separation is considered at a point of a sweep's chart.
+
+    `edited` is whether the edited scene considers it; a chart over two parameters shows that case.
+    """
     from fivtui.sweeps import sweep_curves
 
     if len(study.design.axes) == 1:
-        return sweep_curves(study)[point.trace][1]
-    return case if case in study.cases else study.cases[0]
+        _, separation = sweep_curves(study)[point.trace]
+        return separation
+    return edited if edited in study.cases else study.cases[0]
 
 
-def point_scene(study: "Study", point: NearestPoint, case: bool) -> Scene:
+def point_scene(study: "Study", point: NearestPoint, separation: bool) -> Scene:
     """The scene at a point of a sweep's chart."""
     values = dict(zip(study.design.axes, (point.x, point.y), strict=False))
-    parameters = {name: value for name, value in values.items() if name in ALL_PARAMETERS}
-    p, start = study.parameters.with_values(parameters), study.start
+    parameter_values = {name: value for name, value in values.items() if name in ALL_PARAMETERS}
+    parameters, start = study.parameters.with_values(parameter_values), study.start
+    # A sweep read from a file may vary components of the start state.
     start_values = {name: value for name, value in values.items() if name not in ALL_PARAMETERS}
     if start_values:
-        start_state = dict(zip(START_SPECS, resolve_start(System(p, case), start), strict=True))
+        system = System(parameters, separation)
+        start_state = dict(zip(START_SPECS, resolve_start(system, start), strict=True))
         start = tuple((start_state | start_values).values())
     return dataclasses.replace(
-        base_scene(), parameters=p, separation=case, start=start, t_end=study.t_end, tol=study.tol
+        base_scene(),
+        parameters=parameters,
+        separation=separation,
+        start=start,
+        t_end=study.t_end,
+        tol=study.tol,
     )
 
 
 def point_texts(scene: Scene) -> dict[str, str]:
-    """Field texts of a scene."""
+    """The texts of the form's fields for a scene, by name."""
     return {name: field.text_of(scene) for name, field in FIELDS.items()}
 
 
 def count_text(result: "Sweep") -> str:
     """Number of members, and why some failed."""
+    # The table has a reason per computed member, which is empty unless the member failed.
     table = result.table
-    text = f"{len(table.reasons)} transients"
-    if len(table.reasons) < result.study.members:
-        text = f"{len(table.reasons)} of {result.study.members} transients"
+    computed, members = len(table.reasons), result.study.members
+    text = f"{computed} transients"
+    if computed < members:
+        text = f"{computed} of {members} transients"
     if table.failed:
         reason = next(reason for reason in table.reasons if reason)
         text += f", {table.failed} failed: {reason}"

@@ -1,4 +1,8 @@
-"""Rows and texts of the trade-off tab: error against CPU time. Imports no Textual."""
+"""Rows and texts of the trade-off tab: error against CPU time. Imports no Textual.
+
+A setting is a method with its tolerance or step. It is on the Pareto front if no other measured
+setting is both faster and more accurate. The floor is the uncertainty of the errors themselves.
+"""
 
 import math
 from collections.abc import Mapping
@@ -11,8 +15,9 @@ if TYPE_CHECKING:
     from fivtui.tradeoffs import Tradeoff
 
 # Settings whose values differ by fewer decades than this count as equal.
-_EQUAL_WITHIN: Final = 0.3
+_EQUAL_DECADES: Final = 0.3
 
+# Titles of the quantities whose error is shown.
 TITLES: Final[Mapping[str, str]] = {
     "final": "State",
     "peak": "Peak",
@@ -32,21 +37,35 @@ def table_rows(
     result: "Tradeoff", quantity: str, current: MeasuredSetting | None
 ) -> list[tuple[str, ...]]:
     """All settings as rows with the columns `table_columns`; `current` is marked."""
-    pareto_rows = pareto_front(result.rows, quantity, result.floor.of(quantity))
+    front = pareto_front(result.rows, quantity, result.floor.of(quantity))
+    column_count = len(table_columns(result))
     rows: list[tuple[str, ...]] = []
-    columns = 2 if result.scene.parameters.v_belt is not None else 1
     for row in result.rows:
-        remarks = ["best"] if row in pareto_rows else []
-        if row is current:
-            remarks.append("now")
-        names, cpu_ms = (row.setting.label, row.setting.text), f"{1e3 * row.cpu_s:.3g}"
+        setting = (row.setting.label, row.setting.text)
+        cpu_ms = f"{1e3 * row.cpu_s:.3g}"
         if row.error is None:
-            rows.append((*names, "failed", cpu_ms, row.failure, *[""] * (1 + columns)))
-            continue
-        error = f"{row.error.of(quantity):.1e}"
-        errors = [f"{n:+d}" if n else "0" for n in (row.error.separations, row.error.sticks)]
-        rows.append((*names, error, cpu_ms, " ".join(remarks), str(row.steps), *errors[:columns]))
+            cells = [*setting, "failed", cpu_ms, row.failure, "", "", ""]
+        else:
+            remarks = ["best"] if row in front else []
+            if row is current:
+                remarks.append("now")
+            cells = [
+                *setting,
+                f"{row.error.of(quantity):.1e}",
+                cpu_ms,
+                " ".join(remarks),
+                str(row.steps),
+                _count_text(row.error.separations),
+                _count_text(row.error.sticks),
+            ]
+        # Without a belt of finite speed, the last column is omitted.
+        rows.append(tuple(cells[:column_count]))
     return rows
+
+
+def _count_text(difference: int) -> str:
+    # Difference of a count to that of the reference.
+    return f"{difference:+d}" if difference else "0"
 
 
 def current_setting(result: "Tradeoff", scene: Scene) -> MeasuredSetting | None:
@@ -65,13 +84,14 @@ def current_setting(result: "Tradeoff", scene: Scene) -> MeasuredSetting | None:
     ]
     if not rows:
         return None
-    target = _setting_value(rows[0].setting, scene)
-    if target is None:
+    value = _scene_value(rows[0].setting, scene)
+    if value is None:
         return None
-    return min(rows, key=lambda row: abs(math.log(row.setting.value / target)))
+    return min(rows, key=lambda row: abs(math.log(row.setting.value / value)))
 
 
-def _setting_value(setting: Setting, scene: Scene) -> float | None:
+def _scene_value(setting: Setting, scene: Scene) -> float | None:
+    # The scene's tolerance or step, whichever the setting sets.
     return scene.tol if setting.knob == "tol" else scene.step
 
 
@@ -80,19 +100,17 @@ def setting_text(
 ) -> str:
     """Error and time of a scene's setting, and the cheapest setting that is as accurate."""
     if scene.accuracy:
-        targets = dict(scene.accuracy)
-        parts = [
+        return "; ".join(
             f"{name} to {error:g}: {_row_text(cheapest(result.rows, name, error), name)}"
-            for name, error in targets.items()
-        ]
-        return "; ".join(parts)
+            for name, error in scene.accuracy
+        )
     if current is None or current.error is None:
         if scene.step is None and scene.method in {row.setting.method for row in result.rows}:
             return f"{scene.method} with its default step: enter a step to see its error"
         return f"{scene.method} was not measured"
     error = current.error.of(quantity)
-    target = _setting_value(current.setting, scene)
-    is_same = target is not None and abs(math.log10(current.setting.value / target)) < _EQUAL_WITHIN
+    value = _scene_value(current.setting, scene)
+    is_same = value is not None and abs(math.log10(current.setting.value / value)) < _EQUAL_DECADES
     text = f"{'now' if is_same else 'nearest measured:'} {_row_text(current, quantity)}"
     # Errors below the reference's uncertainty count as equal.
     better = cheapest(result.rows, quantity, max(error, result.floor.of(quantity)))

@@ -20,8 +20,12 @@ TITLES: Final = {
     "y_half_range": "±y",
     "P_max": "P",
 }
+# Columns of the table of Sobol indices: the quantity and input, the first-order index (the share of
+# the variance that the input causes alone), the total index (also with others), the share in a
+# linear model, and a bar.
 COLUMNS: Final = ("quantity", "input", "alone", "with others", "if linear", "0 … 1")
 SAMPLES: Final = 4096
+# Columns of a bar from 0 to 1.
 _BAR_LENGTH: Final = 12
 
 
@@ -33,8 +37,8 @@ def uncertainty_request(scene: Scene, text: str) -> "Study":
     try:
         return scattered_study(scene, inputs, samples=SAMPLES)
     except InputError as error:
-        key = "; F4 switches the engine" if str(error).startswith("method =") else ""
-        raise InputError(f"{error}{key}") from None
+        advice = "; F4 switches the engine" if str(error).startswith("method =") else ""
+        raise InputError(f"{error}{advice}") from None
 
 
 def truncation_note(result: "Uncertainty") -> str:
@@ -48,26 +52,27 @@ def index_remark(result: "Uncertainty") -> str:
     """A note on Sobol indices above 1 or below 0; empty if there are none."""
     from fivtui.reliability import excess_remark
 
-    cells = (cell for row in index_rows(result) for cell in row[2:4])
-    remarks = sorted({*map(excess_remark, cells)} - {""})
+    index_texts = (text for _, _, *texts, _, _ in index_rows(result) for text in texts)
+    remarks = sorted({*map(excess_remark, index_texts)} - {""})
     return f", indices {' and '.join(remarks)}: sampling error" if remarks else ""
 
 
 def index_rows(result: "Uncertainty") -> Sequence[Sequence[str]]:
-    """Sobol indices by decreasing total index as rows of `COLUMNS`, with linearised shares."""
+    """Sobol indices of every quantity as rows of `COLUMNS`, by decreasing total index."""
     from fivtui.reliability import quantity_name
 
     rows = []
     for name, indices in result.indices.items():
         linear_indices = result.local.get(name, {})
-        ranked = sorted(indices.items(), key=lambda item: -item[1].total.value)
-        for rank, (key, index) in enumerate(ranked):
+        by_total_index = sorted(indices.items(), key=lambda item: -item[1].total.value)
+        for rank, (input_name, index) in enumerate(by_total_index):
+            linear = linear_indices.get(input_name)
             rows.append((
                 quantity_name(name) if rank == 0 else "",
-                symbol_of(key),
+                symbol_of(input_name),
                 f"{index.first.value:z.2f} ± {index.first.error:.2f}",
                 f"{index.total.value:z.2f} ± {index.total.error:.2f}",
-                "" if key not in linear_indices else f"{linear_indices[key].share:.2f}",
+                "" if linear is None else f"{linear.share:.2f}",
                 index_bar(index.first.value, index.total.value),
             ))  # fmt: skip
     return rows
@@ -75,5 +80,5 @@ def index_rows(result: "Uncertainty") -> Sequence[Sequence[str]]:
 
 def index_bar(first: float, total: float) -> str:
     """A bar from 0 to 1, dark up to the first-order index, light up to the total index."""
-    full, light = (round(_BAR_LENGTH * min(max(share, 0.0), 1.0)) for share in (first, total))
-    return "█" * full + "░" * max(light - full, 0)
+    dark, end = (round(_BAR_LENGTH * min(max(index, 0.0), 1.0)) for index in (first, total))
+    return "█" * dark + "░" * max(end - dark, 0)

@@ -1,4 +1,8 @@
-"""The branches tab: stable and unstable limit cycles along a parameter."""
+"""The branches tab: stable and unstable limit cycles along a parameter.
+
+A branch begins at the Hopf point, where the equilibrium loses stability, or at a limit cycle found
+by simulation.
+"""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -23,9 +27,11 @@ from .study_pane import StudyPane
 EXAMPLE: Final = "μ=0.2:1"
 # Duration of the run of a limit cycle, in its periods.
 _PERIODS_PER_RUN: Final = 20
+# Key of the stored origin of the branch, and labels of its button.
 _ORIGIN_SETTING: Final = "from"
 Origin = Literal["hopf", "cycle"]
 _ORIGINS: Final[Mapping[Origin, str]] = {"hopf": "from the Hopf point", "cycle": "from a cycle"}
+# Scene, origin, parameter along the branch, and its range.
 _Request = tuple[Scene, Origin, str, tuple[float, float] | None]
 
 
@@ -63,18 +69,18 @@ class BranchesPane(StudyPane):
         event.button.refresh(layout=True)
 
     def parse(self, scene: Scene, text: str) -> _Request:
-        """The scene; the origin of the branch, its parameter and its range."""
+        """The scene, the origin of the branch, its parameter and its range."""
         return scene, self._origin, *parse_branch(text)
 
     def compute(self, request: _Request, job: Job) -> CycleBranch:
         """Follow a branch of a scene."""
         from fivtui.orbits import branch
 
-        scene, origin, name, ends = request
-        low, high = ends or (None, None)
+        scene, origin, parameter, limits = request
+        low, high = limits or (None, None)
         return branch(
             scene.parameters,
-            name,
+            parameter,
             low=low,
             high=high,
             origin=origin,
@@ -90,8 +96,8 @@ class BranchesPane(StudyPane):
 
     def draw_result(self, result: CycleBranch) -> None:
         """Draw the branch with the edited value."""
-        p = self.parameters
-        value = None if p is None else p.as_dict().get(result.name)
+        parameters = self.parameters
+        value = None if parameters is None else parameters.as_dict().get(result.name)
         self.query_one(ChartView).show(branch_chart(result, value))
 
     def read_point(self, result: CycleBranch, point: NearestPoint) -> tuple[dict[str, str], str]:
@@ -118,20 +124,20 @@ def parse_branch(text: str) -> tuple[str, tuple[float, float] | None]:
 
 
 def nearest_cycle(result: CycleBranch, x: float, y: float) -> CyclePoint:
-    """The limit cycle that is nearest to a point of the chart."""
-    values = np.array([point.value for point in result.points])
-    heights = np.array([point.half_range for point in result.points])
-    extents = branch_extents(result)
-    distances = np.hypot((values - x) / extents[0], (heights - y) / extents[1])
+    """The limit cycle nearest to a point of the chart: parameter `x`, half range `y`."""
+    values = np.array([cycle.value for cycle in result.points])
+    half_ranges = np.array([cycle.half_range for cycle in result.points])
+    x_extent, y_extent = branch_extents(result)
+    distances = np.hypot((values - x) / x_extent, (half_ranges - y) / y_extent)
     return result.points[int(distances.argmin())]
 
 
-def orbit_scene(result: CycleBranch, point: CyclePoint) -> Scene:
+def orbit_scene(result: CycleBranch, cycle: CyclePoint) -> Scene:
     """The scene that begins on a limit cycle of a branch and lasts twenty of its periods."""
     return replace(
         base_scene(),
-        parameters=result.parameters.with_values({result.name: point.value}),
+        parameters=result.parameters.with_values({result.name: cycle.value}),
         separation=result.separation,
-        start=point.start,
-        t_end=float(f"{_PERIODS_PER_RUN * point.period:.6g}"),
+        start=cycle.start,
+        t_end=float(f"{_PERIODS_PER_RUN * cycle.period:.6g}"),
     )

@@ -24,7 +24,8 @@ from fivtui.tui.tabs.messages import PointOpened
 class StudyPane(JobPane):
     """The tab of a kind of study; a subclass defines input, choices, computation and charts.
 
-    Results are computed, read from a file, or restored.
+    From the edited scene and the text of the input, `parse` makes a request, from which `compute`
+    makes the result. A displayed result may also come from a file or from the saved session.
 
     Attributes
     ----------
@@ -48,7 +49,9 @@ class StudyPane(JobPane):
 
     def __init__(self, session: Session) -> None:
         super().__init__(session)
+        # Whether the input has the focus, so that the bar shows its format.
         self._is_typing = False
+        # Error message of the input.
         self._error = ""
         self._drawn_result: DisplayedStudy[Any] | None = None
 
@@ -110,7 +113,7 @@ class StudyPane(JobPane):
         self.show_bar()
 
     @on(Input.Submitted, ".study-input")
-    def _submit_entered(self, event: Input.Submitted) -> None:
+    def _submit(self, event: Input.Submitted) -> None:
         event.stop()
         self.submit_input()
 
@@ -122,7 +125,7 @@ class StudyPane(JobPane):
     @on(DescendantFocus)
     @on(DescendantBlur)
     def _show_format(self) -> None:
-        # Display the format of a focused input, else the status. Both events may come in any order.
+        # Display the format of a focused input, else the status. The events may come in any order.
         focused = self.screen.focused
         self._is_typing = isinstance(focused, Input) and self in focused.ancestors
         self.show_bar()
@@ -228,6 +231,7 @@ class StudyPane(JobPane):
         if displayed is not self._drawn_result:
             self._drawn_result = displayed
             if displayed.source:
+                # A result read from a file replaces the one being computed.
                 self.stop()
         self.draw_result(displayed.value)
 
@@ -249,7 +253,7 @@ class StudyPane(JobPane):
             self.post_message(PointOpened(texts, f"opened {description}"))
 
     def read_point(self, result: Any, point: NearestPoint) -> tuple[dict[str, str], str]:
-        """Field texts of a point of the chart, and a description of the point."""
+        """The texts of the form's fields for a point of the chart, and a description of it."""
         raise NotImplementedError
 
     def heading(self, result: Any) -> Heading:
@@ -276,9 +280,9 @@ class StudyPane(JobPane):
         return study_command(self.NAME, request, self.session.origin)
 
     def command_request(self) -> Any:
-        """The request for the command line without a result."""
+        """The request that the command line computes if there is no result."""
         return self.request()
 
     def request_for(self, result: Any) -> Any:
-        """The request for the command line that computes a result."""
+        """The request whose computation gives a result, for the command line."""
         return result

@@ -19,8 +19,8 @@ from fivtui.tui.tabs.requests.sweep import (
     MAX_UNCONFIRMED,
     count_text,
     partial_sweep,
-    point_case,
     point_scene,
+    point_separation,
     point_texts,
     sweep_parts,
     sweep_request,
@@ -35,7 +35,7 @@ _INCOMPLETE: Final = "the sweep is incomplete and cannot be exported: F10 comput
 
 
 class SweepPane(StudyPane):
-    """Peak and half peak-to-peak over parameters of the edited scene."""
+    """Peak and half peak-to-peak of y over one or two parameters of the edited scene."""
 
     NAME: ClassVar[str] = "sweep"
     VERB: ClassVar[str] = "Sweep"
@@ -47,7 +47,7 @@ class SweepPane(StudyPane):
 
     def __init__(self, session: Session) -> None:
         super().__init__(session)
-        # The large sweep that F10 starts if it is pressed again.
+        # A large sweep that F10 starts only if it is pressed again.
         self._unconfirmed_study: Study | None = None
 
     def compose_bar(self) -> ComposeResult:
@@ -118,11 +118,11 @@ class SweepPane(StudyPane):
 
     def read_point(self, result: "Sweep", point: NearestPoint) -> tuple[dict[str, str], str]:
         """Field texts of a member."""
-        case = point_case(result.study, point, self.session.separation)
-        texts = point_texts(point_scene(result.study, point, case))
+        separation = point_separation(result.study, point, self.session.separation)
+        texts = point_texts(point_scene(result.study, point, separation))
         values = zip(result.study.design.axes, (point.x, point.y), strict=False)
-        text = ", ".join(f"{symbol_of(name)} = {value:g}" for name, value in values)
-        return texts, f"{text}, separation {texts['separation']}"
+        description = ", ".join(f"{symbol_of(name)} = {value:g}" for name, value in values)
+        return texts, f"{description}, separation {texts['separation']}"
 
     def heading(self, result: "Sweep") -> Heading:
         """The parameters that are not swept."""

@@ -1,4 +1,7 @@
-"""The trade-off tab: error against CPU time on this machine."""
+"""The trade-off tab: error against CPU time of methods and their settings, on this machine.
+
+A setting is a method with a tolerance or step; the current one is that of the edited scene.
+"""
 
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, ClassVar
@@ -64,10 +67,10 @@ class TradeoffPane(StudyPane):
     def result_status(self, displayed: "DisplayedStudy[Tradeoff]") -> str:
         """Whether the edited scene was measured, and the number of rows."""
         scene = self._edited_scene()
-        changed = scene is None or _inputs(scene) != _inputs(displayed.value.scene)
-        text = "measured for an earlier scene" if changed else "this scene, this machine"
+        is_outdated = scene is None or _inputs(scene) != _inputs(displayed.value.scene)
+        text = "measured for an earlier scene" if is_outdated else "this scene, this machine"
         if displayed.source:
-            text = f"{'another' if changed else 'this'} scene, read from {displayed.source}"
+            text = f"{'another' if is_outdated else 'this'} scene, read from {displayed.source}"
         return f"{text}, {len(displayed.value.rows)} rows"
 
     def _edited_scene(self) -> Scene | None:
@@ -77,7 +80,7 @@ class TradeoffPane(StudyPane):
             return None
 
     def draw_result(self, result: "Tradeoff") -> None:
-        """Draw the current view, with error and time of the edited setting."""
+        """Draw the current view, with error and time of the current setting."""
         scene, quantity = self._edited_scene(), self.choice
         current = None if scene is None else current_setting(result, scene)
         if self.view == "errors":

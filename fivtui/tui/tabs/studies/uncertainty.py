@@ -1,4 +1,7 @@
-"""The uncertainty tab: probability of squeal with scattered parameters; Sobol indices."""
+"""The uncertainty tab: how likely squeal is where parameters scatter, and what drives it.
+
+Sobol indices are the shares of the variance of a quantity that each scattered parameter causes.
+"""
 
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, ClassVar
@@ -53,6 +56,7 @@ class UncertaintyPane(StudyPane):
 
     def __init__(self, session: Session) -> None:
         super().__init__(session)
+        # The probabilities estimated from the samples so far, as text.
         self._estimate = ""
 
     def compose_bar(self) -> ComposeResult:
