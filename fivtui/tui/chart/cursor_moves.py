@@ -1,4 +1,9 @@
-"""Positions and moves of the cursors of a chart. Imports no Textual."""
+"""Positions and moves of the cursors of a chart. Imports no Textual.
+
+The active cursor is the one that keys move. It stands at a sample of x, at a point of a chart whose
+y is no function of x (a plane), or at a value along a curve, such as a time. Axis positions run
+from 0 to 1 over the visible part of an axis.
+"""
 
 from typing import Final
 
@@ -14,13 +19,17 @@ from fivtui.charts import (
     points_at,
 )
 
-# Number of steps along an entire curve, and initial positions of both cursors.
+# Number of key presses from one end of a curve to the other.
 _STEPS_PER_CURVE: Final = 500
+# Initial positions of both cursors along the x axis or the curve.
 _INITIAL_POSITIONS: Final = (0.5, 0.75)
 
 
 def switch_cursor(chart: Chart, view: View, *, second: bool) -> None:
-    """Switch a cursor on or let keys move it; if keys already move it, switch it off."""
+    """Make a cursor active, and switch it on if it is off; if it is active, switch it off.
+
+    The second cursor also switches the first one on.
+    """
     cursors = view.cursors
     position = cursors.second if second else cursors.first
     if cursors.pinned and position is not None and cursors.second_is_active is second:
@@ -29,11 +38,10 @@ def switch_cursor(chart: Chart, view: View, *, second: bool) -> None:
         cursors.pinned = cursors.active_position is not None
         return
     cursors.pinned = True
-    for number in (0, 1)[: second + 1]:
-        cursors.second_is_active = bool(number)
+    for is_second in (False, True) if second else (False,):
+        cursors.second_is_active = is_second
         if cursors.active_position is None:
-            _place_cursor(chart, view, _INITIAL_POSITIONS[number])
-    cursors.second_is_active = second
+            _place_cursor(chart, view, _INITIAL_POSITIONS[is_second])
 
 
 def _place_cursor(chart: Chart, view: View, initial_position: float) -> None:
@@ -41,9 +49,8 @@ def _place_cursor(chart: Chart, view: View, initial_position: float) -> None:
     if trace is None:
         move_cursor(chart, view, (initial_position, 0.5))
     elif trace.curve_values is not None:
-        view.cursors.move(
-            (float(trace.curve_values[int(initial_position * (trace.curve_values.size - 1))]), 0.0)
-        )
+        index = int(initial_position * (trace.curve_values.size - 1))
+        view.cursors.move((float(trace.curve_values[index]), 0.0))
 
 
 def _top_curve(chart: Chart, view: View) -> Trace | None:
@@ -55,7 +62,7 @@ def _top_curve(chart: Chart, view: View) -> Trace | None:
 
 
 def cursor_position(chart: Chart, view: View) -> Position | None:
-    """Axis positions (0 to 1) of the cursor that keys move."""
+    """Axis positions of the active cursor; None if it is off."""
     position = view.cursors.active_position
     if position is None:
         return None
@@ -69,7 +76,7 @@ def cursor_position(chart: Chart, view: View) -> Position | None:
 
 
 def move_cursor(chart: Chart, view: View, position: Position, direction: int = 0) -> None:
-    """Move the cursor to the sample or point nearest to an axis position.
+    """Move the active cursor to the sample or point nearest to a pair of axis positions.
 
     If `direction` is not 0, the cursor moves at least to the next sample in this direction.
     """
@@ -100,28 +107,33 @@ def _nearest_sample_x(chart: Chart, view: View, x: float, direction: int) -> flo
 
 
 def step_cursor(chart: Chart, view: View, step: tuple[int, int], size: tuple[int, int]) -> bool:
-    """Move a cursor by `step` cells; the plot has `size` cells. Returns whether the plot panned."""
+    """Move the active cursor by cells to the right and up; returns whether the plot panned.
+
+    `size` is the number of columns and rows of the plot.
+    """
+    right, up = step
     trace = _top_curve(chart, view)
     if trace is not None:
-        _step_along_curve(view, trace, step[0])
+        _step_along_curve(view, trace, right)
         return False
     position = cursor_position(chart, view)
     if position is None:
         return False
-    change = step[0] / size[0], step[1] / size[1]
+    change = right / size[0], up / size[1]
     new_x, new_y = position[0] + change[0], position[1] + change[1]
     if chart.is_plane:
         new_x, new_y = _next_point(chart, view, position, change)
     is_outside = not 0.0 <= new_x <= 1.0
     if is_outside:
         # Pan the plot to keep the cursor visible.
-        view.pan(chart, step[0] / size[0])
-    move_cursor(chart, view, (min(max(new_x, 0.0), 1.0), min(max(new_y, 0.0), 1.0)), step[0])
+        view.pan(chart, change[0])
+    move_cursor(chart, view, (min(max(new_x, 0.0), 1.0), min(max(new_y, 0.0), 1.0)), right)
     return is_outside
 
 
 def _next_point(chart: Chart, view: View, position: Position, change: Position) -> Position:
-    # Step until the nearest point changes; if none does, keep the position, or leave a map.
+    # Step until the nearest point changes. If it does not, keep the position; on a map, return the
+    # position outside, so that the plot pans.
     x, y = view.axes(chart)
 
     def nearest(new_x: float, new_y: float) -> list[NearestPoint]:

@@ -1,4 +1,4 @@
-"""Lines and dots as braille characters, 2 by 4 dots per cell. Imports no Textual."""
+"""Lines and dots as Braille characters, 2 by 4 dots per character cell. Imports no Textual."""
 
 from typing import Final
 
@@ -7,14 +7,15 @@ from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
 
+# Columns and rows of dots in a cell.
 DOTS_X: Final = 2
 DOTS_Y: Final = 4
-# Braille bits of the dots of a cell, by row from the top.
+# Bits of the dots of a cell in the code point of its character, by row from the top.
 _BITS: Final = np.array([[0x01, 0x08], [0x02, 0x10], [0x04, 0x20], [0x40, 0x80]], dtype=np.uint32)
 
 
 class Raster:
-    """A grid of character cells with braille dots.
+    """A grid of character cells with Braille dots.
 
     `cells`, shape (rows, columns), has the dots of each cell as bits; the character of a cell is
     the code point `BLANK` plus its bits.
@@ -31,15 +32,18 @@ class Raster:
         if x.size == 1:
             self.draw_dots(x, y)
             return
-        ends = _clip_segments(x, y)
+        # Columns and rows of the dots at both ends of every line.
+        ends = _clip_lines(x, y)
         height, width = self._shape
-        columns, rows = (ends[:, ::2] * (width - 1), (1.0 - ends[:, 1::2]) * (height - 1))
+        columns, rows = ends[:, ::2] * (width - 1), (1.0 - ends[:, 1::2]) * (height - 1)
+        # A line has a dot per column, or per row if it is steep.
         lengths = np.maximum(np.abs(np.diff(columns)), np.abs(np.diff(rows)))[:, 0]
         counts = np.ceil(lengths).astype(int) + 1
-        segment = np.repeat(np.arange(counts.size), counts)
-        step = np.arange(segment.size) - np.repeat(np.cumsum(counts) - counts, counts)
-        part = step / np.maximum(counts - 1, 1)[segment]
-        self._set_dots(_interpolate(columns, segment, part), _interpolate(rows, segment, part))
+        # For every dot, the index of its line, its index in the line, and its fraction along it.
+        line = np.repeat(np.arange(counts.size), counts)
+        index = np.arange(line.size) - np.repeat(np.cumsum(counts) - counts, counts)
+        fraction = index / np.maximum(counts - 1, 1)[line]
+        self._set_dots(_interpolate(columns, line, fraction), _interpolate(rows, line, fraction))
 
     def draw_dots(self, x: FloatArray, y: FloatArray) -> None:
         """Draw dots at points; coordinates as in `draw_lines`."""
@@ -52,30 +56,35 @@ class Raster:
         is_set[np.rint(rows).astype(int), np.rint(columns).astype(int)] = True
         height, width = self.cells.shape
         dots_by_cell = is_set.reshape(height, DOTS_Y, width, DOTS_X)
+        # Add the bits of the dots (row y, column x) in every cell (row r, column c).
         self.cells |= np.einsum("rycx,yx->rc", dots_by_cell.astype(np.uint32), _BITS)
 
 
-def _interpolate(ends: FloatArray, segment: NDArray[np.intp], fraction: FloatArray) -> FloatArray:
-    begin, end = ends[:, 0], ends[:, 1]
-    points: FloatArray = begin[segment] + fraction * (end - begin)[segment]
+def _interpolate(ends: FloatArray, line: NDArray[np.intp], fraction: FloatArray) -> FloatArray:
+    # Points at fractions of the lines with the indices `line`; `ends` has a row per line.
+    start, end = ends[:, 0], ends[:, 1]
+    points: FloatArray = start[line] + fraction * (end - start)[line]
     return points
 
 
-def _clip_segments(x: FloatArray, y: FloatArray) -> FloatArray:
-    # Segments clipped to the unit square (Liang-Barsky), as rows x0, y0, x1, y1.
+def _clip_lines(x: FloatArray, y: FloatArray) -> FloatArray:
+    # Lines between consecutive points, clipped to the unit square by the algorithm of Liang and
+    # Barsky; a row per visible line: x0, y0, x1, y1.
     is_finite = np.isfinite(x) & np.isfinite(y)
     is_finite = is_finite[:-1] & is_finite[1:]
     x0, y0, x1, y1 = x[:-1][is_finite], y[:-1][is_finite], x[1:][is_finite], y[1:][is_finite]
     dx, dy = x1 - x0, y1 - y0
+    # Fractions of the line at which it enters and leaves the square.
     entering, leaving = np.zeros_like(x0), np.ones_like(x0)
     visible = np.ones(x0.size, dtype=bool)
     with np.errstate(divide="ignore", invalid="ignore"):
         for start, change in ((x0, dx), (y0, dy)):
-            enter, leave = (0.0 - start) / change, (1.0 - start) / change
+            at_low, at_high = (0.0 - start) / change, (1.0 - start) / change
+            first, last = np.minimum(at_low, at_high), np.maximum(at_low, at_high)
             constant = change == 0.0
             visible &= ~constant | ((start >= 0.0) & (start <= 1.0))
-            entering = np.where(constant, entering, np.maximum(entering, np.minimum(enter, leave)))
-            leaving = np.where(constant, leaving, np.minimum(leaving, np.maximum(enter, leave)))
+            entering = np.where(constant, entering, np.maximum(entering, first))
+            leaving = np.where(constant, leaving, np.minimum(leaving, last))
     visible &= entering <= leaving
     entering, leaving = entering[visible], leaving[visible]
     x0, y0, dx, dy = x0[visible], y0[visible], dx[visible], dy[visible]

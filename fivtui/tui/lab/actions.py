@@ -30,7 +30,7 @@ class LabActions(Screen[None]):
 
     @cached_property
     def files(self) -> "FileController":
-        """The controller that opens and saves files; imported on first use, which is slow."""
+        """The controller that opens and saves files; imported on first use, because it is slow."""
         from .file_control import FileController
 
         return FileController(cast("LabScreen", self))

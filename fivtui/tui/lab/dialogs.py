@@ -42,6 +42,7 @@ class PathDialog(ModalScreen[Path | None]):
         self._hint = hint
         self._check = check
         self._verb = verb
+        # The path of an existing file for which the dialog asks whether to overwrite it.
         self._text_to_overwrite = ""
 
     def compose(self) -> ComposeResult:
@@ -63,17 +64,18 @@ class PathDialog(ModalScreen[Path | None]):
     @on(Button.Pressed, "#save")
     async def _confirm(self) -> None:
         text = self.query_one("#path", Input).value.strip()
-        confirmed = bool(text) and self._text_to_overwrite == text
-        path = output_path(Path(text).expanduser(), force=confirmed)
-        error = await asyncio.to_thread(self._path_error, path) if text else "type a path"
+        if not text:
+            self._show_hint("type a path", self._verb, is_error=True)
+            return
+        may_overwrite = self._text_to_overwrite == text
+        path = output_path(Path(text).expanduser(), force=may_overwrite)
+        error = await asyncio.to_thread(self._path_error, path)
         if not self.is_current:
             return
         if not error:
             self.dismiss(path)
-        elif (
-            text
-            and not confirmed
-            and not await asyncio.to_thread(self._path_error, output_path(path, force=True))
+        elif not may_overwrite and not await asyncio.to_thread(
+            self._path_error, output_path(path, force=True)
         ):
             # The path is valid, but the file exists.
             self._text_to_overwrite = text

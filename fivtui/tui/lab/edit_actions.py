@@ -86,6 +86,7 @@ class EditActions(LabActions):
         session, form = self.session, self.query_one(Form)
         is_finite = session.belt_is_finite
         for name, spec in BELT_PARAMETERS.items():
+            # The other parameters of a belt of finite speed are optional.
             text = number_text(spec.default) if name == "v_belt" and not is_finite else ""
             session.set_text(name, text)
         session.close_step()
@@ -104,6 +105,7 @@ class EditActions(LabActions):
             self.post_message(RunsChanged())
 
     def _show_or_beep(self, changed: bool) -> None:
+        # Display the inputs after a change; beep if a key changed nothing.
         if changed:
             self.show_inputs()
         else:

@@ -1,4 +1,4 @@
-"""The key bar in the last line of the screen."""
+"""The key bar in the last line of the screen: the active keys and what they do."""
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
@@ -11,6 +11,7 @@ from textual.events import Click
 from textual.screen import Screen
 from textual.widget import Widget
 
+# Identifiers of the keys that come first.
 _ESSENTIAL_IDS: Final = ("run", "stop", "help", "next-tab")
 _KEY_STYLE: Final = "bold $footer-key-foreground"
 _TEXT_STYLE: Final = "$footer-description-foreground"
@@ -43,6 +44,7 @@ class KeyBar(Widget):
 
     def __init__(self) -> None:
         super().__init__()
+        # The displayed keys with their first columns.
         self._items: list[tuple[int, _Item]] = []
 
     def on_mount(self) -> None:
@@ -55,13 +57,17 @@ class KeyBar(Widget):
 
     def render(self) -> Content:
         """Essential keys, keys of the focused widget, others that fit, and the palette's key."""
-        active = self.screen.active_bindings
-        palette = active.get(self.app.COMMAND_PALETTE_BINDING)
-        palette_items = [] if palette is None else next(self._groups([palette]))
-        bindings = [entry for entry in active.values() if entry.binding.show]
+        active_bindings = self.screen.active_bindings
+        palette_binding = active_bindings.get(self.app.COMMAND_PALETTE_BINDING)
+        palette_items = [] if palette_binding is None else next(self._groups([palette_binding]))
+        bindings = [active for active in active_bindings.values() if active.binding.show]
         bindings.sort(key=self._priority)
-        essential = [entry for entry in bindings if self._priority(entry) <= len(_ESSENTIAL_IDS)]
-        if sum(map(_width, self._groups(essential))) + _width(palette_items) > self.size.width:
+        # The essential keys, and those of the focused widget.
+        first_bindings = [
+            active for active in bindings if self._priority(active) <= len(_ESSENTIAL_IDS)
+        ]
+        first_width = sum(map(_width, self._groups(first_bindings)))
+        if first_width + _width(palette_items) > self.size.width:
             palette_items = [replace(item, description="") for item in palette_items]
         width = self.size.width - _width(palette_items)
         items: list[_Item] = []
@@ -80,6 +86,7 @@ class KeyBar(Widget):
         )
 
     def _priority(self, active: ActiveBinding) -> int:
+        # Order of keys: essential ones, those of the focused widget, those of screen and app.
         if active.binding.id in _ESSENTIAL_IDS:
             return _ESSENTIAL_IDS.index(active.binding.id)
         return len(_ESSENTIAL_IDS) + (active.node in (self.screen, self.app))

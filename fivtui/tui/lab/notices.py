@@ -11,6 +11,7 @@ from textual.widget import Widget
 _MAX_LINES: Final = 3
 _DISPLAY_TIME_S: Final = 5.0
 _LEFT_EDGE: Final = "▌ "
+# Ends a message that is too long.
 _CUT_MARK: Final = "… (tab Log)"
 
 

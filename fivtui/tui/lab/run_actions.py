@@ -34,7 +34,7 @@ class RunActions(LabActions):
 
     def __init__(self, session: Session, *, show_welcome: bool) -> None:
         super().__init__(session, show_welcome=show_welcome)
-        # The FMU's scene to run next, and the native run to compare with it.
+        # To compare engines: the scene that an FMU computes next, then the finished native run.
         self._next_scene: Scene | None = None
         self._native_run: Run | None = None
 
@@ -50,9 +50,9 @@ class RunActions(LabActions):
         """Run the edited scene with the native solver, then with an FMU, and compare them."""
         with self.report_errors():
             edited_scene = self.session.scene()
-            native, self._next_scene = self.session.engine_pair()
+            native_scene, self._next_scene = self.session.engine_pair()
             self._native_run = None
-            self._start(native, edited_scene)
+            self._start(native_scene, edited_scene)
             self.action_show_tab("transient")
 
     def _start(self, scene: Scene, edited_scene: Scene | None = None) -> None:
@@ -109,11 +109,12 @@ class RunActions(LabActions):
             scene, self._next_scene, self._native_run = self._next_scene, None, run
             self._start(scene, run.edited_scene)
         elif self._native_run is not None:
-            native, self._native_run = self._native_run, None
-            if native.result is not None and run.result is not None and run.engine != NATIVE_ENGINE:
-                native.overlaid = True
-                self.session.runs.baseline = native
-                self.report(engine_difference_text(native.result, run.result))
+            native_run, self._native_run = self._native_run, None
+            native_result, result = native_run.result, run.result
+            if native_result is not None and result is not None and run.engine != NATIVE_ENGINE:
+                native_run.overlaid = True
+                self.session.runs.baseline = native_run
+                self.report(engine_difference_text(native_result, result))
 
     def add_run(self, path: Path, scene: Scene, result: Transient) -> None:
         """Add a run read from a file."""
@@ -124,6 +125,7 @@ class RunActions(LabActions):
         self.post_message(RunsChanged())
 
     def _report_deleted(self, runs_before: list[Run]) -> None:
+        # Report runs that were deleted because the list is full.
         for run in runs_before:
             if self.session.runs.find(run.number) is None:
                 reason = f"the list holds {MAX_RUNS} runs"
@@ -143,6 +145,7 @@ class RunActions(LabActions):
         self.post_message(RunsChanged())
 
     def _change_plots(self, action: str, run: Run) -> None:
+        # Actions that change how runs are plotted or compared.
         runs = self.session.runs
         if action == "overlay":
             run.overlaid = not run.overlaid

@@ -1,6 +1,7 @@
-"""The list of runs."""
+"""The list of runs: peaks, separations, and differences from the base scene and the baseline."""
 
 from collections.abc import Sequence
+from itertools import compress
 from typing import ClassVar, Final
 
 from rich.text import Text
@@ -20,10 +21,11 @@ from fivtui.tui.session import (
     changes,
     differences,
     percent_text,
-    quantity,
+    quantity_text,
 )
 from fivtui.tui.tabs import ListTable, RunActionRequested
 
+# Column of the difference to the baseline of the quantity in the column before it.
 _DIFFERENCE: Final = "Δ %"
 _COLUMNS: Final = (
     "run",
@@ -92,15 +94,13 @@ class RunsPane(Vertical):
         newest_first = list(reversed(list(runs)))
         self.border_subtitle = self.KEYS if newest_first else self.NO_RUNS
         # Without a baseline, omit the differences.
-        columns = [
-            column
-            for column, label in enumerate(_COLUMNS)
-            if label != _DIFFERENCE or runs.baseline is not None
-        ]
-        rows = {str(run.number): _cells(run, runs, live) for run in newest_first}
+        is_shown = [label != _DIFFERENCE or runs.baseline is not None for label in _COLUMNS]
         table.fill(
-            [_COLUMNS[column] for column in columns],
-            {key: [row[column] for column in columns] for key, row in rows.items()},
+            list(compress(_COLUMNS, is_shown)),
+            {
+                str(run.number): list(compress(_cells(run, runs, live), is_shown))
+                for run in newest_first
+            },
         )
         # Keep the cursor at its run, or in its row if the run was deleted.
         numbers = [run.number for run in newest_first]
@@ -129,7 +129,7 @@ def _plot_marks(runs: Runs, live: LiveCurve) -> list[str]:
 
 
 def _plot_mark(run: Run, runs: Runs, live: LiveCurve) -> str:
-    # The live curve and its ghost are plotted in place of the displayed run.
+    # How a run is plotted. The live curve and its ghost replace the displayed run.
     if run is runs.displayed and not live.visible:
         return "shown"
     if run.overlaid:
@@ -138,26 +138,27 @@ def _plot_mark(run: Run, runs: Runs, live: LiveCurve) -> str:
 
 
 def _cells(run: Run, runs: Runs, live: LiveCurve) -> Sequence[str | Text]:
+    # The cells of a run in the order of `_COLUMNS`.
     differing_fields = ", ".join(map(str, differences(run.scene, base_scene()))) or "none"
     name = Text.assemble((run.style.marker_sign, run.style.colour_code), f" {run.number}")
     description = run.source or differing_fields
     if run.result is None:
         return (name, "", run.engine, run.state.value, "", "", "", "", "", description)
-    result, changes_in_percent = run.result, ("", "")
+    result, peak_change, half_range_change = run.result, "", ""
     if runs.baseline is run:
-        changes_in_percent = ("base", "base")
+        peak_change = half_range_change = "base"
     elif runs.baseline is not None and runs.baseline.result is not None:
         by_label = {change.label: change for change in changes(result, runs.baseline.result)}
-        labels = ("peak |y|", HALF_RANGE_LABEL)
-        changes_in_percent = (percent_text(by_label[labels[0]]), percent_text(by_label[labels[1]]))
+        peak_change = percent_text(by_label["peak |y|"])
+        half_range_change = percent_text(by_label[HALF_RANGE_LABEL])
     return (
         name,
         _plot_mark(run, runs, live),
         run.engine,
-        quantity(result.peak.y_abs),
-        changes_in_percent[0],
-        quantity(result.steady.y_half_range),
-        changes_in_percent[1],
+        quantity_text(result.peak.y_abs),
+        peak_change,
+        quantity_text(result.steady.y_half_range),
+        half_range_change,
         str(result.events.separations),
         f"{100.0 * result.events.separated_time / result.t_end:.3g}",
         description,

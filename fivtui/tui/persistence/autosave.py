@@ -1,4 +1,7 @@
-"""Restores a session at the start and saves its changes. Imports no Textual."""
+"""Restores a session at the start and saves its changes. Imports no Textual.
+
+A slot is a numbered place for a session: its file, lock file and folder of results.
+"""
 
 import threading
 from contextlib import ExitStack
@@ -19,17 +22,19 @@ if TYPE_CHECKING:
 class Autosave:
     """Restores a session, locks it against other processes, and saves its changes.
 
-    `path` is the file of session 1; None saves nothing.
+    `path` is the file of session 1; None saves nothing. `save_error` says why the last save failed,
+    `notices` why sessions could not be restored.
     """
 
     def __init__(self, path: Path | None) -> None:
         self._first_path = path
         self._slot: Slot | None = None
         self._slot_lock: ExitStack | None = None
-        # File signature of a session that was read without a lock.
+        # Signature of the file of a session that was read without a lock.
         self._signature: tuple[int, int] | None = None
         self._saved_state: State | None = None
-        self._lock = threading.Lock()
+        # Held while the session is saved or closed.
+        self._save_lock = threading.Lock()
         self._store: ResultStore | None = None
         self.save_error = ""
         self.notices: list[str] = []
@@ -67,6 +72,7 @@ class Autosave:
             except InputError as error:
                 self.notices.append(str(error))
                 if self._slot.signature is None:
+                    # The damaged file was renamed.
                     return None
                 # Keep the file: another version of fivtui may read it.
                 unreadable.add(self._slot.number)
@@ -98,6 +104,7 @@ class Autosave:
         return state
 
     def _load_or_explain(self, slot: Slot) -> State | None:
+        # As `_load`; the error says where the files stay.
         try:
             return self._load(slot)
         except DamagedSession as error:
@@ -123,7 +130,7 @@ class Autosave:
 
     def save(self, state: State) -> None:
         """Save a state if it differs from the saved one."""
-        with self._lock:
+        with self._save_lock:
             if self._slot is not None and self.needs_save(state):
                 self._save(state, self._slot)
 
@@ -153,7 +160,7 @@ class Autosave:
 
     def close(self, state: State) -> None:
         """Save a state and unlock the session."""
-        with self._lock:
+        with self._save_lock:
             if self._slot is not None and (self.needs_save(state) or self.save_error):
                 self._save(state, self._slot)
             self._release()

@@ -25,7 +25,7 @@ _COLOURS: Final = (
     "panel",
 )
 _ENTRIES: Final = ("theme", "live", "keys", "themes")
-# Both actions have the key of the first: it starts a run or stops the active one.
+# Both actions have the key configured for the first: it starts a run or stops the active one.
 _RUN_ACTIONS: Final = ("run", "stop")
 
 
@@ -75,7 +75,9 @@ def load_config(path: Path | None, actions: Collection[str]) -> Config:
     }
     for name in keys:
         check_known("action", name, actions)
-    keys |= {name: keys[_RUN_ACTIONS[0]] for name in _RUN_ACTIONS if _RUN_ACTIONS[0] in keys}
+    run, stop = _RUN_ACTIONS
+    if run in keys:
+        keys[stop] = keys[run]
     themes = _read_table("themes", data)
     return Config(
         _read_text("theme", data.get("theme", "")),

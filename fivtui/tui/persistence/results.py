@@ -16,6 +16,7 @@ from .state_file import rename_damaged
 # Maximum size of a stored result, bytes, so that the start stays fast.
 _MAX_SIZE: Final = 20_000_000
 _RUN_KIND: Final = "run"
+# Name of a result file: kind of study without hyphens, and a random number.
 _RESULT_FILE: Final = re.compile(r"([a-z]+)-[0-9a-f]{16}\.\w+")
 
 
@@ -27,7 +28,8 @@ class _NotStored(InputError):
 class ResultStore:
     """A folder with the result files of a session, each written once.
 
-    Files that the session no longer uses are removed; unrelated files are never touched.
+    The key of a result is ``run-1`` and so on for runs, else the kind of study. Files that the
+    session no longer uses are removed; unrelated files are never touched.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -35,7 +37,7 @@ class ResultStore:
         self.write_error = ""
         # Names of the files that this session has written or refers to.
         self._own_files: set[str] = set()
-        # By key, the last stored result, which is compared by identity, and its file.
+        # The last stored result by key, compared by identity, and its file.
         self._written: dict[str, tuple[object, StoredResult]] = {}
 
     def register(self, results: Mapping[str, object]) -> None:
@@ -77,10 +79,10 @@ class ResultStore:
         return files, notes
 
     def _write(self, key: str, result: object) -> StoredResult:
-        kind, value, name, source = _study_parts(result, key)
+        kind, value, name, source = _kind_and_contents(result, key)
         storage = study(kind).stored
         if storage is None:
-            raise TypeError(f"{kind}: {type(value)}")
+            raise TypeError(f"{kind}: {type(value)} is not stored")
         if reason := storage.unfinished(value):
             raise _NotStored(reason)
         size = storage.size(value)
@@ -109,10 +111,10 @@ class ResultStore:
             reason = str(error).removeprefix(f"{path}: ")
             self._own_files.discard(stored.file)
             is_own = _is_result_file(stored.file)
-            renamed = f"; {rename_damaged(path)}" if rename and is_own and path.exists() else ""
+            phrase = f"; {rename_damaged(path)}" if rename and is_own and path.exists() else ""
             raise InputError(
                 f"the {key.replace('-', ' ') if kind == _RUN_KIND else key} of the last session "
-                f"could not be restored ({reason}){renamed}"
+                f"could not be restored ({reason}){phrase}"
             ) from None
         result = value if kind == _RUN_KIND else DisplayedStudy(value, stored.name, stored.source)
         self._written[key] = (result, stored)
@@ -137,7 +139,8 @@ def _study_kind(key: str) -> str:
     return _RUN_KIND if key.startswith(f"{_RUN_KIND}-") else key
 
 
-def _study_parts(result: object, key: str) -> tuple[str, Any, str, str]:
+def _kind_and_contents(result: object, key: str) -> tuple[str, Any, str, str]:
+    # Kind of study, result, name and source file.
     if isinstance(result, Run):
         return _RUN_KIND, result.result, "", ""
     if not isinstance(result, DisplayedStudy):

@@ -17,7 +17,7 @@ _LOCK_OWNER: Final = "another fivtui"
 
 @dataclass(frozen=True, slots=True)
 class Slot:
-    """Number of a session, from 1, and its file; results and lock file are beside it."""
+    """A numbered place for a session, from 1: its file; results and lock file are beside it."""
 
     number: int
     path: Path

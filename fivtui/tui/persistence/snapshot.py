@@ -23,8 +23,11 @@ def session_state(session: Session, theme: str) -> State:
             results[key] = run
         elif key in session.unread_results:
             results[key] = session.unread_results[key]
+    # Results of studies that are displayed replace those that are not read yet.
     results |= {
-        k: stored for k, stored in session.unread_results.items() if not k.startswith(_RUN_PREFIX)
+        key: stored
+        for key, stored in session.unread_results.items()
+        if not key.startswith(_RUN_PREFIX)
     }
     results |= session.studies
     return State(
@@ -48,6 +51,7 @@ def session_state(session: Session, theme: str) -> State:
 
 
 def _saved_run(run: Run) -> SavedRun:
+    # A run in progress will count as stopped.
     state = RunState.STOPPED if run.state is RunState.RUNNING else run.state
     return SavedRun(
         number=run.number,

@@ -1,4 +1,4 @@
-"""The session file. Imports no Textual."""
+"""The session file: the state of a session as JSON. Imports no Textual."""
 
 import json
 import math
@@ -17,8 +17,10 @@ from fivtui.scene import over_time_to_dict, parse_over_time, scene_from_dict, sc
 from fivtui.studies import STUDIES
 from fivtui.tui.session import FIELDS, EditState, RunState, StoredResult
 
+# Version of the format, and its key in the file.
 STATE_VERSION: Final = 2
 _VERSION_KEY: Final = "fivtui_session"
+# Limit of the number appended to the name of a damaged file.
 _MAX_DAMAGED: Final = 100
 
 
@@ -63,8 +65,10 @@ class State:
         Paths of recent scene files.
     tab, theme : str
         Names of the displayed tab and of the theme; unknown names are ignored.
-    settings, views : mapping of str to object
-        Texts of input bars and views of plots by tab; views without cursors.
+    settings : mapping of str to mapping
+        Stored settings, such as texts of inputs, by tab and key.
+    views : mapping of str to View
+        Visible parts of the charts by identifier, without cursors.
     runs : SavedRuns
         The runs.
     results : mapping of str to object

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
         Attractors,
         attractor_rows,
         late_separation_warning,
-        quantity,
+        quantity_text,
         result_summary,
         stability_summary,
         verdict_kind,

@@ -11,13 +11,16 @@ from fivtui.studies import build_command
 
 from .scene_differences import base_scene, differences
 
-# Settings that error targets replace.
+# Settings that a scene with error targets (`accuracy`) ignores.
 _SET_BY_ACCURACY: Final = ("tol", "step")
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class Origin:
-    """A scene and how the command line names it: preset, file, or empty for the base scene."""
+    """A scene, and the preset or file that names it on the command line, empty for the base scene.
+
+    Options are added for what differs from this scene.
+    """
 
     scene: Scene
     source: str
@@ -34,10 +37,10 @@ def _run_arguments(scene: Scene, origin: Origin, command: Command) -> list[str]:
 
 
 def _fields_without_option(scene: Scene, base: Scene, command: Command) -> list[str]:
-    # Differing fields that no option sets: most commands accept no tables over time, and no option
-    # switches separation on or removes error targets.
-    required = {"over_time": (), **command.needed}
-    fields = [name for name, value in required.items() if getattr(base, name) != value]
+    # Fields in which `base` differs from `scene` and that no option sets. Most commands accept no
+    # tables over time, and no option switches separation on or removes error targets.
+    required_values = {"over_time": (), **command.needed}
+    fields = [name for name, value in required_values.items() if getattr(base, name) != value]
     if "separation" in command.settable and scene.separation and not base.separation:
         fields.append("separation")
     if "accuracy" in command.settable and not scene.accuracy and base.accuracy:
@@ -53,6 +56,7 @@ def study_command(kind: str, study: Any, origin: Origin) -> str:
     """
     command = build_command(kind, study)
     scene = dataclasses.replace(base_scene(), **command.scene)
+    # Start from the origin if options can express the differences, else from the base scene.
     base = origin
     if not origin.source or _fields_without_option(scene, origin.scene, command):
         base = Origin(base_scene(), "")

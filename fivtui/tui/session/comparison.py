@@ -9,9 +9,10 @@ import numpy as np
 from fivtui.results import Row
 from fivtui.transient import Transient
 
-from .report import HALF_RANGE_LABEL, quantity
+from .report import HALF_RANGE_LABEL, quantity_text
 from .runs import engine_of
 
+# Label, unit and value of the compared quantities.
 _QUANTITIES: Final[tuple[tuple[str, str, Callable[[Transient], float]], ...]] = (
     ("peak |y|", "m", lambda run: run.peak.y_abs),
     ("peak |x|", "m", lambda run: run.peak.x_abs),
@@ -67,24 +68,24 @@ def change_rows(run: Transient, baseline: Transient) -> list[Row]:
         percent = change.percent
         percent_suffix = f" ({percent:+.3g} %)" if percent else ""
         sign = "+" if change.difference > 0.0 else ""
-        value = f"{sign}{quantity(change.difference, change.unit)}"
-        note = f"from {quantity(change.baseline, change.unit)}{percent_suffix}"
+        value = f"{sign}{quantity_text(change.difference, change.unit)}"
+        note = f"from {quantity_text(change.baseline, change.unit)}{percent_suffix}"
         rows.append(Row(change.label, value, note))
     return rows
 
 
 def engine_difference_text(native: Transient, fmu: Transient) -> str:
     """Describe the differences between the FMU's and the native result of a scene."""
-    final_states = [
-        (getattr(native.final, name), getattr(fmu.final, name)) for name in ("x", "vx", "y", "vy")
-    ]
-    state_difference = max(abs(a - b) for a, b in final_states)
+    state_difference = max(
+        abs(getattr(native.final, name) - getattr(fmu.final, name))
+        for name in ("x", "vx", "y", "vy")
+    )
     peak_difference = abs(native.peak.y_abs - fmu.peak.y_abs)
     text = f"{engine_of(fmu.method)} against {native.method}: "
     text += f"final state {state_difference:.2g} (m, m/s), peak |y| {peak_difference:.2g} m"
-    curve, fmu_curve = native.trajectory, fmu.trajectory
-    if curve is not None and fmu_curve is not None and np.array_equal(curve.t, fmu_curve.t):
-        text += f", y at any time {float(np.abs(curve.y - fmu_curve.y).max()):.2g} m"
+    motion, fmu_motion = native.trajectory, fmu.trajectory
+    if motion is not None and fmu_motion is not None and np.array_equal(motion.t, fmu_motion.t):
+        text += f", y at any time {float(np.abs(motion.y - fmu_motion.y).max()):.2g} m"
     counts_equal = native.events.separations == fmu.events.separations
     counts = f"{native.events.separations} and {fmu.events.separations}"
     return f"{text}, separations {'equal' if counts_equal else counts}"

@@ -75,7 +75,8 @@ class Editing:
         self._step_kind = ""
 
     def _begin_step(self, kind: str = "") -> None:
-        # Record the state before an edit; an edit without a kind is a separate step.
+        # Record the state before an edit, unless the previous edit is of the same kind. An edit
+        # without a kind is always a separate step.
         self._redo_steps.clear()
         if not kind or kind != self._step_kind:
             self._undo_steps.append(self.edit_state)
@@ -101,6 +102,7 @@ class Editing:
         return self._move(self._redo_steps, self._undo_steps)
 
     def _move(self, source: list[EditState | Action], target: list[EditState | Action]) -> bool:
+        # Move the last step from `source` to `target`, and apply it.
         self.close_step()
         if not source:
             return False

@@ -1,4 +1,4 @@
-"""The fields of the form as data. Imports no Textual."""
+"""The fields of the form as data, made from parameters and settings. Imports no Textual."""
 
 import dataclasses
 import re
@@ -16,13 +16,13 @@ from .equations import equations_with, symbol_of
 
 # Integration step from which the arrow keys start if the field is empty, s.
 _INITIAL_STEP: Final = 0.001
-# A comma with a blank after it separates the values of a start; others are decimal commas.
+# In a start state, a comma with a blank after it separates values; others are decimal commas.
 _START_SEPARATOR: Final = re.compile(r"(,\s+)")
 _START_SIZE: Final = 4
 # A decimal comma in an error target such as ``y=0,01``.
 _COMMA_IN_TARGET: Final = re.compile(r"(=\s*[0-9]*),(?=[0-9])")
 
-# Arguments: value, direction (+1 or -1), fine or not. Returns the new value.
+# A function of a value, a direction (+1 or -1) and whether to step finely, to the next value.
 StepRule = Callable[[float, int, bool], float]
 
 
@@ -35,10 +35,11 @@ def digit_step(default: float) -> StepRule:
 
     def step(value: float, direction: int, fine: bool) -> float:
         number = Decimal(repr(value))
-        size = number or Decimal(repr(default)) or Decimal(1)
-        exponent = size.adjusted()
-        towards_zero = number != 0 and (direction > 0) != (number > 0)
-        if towards_zero and abs(number) == Decimal(1).scaleb(exponent):
+        # Exponent of the first significant digit.
+        exponent = (number or Decimal(repr(default)) or Decimal(1)).adjusted()
+        is_towards_zero = number != 0 and (direction > 0) != (number > 0)
+        if is_towards_zero and abs(number) == Decimal(1).scaleb(exponent):
+            # A power of ten: the next number towards zero has one digit less.
             exponent -= 1
         return float(number + direction * Decimal(1).scaleb(exponent - (2 if fine else 1)))
 
@@ -52,7 +53,29 @@ def decade_step(value: float, direction: int, _fine: bool) -> float:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FormField:
-    """A text field of the form; `respell` writes a typed text with decimal points."""
+    """A text field of the form, for a parameter or a setting of the run.
+
+    Attributes
+    ----------
+    name, symbol, unit, meaning : str
+        Name of the parameter or setting, and its descriptions.
+    group : str
+        Heading above the field.
+    allowed, default, when_empty : str
+        Allowed values, default value, and meaning of an empty text.
+    check : callable
+        Converts a text to a value; raises `InputError` if it is invalid.
+    text_of : callable
+        Returns the text for a scene.
+    respell : callable
+        Writes a typed text with decimal points.
+    step_rule : callable, optional
+        Changes a number by a step.
+    choices : mapping of str to str, optional
+        The allowed texts and their meanings.
+    details : tuple of (label, text)
+        Further rows of help.
+    """
 
     name: str
     group: str
@@ -70,6 +93,7 @@ class FormField:
     details: tuple[tuple[str, str], ...] = ()
 
 
+# Help on the optional parameters, those of a belt of finite speed: the modes of sliding.
 _MODE_ROWS: Final = tuple(
     (mode.name.lower(), f"{row.meaning}; friction {row.friction}") for mode, row in MODES.items()
 )

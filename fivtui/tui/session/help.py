@@ -7,6 +7,7 @@ from fivtui.results import Row
 from .equations import EQUATIONS
 from .fields import FormField
 
+# Keys and what they do.
 HINTS: Final = (
     Row("Tab, Shift+Tab", "next and previous field, button, plot"),
     Row("↑ ↓", "in a number: increase or decrease by a step; with Shift: by a tenth of it"),
@@ -36,9 +37,11 @@ WELCOME: Final = (
 
 
 def general_help() -> list[Row]:
-    """Hints that the list of keys does not give, and the equations."""
-    model = [Row(f"Eq. {e.number}", e.text, e.subject) for e in EQUATIONS]
-    return [*HINTS, Row("", ""), *model]
+    """Rows of hints that the list of keys does not give, and of the equations."""
+    equations = [
+        Row(f"Eq. {equation.number}", equation.text, equation.subject) for equation in EQUATIONS
+    ]
+    return [*HINTS, Row("", ""), *equations]
 
 
 def field_help(field: FormField) -> list[Row]:

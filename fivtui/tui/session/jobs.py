@@ -16,9 +16,9 @@ T = TypeVar("T")
 
 # Maximum time for which a computing thread waits for the response to a key, s.
 _RESPONSE_TIME_S: Final = 0.06
+_POLL_INTERVAL_S: Final = 0.005
 # Time after which the names of unfinished files are displayed at the exit, s.
 _REPORT_DELAY_S: Final = 0.2
-_POLL_INTERVAL_S: Final = 0.005
 
 
 class ScreenPriority:
@@ -28,20 +28,21 @@ class ScreenPriority:
     """
 
     def __init__(self) -> None:
-        self._until = 0.0
+        # End of the pause by the monotonic clock, s.
+        self._pause_end = 0.0
 
     def claim(self) -> None:
         """Pause computing threads after a key press."""
-        self._until = time.monotonic() + _RESPONSE_TIME_S
+        self._pause_end = time.monotonic() + _RESPONSE_TIME_S
 
     def release(self) -> None:
         """End the pause, because the response to the key is displayed."""
-        self._until = 0.0
+        self._pause_end = 0.0
 
     @property
     def claimed(self) -> bool:
-        """Whether the screen is responding to a key."""
-        return time.monotonic() < self._until
+        """Whether computing threads pause, because the screen is responding to a key."""
+        return time.monotonic() < self._pause_end
 
     def yield_to_screen(self) -> None:
         """Wait until the screen has responded; computing threads call it between units of work.
@@ -49,7 +50,7 @@ class ScreenPriority:
         Further keys do not extend the wait.
         """
         deadline = time.monotonic() + _RESPONSE_TIME_S
-        while time.monotonic() < min(self._until, deadline):
+        while time.monotonic() < min(self._pause_end, deadline):
             time.sleep(_POLL_INTERVAL_S)
 
 
@@ -57,7 +58,7 @@ SCREEN_PRIORITY: Final = ScreenPriority()
 
 
 class FileWrites:
-    """The files that threads are writing; the program waits for them before it exits."""
+    """Registers the files that threads are writing, so that the program waits for them."""
 
     def __init__(self) -> None:
         self._names: list[str] = []
@@ -100,6 +101,7 @@ class ComputingThreads(ThreadPoolExecutor):
 
         def run() -> None:
             if not future.set_running_or_notify_cancel():
+                # The future was cancelled before the thread began.
                 return
             try:
                 result = fn(*args, **kwargs)
@@ -136,7 +138,7 @@ def duration_text(seconds: float) -> str:
 
 @dataclass(eq=False, slots=True, kw_only=True)
 class Job:
-    """A computation in progress; `fraction` (0 to 1) is written by the computing thread."""
+    """A computation in a thread; its completed fraction (0 to 1) is written by that thread."""
 
     fraction: float = 0.0
     _start_time: float = field(default_factory=time.monotonic)
@@ -195,7 +197,7 @@ class Outcome(Generic[Value]):
 
 
 def compute_outcome(compute: Callable[[], Value]) -> Outcome[Value]:
-    """Call a function; return its result, or its error if that is an expected one."""
+    """Call a function; the outcome is its result, or its error if that is an expected one."""
     try:
         return Outcome(compute())
     except Cancelled:

@@ -1,4 +1,7 @@
-"""The live curve: a temporary run of the edited scene. Imports no Textual."""
+"""The live curve: a run of the edited scene that is not kept. Imports no Textual.
+
+Its ghost is the curve before the last edit, for comparison.
+"""
 
 from collections.abc import Hashable
 from dataclasses import dataclass
@@ -11,13 +14,13 @@ from fivtui.transient import METHODS, Transient
 from .jobs import Job, Outcome, compute_outcome, duration_text
 from .runs import sample_times
 
-# Longest run that follows every edit, and longest run that follows a pause of the edits, s.
+# Longest duration of a run that follows every edit, and of one that follows a pause, s.
 MAX_IMMEDIATE_S: Final = 0.1
 MAX_LIVE_S: Final = 15.0
 _FASTEST_METHOD: Final = next(iter(METHODS))
-# The first report of progress ends the setup if it is below this limit.
-_SETUP_END: Final = 0.2
-# Least progress from which a duration is extrapolated.
+# A first report of less progress than this marks the end of the setup, such as loading libraries.
+_MAX_FIRST_PROGRESS: Final = 0.2
+# Least progress from which the duration of a run is extrapolated.
 _MIN_PROGRESS: Final = 0.01
 
 
@@ -31,7 +34,10 @@ class Pace(Enum):
 
 @dataclass(eq=False, slots=True, kw_only=True)
 class LiveJob(Job):
-    """A run for the live curve; it stops after `MAX_LIVE_S`."""
+    """A run for the live curve; it stops after `MAX_LIVE_S`.
+
+    `setup_time` precedes the first progress, `duration` is measured at the end, both in s.
+    """
 
     scene: Scene
     pace: Pace
@@ -40,7 +46,7 @@ class LiveJob(Job):
 
     def report(self, fraction: float) -> bool:
         """As `Job.report`. Returns False also after `MAX_LIVE_S`."""
-        if not self.setup_time and fraction < _SETUP_END:
+        if not self.setup_time and fraction < _MAX_FIRST_PROGRESS:
             self.setup_time = self.elapsed
         return Job.report(self, fraction) and self.elapsed - self.setup_time < MAX_LIVE_S
 
@@ -137,6 +143,7 @@ def execute_live(job: LiveJob) -> Outcome[Transient]:
 
 
 def _scene_kind(scene: Scene) -> Hashable:
+    # What the computing time per simulated second depends on most.
     finite_belt = scene.parameters.v_belt is not None
     return scene.method, scene.separation, bool(scene.accuracy), finite_belt, bool(scene.over_time)
 

@@ -1,4 +1,8 @@
-"""Stability verdicts and results of runs as texts and rows. Imports no Textual."""
+"""Stability verdicts and results of runs as texts and rows. Imports no Textual.
+
+An attractor is a motion to which the slider tends: the equilibrium or a limit cycle. Below the safe
+μ no disturbance was found to lead to vibration.
+"""
 
 import math
 from dataclasses import dataclass
@@ -17,14 +21,28 @@ SEARCHING_TEXT: Final = "searching for limit cycles…"
 
 @dataclass(frozen=True, slots=True)
 class Attractors:
-    """Attractors besides the equilibrium, or the state of the search for them."""
+    """Attractors besides the equilibrium, or the state of the search for them.
+
+    Attributes
+    ----------
+    text, note : str
+        What coexists with a stable equilibrium, and a warning; empty if it is unstable.
+    coexists : bool
+        Whether another attractor was found beside a stable equilibrium.
+    searched : bool
+        Whether the search for limit cycles has ended.
+    safe : SafeFriction or None
+        The safe μ with its basis, if it was found.
+    complete : bool
+        Whether the search for the safe μ has ended, too.
+    """
 
     text: str = SEARCHING_TEXT
     note: str = ""
     coexists: bool = False
-    searched: bool = False  # the search for limit cycles has ended
+    searched: bool = False
     safe: "SafeFriction | None" = None
-    complete: bool = False  # the search for safe μ has ended, too
+    complete: bool = False
 
 
 def attractor_rows(attractors: Attractors) -> list[Row]:
@@ -36,7 +54,7 @@ def attractor_rows(attractors: Attractors) -> list[Row]:
     return rows
 
 
-def quantity(value: float, unit: str = "") -> str:
+def quantity_text(value: float, unit: str = "") -> str:
     """A number with four digits and its unit, such as ``2070 N``."""
     text = f"{value:#.4g}".removesuffix(".") if value else "0"
     return f"{text} {unit}".rstrip()
@@ -60,76 +78,86 @@ def _distinct_eigenvalues(result: Stability) -> list[complex]:
     return [complex(value) for value in result.eigenvalues if value.imag >= 0.0]
 
 
-def _mode_text(value: complex) -> str:
-    rate = f"{value.real:+.3g} 1/s"
-    if value.imag == 0.0:
-        return f"aperiodic {rate}"
-    return f"{value.imag / math.tau:.4g} Hz {rate}"
+def _mode_text(eigenvalue: complex) -> str:
+    # Frequency and growth rate of a vibration mode.
+    growth_rate = f"{eigenvalue.real:+.3g} 1/s"
+    if eigenvalue.imag == 0.0:
+        return f"aperiodic {growth_rate}"
+    return f"{eigenvalue.imag / math.tau:.4g} Hz {growth_rate}"
 
 
 def _limit_cycle_text(attractors: Attractors) -> str:
     # The limit cycle around an unstable equilibrium.
     if attractors.safe is None or not attractors.safe.coexisting:
         return ""
-    return f"; a limit cycle attracts: ±{quantity(attractors.safe.coexisting[-1].half_range, 'm')}"
+    half_range = attractors.safe.coexisting[-1].half_range
+    return f"; a limit cycle attracts: ±{quantity_text(half_range, 'm')}"
 
 
 def _safe_mu_text(attractors: Attractors | None) -> str:
-    if attractors is None or attractors.safe is None:
+    # Follows the critical μ.
+    safe = None if attractors is None else attractors.safe
+    if safe is None:
         return ""
-    if attractors.safe.unknown_above is not None:
-        above = attractors.safe.unknown_above
-        return f" · safe μ not known{f' above {above:.4g}' if above else ''}"
-    if attractors.safe.safe_mu is None:
+    if safe.unknown_above is not None:
+        limit = f" above {safe.unknown_above:.4g}" if safe.unknown_above else ""
+        return f" · safe μ not known{limit}"
+    if safe.safe_mu is None:
         return ""
-    if not attractors.safe.others:
+    if not safe.others:
         return " · no cycle found below it"
-    return f" · safe below {attractors.safe.safe_mu:.4g}"
+    return f" · safe below {safe.safe_mu:.4g}"
 
 
 def stability_summary(result: Stability, attractors: Attractors | None = None) -> list[str]:
     """The verdict in a few lines, the most important first."""
-    point, margin = result.equilibrium, margin_text(result)
-    leading = max(_distinct_eigenvalues(result), key=lambda value: value.real)
+    eigenvalues = _distinct_eigenvalues(result)
+    leading = max(eigenvalues, key=lambda value: value.real)
     frequency = f", {leading.imag / math.tau:.4g} Hz" if leading.imag else ""
     growth = f"growth rate {result.growth_rate:+.4g} 1/s{frequency}"
-    headline = [f"{verdict(result)}: {growth}"]
+    first_lines = [f"{verdict(result)}: {growth}"]
     if attractors is not None and not attractors.text:
-        headline = [f"{headline[0]}{_limit_cycle_text(attractors)}"]
+        first_lines = [f"{first_lines[0]}{_limit_cycle_text(attractors)}"]
     elif attractors is not None:
         conjunction = ", but" if attractors.coexists else ","
-        headline = [f"{verdict(result)}{conjunction} {attractors.text}", growth]
+        first_lines = [f"{verdict(result)}{conjunction} {attractors.text}", growth]
+    critical_mu, margin = critical_mu_text(result, 4), margin_text(result)
+    point = result.equilibrium
     return [
-        *headline,
-        f"μ_c {critical_mu_text(result, 4)}{margin and ', '}{margin}{_safe_mu_text(attractors)}",
-        f"x_e {quantity(point.x, 'm')}  y_e {quantity(point.y, 'm')}  P_e {quantity(point.P, 'N')}",
-        "modes " + " · ".join(_mode_text(value) for value in _distinct_eigenvalues(result)),
+        *first_lines,
+        f"μ_c {critical_mu}{margin and ', '}{margin}{_safe_mu_text(attractors)}",
+        f"x_e {quantity_text(point.x, 'm')}  y_e {quantity_text(point.y, 'm')}  "
+        f"P_e {quantity_text(point.P, 'N')}",
+        "modes " + " · ".join(map(_mode_text, eigenvalues)),
     ]
 
 
 def result_summary(run: Transient) -> list[str]:
     """The result of a run in a few short lines, the most important first."""
     peak, force, later = run.peak, run.contact_force, later_amplitude(run)
-    settling_lines = []
+    half_range = quantity_text(run.steady.y_half_range, "m")
+    unsettled, last_lines = "", []
     if later is not None:
-        amplitude = quantity(later.y_half_range, "m")
-        settling_lines = [f"not settled: ±{amplitude} {later.after:.3g} s after the end"]
+        # A continuation of the run reaches another amplitude.
+        amplitude = quantity_text(later.y_half_range, "m")
+        unsettled = " unsettled"
+        last_lines = [f"not settled: ±{amplitude} {later.after:.3g} s after the end"]
     return [
-        f"peak |y| {quantity(peak.y_abs, 'm')} · 2nd half ±{quantity(run.steady.y_half_range, 'm')}"
-        f"{' unsettled' if settling_lines else ''}",
+        f"peak |y| {quantity_text(peak.y_abs, 'm')} · 2nd half ±{half_range}{unsettled}",
         _separation_text(run),
-        f"P {quantity(force.min)} to {quantity(force.max, 'N')} · peak |x| "
-        f"{quantity(peak.x_abs, 'm')}",
+        f"P {quantity_text(force.min)} to {quantity_text(force.max, 'N')} · peak |x| "
+        f"{quantity_text(peak.x_abs, 'm')}",
         _belt_text(run),
-        *settling_lines,
+        *last_lines,
     ]
 
 
 def _belt_text(run: Transient) -> str:
+    # Sticks on a belt of finite speed; else the belt speed above which the slider never sticks.
     if run.parameters.v_belt is None:
-        return f"valid for belts faster than {quantity(run.peak.vx_max, 'm/s')}"
+        return f"valid for belts faster than {quantity_text(run.peak.vx_max, 'm/s')}"
     share = run.events.stick_time / run.t_end
-    return f"{run.events.sticks} sticks · {quantity(run.events.stick_time, 's')} ({share:.1%})"
+    return f"{run.events.sticks} sticks · {quantity_text(run.events.stick_time, 's')} ({share:.1%})"
 
 
 def _separation_text(run: Transient) -> str:
@@ -141,7 +169,7 @@ def _separation_text(run: Transient) -> str:
     noun = "separation" if run.events.separations == 1 else "separations"
     return (
         f"{run.events.separations} {noun} · off belt "
-        f"{quantity(run.events.separated_time, 's')} ({share:.3g} %)"
+        f"{quantity_text(run.events.separated_time, 's')} ({share:.3g} %)"
     )
 
 
@@ -149,5 +177,7 @@ def late_separation_warning(run: Transient, result: Stability) -> str:
     """A warning if a run still separates although the equilibrium is stable; else empty."""
     last_separation = run.events.last
     if result.stable and last_separation is not None and last_separation > 0.5 * run.t_end:
-        return f"stable equilibrium, but still separating at t = {quantity(last_separation, 's')}"
+        return (
+            f"stable equilibrium, but still separating at t = {quantity_text(last_separation, 's')}"
+        )
     return ""

@@ -1,4 +1,7 @@
-"""The runs of a session. Imports no Textual."""
+"""The runs of a session. Imports no Textual.
+
+The plots show the displayed run and the overlaid runs; numbers are compared with the baseline.
+"""
 
 import math
 from collections.abc import Iterable, Iterator
@@ -17,6 +20,7 @@ from fivtui.transient import FMU_FLAVOURS, Trajectory, Transient, uses_step
 
 from .jobs import Job, Outcome, compute_outcome
 
+# Maximum number of runs in the list.
 MAX_RUNS: Final = 20
 # Displayed name of the native engine, and of the engines of methods that run an FMU.
 NATIVE_ENGINE: Final = "native"
@@ -24,10 +28,11 @@ FMU_ENGINES: Final = {
     method: f"{flavour.capitalize() if flavour == 'python' else flavour} FMU"
     for method, flavour in FMU_FLAVOURS.items()
 }
-# Number of samples per shortest natural period, and limits of the number per run.
+# Number of samples per shortest natural period, and limits of their number per run.
 _SAMPLES_PER_PERIOD: Final = 64
 _MIN_SAMPLES: Final = 1000
 _MAX_SAMPLES: Final = 250_000
+# Characters that mark the runs.
 MARKERS: Final = "●■▲◆▼★"
 
 
@@ -78,9 +83,10 @@ class PartialTrajectory:
 
     def __init__(self) -> None:
         self._parts: list[Trajectory] = []
+        # The trajectory that was read last, the list it was joined from, and its number of parts.
+        self._joined: Trajectory | None = None
         self._joined_parts: list[Trajectory] | None = None
         self._joined_count = 0
-        self._joined: Trajectory | None = None
 
     def append(self, part: Trajectory) -> None:
         """Append a part; a part that overlaps the last one starts a new trajectory."""
@@ -90,20 +96,45 @@ class PartialTrajectory:
 
     def trajectory(self) -> Trajectory | None:
         """The trajectory so far; None before the first part."""
+        # The computing thread may replace the list meanwhile.
         parts = self._parts
         if parts is not self._joined_parts:
             self._joined_parts, self._joined_count, self._joined = parts, 0, None
-        new = parts[self._joined_count :]
-        if new:
-            previous = [] if self._joined is None else [self._joined]
-            self._joined = Trajectory.joined([*previous, *new])
-            self._joined_count += len(new)
+        new_parts = parts[self._joined_count :]
+        if new_parts:
+            joined = [] if self._joined is None else [self._joined]
+            self._joined = Trajectory.joined([*joined, *new_parts])
+            self._joined_count += len(new_parts)
         return self._joined
 
 
 @dataclass(eq=False, slots=True)
 class Run(Job):
-    """A transient of a session; `edited_scene` is the form's if it is not `scene`."""
+    """A transient of a session.
+
+    Attributes
+    ----------
+    number : int
+        Number of the run, from 1.
+    scene : Scene
+        The scene that is computed.
+    state : RunState
+        Whether it is running, and how it ended.
+    result : Transient or None
+        The result.
+    message : str
+        Error message of a failed run.
+    edited_scene : Scene or None
+        The scene of the form if another engine computes it.
+    source : str
+        The file from which the run was read, or empty.
+    overlaid : bool
+        Whether the run is plotted beside the displayed one.
+    style : RunStyle
+        Colour and marker in plots and lists.
+    partial : PartialTrajectory
+        The trajectory so far.
+    """
 
     number: int
     scene: Scene
@@ -125,7 +156,7 @@ class Run(Job):
         return "file" if self.source else engine_of(self.scene.method)
 
     def report(self, fraction: float) -> bool:
-        """As `Job.report`; progress starts again for a second run that verifies the accuracy."""
+        """As `Job.report`; progress starts again when a second run verifies the accuracy."""
         self.fraction = min(self.fraction, fraction)
         return Job.report(self, fraction)
 
@@ -153,7 +184,7 @@ def sample_interval(scene: Scene) -> Fraction:
         y = equilibrium(scene.system).y
     except ComputationError:
         y = 0.0
-    # 1 / `time_scale` is an upper bound of the natural frequencies: all springs act on one mass.
+    # 1 / `time_scale` is an upper bound of the natural angular frequencies.
     max_interval = math.tau * time_scale(parameters, y) / _SAMPLES_PER_PERIOD
     interval = _round_interval(min(max_interval, scene.t_end / _MIN_SAMPLES), up=False)
     min_interval = scene.t_end / _MAX_SAMPLES
@@ -170,11 +201,12 @@ def sample_times(scene: Scene) -> NDArray[np.float64]:
 
 
 def _round_interval(value: float, *, up: bool) -> Fraction:
+    # Round to 1, 2 or 5 times a power of ten.
     decade = Fraction(10) ** math.floor(math.log10(value))
-    candidates = [decade * digit for digit in (Fraction(1, 2), 1, 2, 5, 10, 20)]
+    intervals = [decade * digit for digit in (Fraction(1, 2), 1, 2, 5, 10, 20)]
     if up:
-        return min(c for c in candidates if c >= value)
-    return max(c for c in candidates if c <= value)
+        return min(interval for interval in intervals if interval >= value)
+    return max(interval for interval in intervals if interval <= value)
 
 
 def execute(run: Run) -> Outcome[Transient]:
@@ -237,9 +269,11 @@ class Runs:
         run = Run(self._count, scene)
         self._runs.append(run)
         while len(self._runs) > MAX_RUNS:
-            protected = (self.displayed, self.baseline, self.active, run)
-            removable = [old for old in self._runs if old not in protected]
-            self.remove(next((old for old in removable if old.state in _NO_RESULT), removable[0]))
+            # Remove the oldest run without a result, or else the oldest.
+            used_runs = (self.displayed, self.baseline, self.active, run)
+            unused = [old_run for old_run in self._runs if old_run not in used_runs]
+            without_result = [old_run for old_run in unused if old_run.state in _NO_RESULT]
+            self.remove([*without_result, *unused][0])
         return run
 
     def add_loaded(self, scene: Scene, result: Transient, source: str) -> Run:

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from .command_lines import Origin
 
 MAX_RECENT: Final = 10
-# Key and values of the stored setting of the live curve.
+# Group and key of the stored setting of the live curve, and its values.
 _LIVE: Final = "live"
 _ON: Final = "on"
 _OFF: Final = "off"
@@ -44,7 +44,7 @@ T = TypeVar("T")
 
 @dataclass(frozen=True, slots=True, eq=False)
 class DisplayedStudy(Generic[T]):
-    """A displayed result, the name of its scene or file, and the file that it was read from."""
+    """A displayed result, the name of its scene or file, and its `source` file if it was read."""
 
     value: T
     name: str
@@ -63,7 +63,7 @@ def check_drawable(study: "Study") -> None:
 
 @dataclass(frozen=True, slots=True)
 class StoredResult:
-    """The file of a stored result; `name` and `source` are those of `DisplayedStudy`."""
+    """The file of a result in a saved session; `name` and `source` are as in `DisplayedStudy`."""
 
     file: str
     name: str = ""
@@ -82,8 +82,11 @@ class Session(Editing):
         self.tab = ""
         # Displayed results by kind of study; a sweep may be incomplete.
         self.studies: dict[str, DisplayedStudy[Any]] = {}
+        # Stored settings of the tabs, by tab and key.
         self.settings: dict[str, dict[str, str]] = {}
+        # Visible parts of the charts, by the identifiers of their widgets.
         self.views: dict[str, View] = {}
+        # Results of the saved session that are not read yet, by run or kind of study.
         self.unread_results: dict[str, StoredResult] = {}
         self.attractors: Attractors | None = None
         # Last native and last FMU method, for `switch_engine` and `engine_pair`.
@@ -102,9 +105,8 @@ class Session(Editing):
 
     def add_recent(self, path: str) -> None:
         """Add a scene file to the recent files, as the first."""
-        other_paths = [
-            source for source in self.recent if Path(source).absolute() != Path(path).absolute()
-        ]
+        absolute_path = Path(path).absolute()
+        other_paths = [other for other in self.recent if Path(other).absolute() != absolute_path]
         self.recent = (path, *other_paths)[:MAX_RECENT]
 
     def field_error(self, name: str) -> str:
@@ -149,7 +151,10 @@ class Session(Editing):
         return {name: message for name, message in messages.items() if message}
 
     def step_field(self, name: str, direction: int, *, fine: bool = False) -> bool:
-        """Change a number by a step, or a tenth of it if `fine`. Returns False if not allowed."""
+        """Change a number by a step up (+1) or down (-1), or by a tenth of it if `fine`.
+
+        Returns False if the field is no number, or if the new number is not allowed.
+        """
         field = FIELDS[name]
         if field.step_rule is None:
             return False
@@ -185,10 +190,8 @@ class Session(Editing):
         self.close_step()
 
     def _next_method(self) -> str:
-        fmus, method = list(FMU_ENGINES), self.texts["method"]
-        if method not in fmus:
-            return fmus[0]
-        return (*fmus, self._native_method)[fmus.index(method) + 1]
+        methods, method = [*FMU_ENGINES, self._native_method], self.texts["method"]
+        return methods[methods.index(method) + 1] if method in FMU_ENGINES else methods[0]
 
     def engine_pair(self) -> tuple[Scene, Scene]:
         """The edited scene for the native solver, and for its own or the last used FMU.
@@ -235,9 +238,9 @@ class Session(Editing):
 
     def stability(self) -> Stability:
         """Stability of the edited parameter set."""
-        p, separation = self.parameters(), self.separation
-        if self._stability is None or self._stability.system != System(p, separation):
-            self._stability = stability(p, separation=separation)
+        parameters, separation = self.parameters(), self.separation
+        if self._stability is None or self._stability.system != System(parameters, separation):
+            self._stability = stability(parameters, separation=separation)
         return self._stability
 
     def scene(self) -> Scene:

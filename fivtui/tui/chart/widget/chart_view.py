@@ -1,4 +1,4 @@
-"""The widget that shows a chart."""
+"""The widget of a chart that keys and mouse zoom, pan and read."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -24,15 +24,21 @@ from .limits_dialog import LimitsDialog
 
 _ZOOM: Final = Binding.Group("Zoom")
 _PAN: Final = Binding.Group("Pan")
-_ZOOM_STEP: Final = 0.7
-_WHEEL_STEP: Final = 0.85
-_PAN_STEP: Final = 0.15
-_FAR_STEP: Final = 10
+# Factors by which a key and the wheel change the visible part.
+_ZOOM_FACTOR: Final = 0.7
+_WHEEL_FACTOR: Final = 0.85
+# Part of the visible range by which a key pans.
+_PAN_SHARE: Final = 0.15
+# Number of steps of a key with Shift.
+_FAR_STEPS: Final = 10
+# Textual's number of the right mouse button.
 _RIGHT_BUTTON: Final = 3
 
 
 class ChartView(DrawnChart, can_focus=True):
     """A chart with zoom, pan, cursors, typed limits and logarithmic axes, by key and mouse.
+
+    In an `openable` chart, a point can be opened: its parameters are run.
 
     The package textual-plot would take over 50 ms per plot, without log axes, cursors or shades.
     """
@@ -46,8 +52,8 @@ class ChartView(DrawnChart, can_focus=True):
         Binding("right,l", "step(1, 0)", "Right", key_display="→", group=_PAN),
         Binding("up,k", "step(0, 1)", "Up", show=False),
         Binding("down,j", "step(0, -1)", "Down", show=False),
-        Binding("shift+left,H", f"step(-{_FAR_STEP}, 0)", "Far left", show=False),
-        Binding("shift+right,L", f"step({_FAR_STEP}, 0)", "Far right", show=False),
+        Binding("shift+left,H", f"step(-{_FAR_STEPS}, 0)", "Far left", show=False),
+        Binding("shift+right,L", f"step({_FAR_STEPS}, 0)", "Far right", show=False),
         Binding("r", "fit", "Fit"),
         Binding("c", "cursor(0)", "Cursor", tooltip="First cursor: on, move, off"),
         Binding("C", "cursor(1)", "Second cursor: on, move, off", show=False),
@@ -64,7 +70,7 @@ class ChartView(DrawnChart, can_focus=True):
 
     @dataclass
     class Opened(Message):
-        """Posted when a point is opened."""
+        """Posted when the user opens a point, to run its parameters."""
 
         chart_view: "ChartView"
         point: NearestPoint
@@ -84,7 +90,8 @@ class ChartView(DrawnChart, can_focus=True):
     def __init__(self, id: str, *, empty_text: str = "", openable: bool = False) -> None:  # noqa: A002
         super().__init__(id, empty_text=empty_text)
         self._openable = openable
-        self._drag_start: tuple[int, int] | None = None
+        # Last column and row of the pointer while the mouse is dragged.
+        self._drag_position: tuple[int, int] | None = None
         self._was_dragged = False
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:  # noqa: ARG002
@@ -93,25 +100,25 @@ class ChartView(DrawnChart, can_focus=True):
 
     # Zoom and pan
 
-    def _notify_limits(self) -> None:
+    def _handle_new_limits(self) -> None:
         self.redraw()
         self.post_message(self.LimitsChanged(self))
 
     def action_zoom(self, direction: int) -> None:
         """Zoom in (-1) or out (+1) about the cursor, without cursor about the middle."""
         position = None if self._chart is None else cursor_position(self._chart, self.view)
-        self._zoom(_ZOOM_STEP, direction, position or (0.5, 0.5))
+        self._zoom(_ZOOM_FACTOR, direction, position or (0.5, 0.5))
 
-    def _zoom(self, step: float, direction: int, centre: tuple[float, float]) -> None:
+    def _zoom(self, factor: float, direction: int, centre: tuple[float, float]) -> None:
         if self._chart is not None:
-            self.view.zoom(self._chart, step**-direction, centre)
-            self._notify_limits()
+            self.view.zoom(self._chart, factor**-direction, centre)
+            self._handle_new_limits()
 
     def action_zoom_y(self, direction: int) -> None:
         """Zoom in (-1) or out (+1), only along y."""
         if self._chart is not None:
-            self.view.zoom_y(self._chart, _ZOOM_STEP**-direction)
-            self._notify_limits()
+            self.view.zoom_y(self._chart, _ZOOM_FACTOR**-direction)
+            self._handle_new_limits()
 
     def action_step(self, right: int, up: int) -> None:
         """Move the cursor if it is fixed, else pan."""
@@ -121,21 +128,21 @@ class ChartView(DrawnChart, can_focus=True):
         if self.view.cursors.pinned:
             area = picture.plot_area
             if step_cursor(self._chart, self.view, (right, up), (area.columns, area.rows)):
-                self._notify_limits()
-            self._notify_cursor()
+                self._handle_new_limits()
+            self._handle_moved_cursor()
         else:
-            self.view.pan(self._chart, _PAN_STEP * right, _PAN_STEP * up)
-            self._notify_limits()
+            self.view.pan(self._chart, _PAN_SHARE * right, _PAN_SHARE * up)
+            self._handle_new_limits()
 
     def action_fit(self) -> None:
         """Fit both axes to the data."""
         self.view.reset()
-        self._notify_limits()
+        self._handle_new_limits()
 
     def action_log(self, axis: str) -> None:
         """Switch an axis between linear and logarithmic."""
         self.view.toggle_log(x=axis == "x")
-        self._notify_limits()
+        self._handle_new_limits()
 
     def action_trace(self, number: int) -> None:
         """Hide or show a trace."""
@@ -150,31 +157,31 @@ class ChartView(DrawnChart, can_focus=True):
         def apply(chosen_view: "View | None") -> None:
             if chosen_view is not None and self._chart is not None:
                 self.view.set_limits(self._chart, chosen_view.x, chosen_view.y)
-                self._notify_limits()
+                self._handle_new_limits()
 
         self.app.push_screen(LimitsDialog(self._chart, self.view), apply)
 
     # The cursors
 
     def action_cursor(self, number: int) -> None:
-        """Switch a cursor on or let keys move it; if keys already move it, switch it off."""
+        """Make the first (0) or second (1) cursor active; if it is active, switch it off."""
         if self._chart is not None:
             switch_cursor(self._chart, self.view, second=bool(number))
-            self._notify_cursor()
+            self._handle_moved_cursor()
 
     def action_cursor_off(self) -> None:
         """Switch the cursors off."""
         self.view.cursors.clear()
-        self._notify_cursor()
+        self._handle_moved_cursor()
 
-    def _notify_cursor(self) -> None:
+    def _handle_moved_cursor(self) -> None:
         self.redraw()
         self.post_message(self.CursorMoved(self))
 
     def _move_cursor(self, position: Position) -> None:
         if self._chart is not None:
             move_cursor(self._chart, self.view, position)
-            self._notify_cursor()
+            self._handle_moved_cursor()
 
     def action_open(self) -> None:
         """Open the point nearest to the cursor; without a cursor, switch it on."""
@@ -195,14 +202,14 @@ class ChartView(DrawnChart, can_focus=True):
         if picture is None or self._chart is None:
             return
         area = picture.plot_area
-        if self._drag_start is not None:
-            right, down = event.x - self._drag_start[0], event.y - self._drag_start[1]
+        if self._drag_position is not None:
+            right, down = event.x - self._drag_position[0], event.y - self._drag_position[1]
             if right or down:
-                self._drag_start, self._was_dragged = (event.x, event.y), True
+                self._drag_position, self._was_dragged = (event.x, event.y), True
                 y_fits_data = not self._chart.is_plane and self.view.y is None
                 up = 0.0 if y_fits_data else down / area.rows
                 self.view.pan(self._chart, -right / area.columns, up)
-                self._notify_limits()
+                self._handle_new_limits()
         elif not self.view.cursors.pinned:
             position = picture.axis_positions(event.x, event.y)
             if all(0.0 <= coordinate <= 1.0 for coordinate in position):
@@ -221,12 +228,12 @@ class ChartView(DrawnChart, can_focus=True):
         self._was_dragged = False
         picture = self._current_picture()
         if picture is not None and event.y >= picture.plot_area.top_row:
-            self._drag_start = (event.x, event.y)
+            self._drag_position = (event.x, event.y)
             self.capture_mouse()
 
     def on_mouse_up(self, _event: MouseUp) -> None:
         """End dragging."""
-        self._drag_start = None
+        self._drag_position = None
         self.release_mouse()
 
     def on_mouse_scroll_up(self, event: MouseScrollUp) -> None:
@@ -241,7 +248,7 @@ class ChartView(DrawnChart, can_focus=True):
         picture = self._current_picture()
         if picture is not None:
             event.stop()
-            self._zoom(_WHEEL_STEP, direction, picture.axis_positions(event.x, event.y))
+            self._zoom(_WHEEL_FACTOR, direction, picture.axis_positions(event.x, event.y))
 
     async def on_click(self, event: Click) -> None:
         """Press a control, toggle a trace, place a cursor, or open a point (double click).
@@ -276,7 +283,8 @@ class ChartView(DrawnChart, can_focus=True):
 
 
 def _legend_index(spans: Sequence[Span], column: int) -> int | None:
-    # A legend entry begins with a blank and the number of its trace.
+    # Index of the trace whose legend entry covers a column; an entry begins with a blank and the
+    # number of its trace.
     end = 0
     for text, style in spans:
         end += len(text)

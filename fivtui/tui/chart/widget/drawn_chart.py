@@ -1,4 +1,7 @@
-"""A widget that draws a chart in the styles of the theme."""
+"""A widget that draws a chart in the styles of the theme.
+
+The heading in the first line ends with clickable controls for the limits and scales of the axes.
+"""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -13,13 +16,16 @@ from textual.widget import Widget
 from fivtui.charts import Chart, Cursors, Span, View, needs_full_line
 from fivtui.tui.chart.picture import MARGIN, Picture, draw
 
+# Minimum columns for full labels of the controls.
 _WIDE_COLUMNS: Final = 90
+# Before the text that replaces a chart.
 _INDENT: Final = " "
+# Minimum columns and rows of a chart.
 _MIN_SIZE: Final = (MARGIN + 2, 3)
 _MUTED: Final = "$foreground-muted"
 
-# Styles by the names of spans. Rules of a style sheet would be slow: Textual evaluates them for
-# every chart at every change.
+# Styles in theme colours, by the style names of spans. Rules of a style sheet would be slow:
+# Textual evaluates them for every chart at every change.
 CHART_STYLES: Final[Mapping[str, str]] = {
     "plot": "",
     "tick": _MUTED,
@@ -81,6 +87,7 @@ class DrawnChart(Widget):
         self._empty_text = empty_text
         self._picture: Picture | None = None
         self._styles_by_name: dict[str, Style] = {}
+        # First column, end column and action of every control.
         self._controls: list[tuple[int, int, str]] = []
 
     @property
@@ -150,14 +157,14 @@ class DrawnChart(Widget):
             self._controls.clear()
             is_crowded = width < _WIDE_COLUMNS and needs_full_line(self._chart, self.view)
             controls = [] if is_crowded else self._control_spans(width)
-            reserved = sum(len(text) for text, _ in controls)
-            self._picture = draw(self._chart, self.view, width, height, reserved=reserved)
-            # The last span of the first line is the reserved space.
+            control_width = sum(len(text) for text, _ in controls)
+            self._picture = draw(self._chart, self.view, width, height, reserved=control_width)
+            # Put the controls into the last span of the first line, which is reserved for them.
             self._picture.lines[0][-1:] = controls
         return self._picture.lines
 
     def _current_picture(self) -> Picture | None:
-        # Draws the chart if a key is pressed before the next frame; None if it does not fit.
+        # The picture of the chart in its current view; None if the chart does not fit.
         self._drawn_lines()
         return self._picture
 
@@ -172,8 +179,9 @@ class DrawnChart(Widget):
         for control, text in zip(_CONTROLS, texts, strict=True):
             style = "control-on" if is_on.get(control.action) else "control"
             spans += [(" ", "plot"), (text, style)]
-            self._controls.append((column + 1, column + 1 + len(text), control.action))
-            column += len(text) + 1
+            first, stop = column + 1, column + 1 + len(text)
+            self._controls.append((first, stop, control.action))
+            column = stop
         return spans
 
     def on_resize(self) -> None:

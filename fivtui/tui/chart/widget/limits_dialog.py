@@ -1,7 +1,7 @@
 """The dialog for axis limits."""
 
 from dataclasses import replace
-from typing import ClassVar
+from typing import ClassVar, Final
 
 from textual import on
 from textual.app import ComposeResult
@@ -16,7 +16,7 @@ from fivtui.ranges import decimal_points
 
 from .text_input import TextInput
 
-_LIMITS_FORMAT = "LOW:HIGH, or empty to fit the data"
+_LIMITS_FORMAT: Final = "LOW:HIGH, or empty to fit the data"
 
 
 class LimitsDialog(ModalScreen[View | None]):
@@ -54,7 +54,7 @@ class LimitsDialog(ModalScreen[View | None]):
     @on(Input.Changed)
     def _read_limits(self) -> View | None:
         # The view with the typed limits; if they are invalid, None, and the hint is the error.
-        # An input may change before the remaining widgets exist.
+        # While the dialog opens, an input or the hint may not exist yet.
         texts = {field.id: field.value for field in self.query(Input)}
         view, error = replace(self._view, x=None, y=None), ""
         for name, log in (("x", view.log_x), ("y", view.log_y)):

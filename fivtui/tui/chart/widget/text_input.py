@@ -1,4 +1,4 @@
-"""A text input that keeps all pasted characters."""
+"""A text input that corrects its text while it is typed, and joins pasted lines."""
 
 from collections.abc import Callable
 from typing import Any
@@ -26,6 +26,7 @@ class TextInput(Input):
 
     def replace(self, text: str, start: int, end: int) -> None:
         """Replace the text between two positions, and call `respell` with the result."""
+        # A selection made backwards has its end before its start.
         first, stop = sorted((max(start, 0), min(end, len(self.value))))
         self.value = self._respell(f"{self.value[:first]}{text}{self.value[stop:]}")
         self.cursor_position = first + len(text)
@@ -34,6 +35,7 @@ class TextInput(Input):
         # Join lines, and replace unprintable characters by blanks.
         lines = (line.strip() for line in event.text.splitlines())
         joined = " ".join(filter(None, lines))
-        self.replace("".join(c if c.isprintable() else " " for c in joined), *self.selection)
+        printable = "".join(sign if sign.isprintable() else " " for sign in joined)
+        self.replace(printable, *self.selection)
         event.stop()
         event.prevent_default()

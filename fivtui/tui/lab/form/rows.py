@@ -14,9 +14,13 @@ from fivtui.tui.tabs import FieldFocused, FieldStepped
 
 from .editors import editor_of
 
+# Before the symbol of a field that differs from the loaded scene.
 _CHANGED_SIGN: Final = "•"
+# Clickable signs after the editor of a number.
 _STEP_SIGNS: Final = ("−", "+")
+# Before an error message or note.
 _INDENT: Final = "   "
+# Widths of the parts of a row, in columns.
 _SYMBOL_WIDTH: Final = 6
 _STEP_WIDTH: Final = 3
 _STEPS_WIDTH: Final = _STEP_WIDTH * len(_STEP_SIGNS)
@@ -37,8 +41,8 @@ class _RowLayout(Layout):
         size: Size,
         greedy: bool = True,  # noqa: ARG002
     ) -> ArrangeResult:
-        first, width = cast("FieldRow", parent).span(size.width)
-        region = Region(first, 0, width, 1)
+        first_column, width = cast("FieldRow", parent).editor_span(size.width)
+        region = Region(first_column, 0, width, 1)
         return [WidgetPlacement(region, Offset(), Spacing(), child) for child in children]
 
 
@@ -65,11 +69,11 @@ class FieldRow(Widget):
         """Places the editor between the symbol and the unit."""
         return _ROW_LAYOUT
 
-    def span(self, width: int) -> tuple[int, int]:
+    def editor_span(self, row_width: int) -> tuple[int, int]:
         """First column and width of the editor in a row of this width."""
-        first = max(_SYMBOL_WIDTH, len(self._symbol) + 1) + len(_CHANGED_SIGN)
-        room = width - first - (0 if self.field.step_rule is None else _STEPS_WIDTH + _UNIT_WIDTH)
-        return first, max(room, 1)
+        first_column = max(_SYMBOL_WIDTH, len(self._symbol) + 1) + len(_CHANGED_SIGN)
+        width_after = 0 if self.field.step_rule is None else _STEPS_WIDTH + _UNIT_WIDTH
+        return first_column, max(row_width - first_column - width_after, 1)
 
     def get_content_height(self, container: Size, viewport: Size, width: int) -> int:  # noqa: ARG002
         """One line plus those of the error message or note."""
@@ -82,13 +86,13 @@ class FieldRow(Widget):
     def render(self) -> Content:
         """Draw everything but the editor."""
         field, width = self.field, self.size.width
-        first, editor_width = self.span(width)
+        first_column, editor_width = self.editor_span(width)
         focused = self._editor.has_focus or self.has_class("-cursor")
         symbol = self._symbol.ljust(_SYMBOL_WIDTH - 1)
         parts: list[tuple[str, str]] = [
             (_CHANGED_SIGN if self._changed else " ", "$text-warning"),
             (symbol, "bold reverse" if focused else ""),
-            (" " * (first + editor_width - len(_CHANGED_SIGN) - len(symbol)), ""),
+            (" " * (first_column + editor_width - len(_CHANGED_SIGN) - len(symbol)), ""),
         ]
         if field.step_rule is not None:
             parts += [(sign.center(_STEP_WIDTH), "$button-foreground") for sign in _STEP_SIGNS]
@@ -136,10 +140,11 @@ class FieldRow(Widget):
 
     def on_click(self, event: Click) -> None:
         """Change the number by a step on a click on − or +; elsewhere focus the editor."""
-        first, width = self.span(self.size.width)
-        sign = (event.x - first - width) // _STEP_WIDTH
-        if self.field.step_rule is not None and event.y == 0 and sign in (0, 1):
+        first_column, width = self.editor_span(self.size.width)
+        sign_index = (event.x - first_column - width) // _STEP_WIDTH
+        if self.field.step_rule is not None and event.y == 0 and sign_index in (0, 1):
             event.stop()
-            self.post_message(FieldStepped(self.field.name, (-1, +1)[sign], fine=False))
+            direction = -1 if sign_index == 0 else 1
+            self.post_message(FieldStepped(self.field.name, direction, fine=False))
         else:
             self.take_focus()

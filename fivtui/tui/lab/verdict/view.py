@@ -14,6 +14,7 @@ from fivtui.tui.tabs import flow_facts
 
 from .gauge import Gauge, GaugeView
 
+# Kinds of verdicts, which set the colour.
 KINDS: Final = ("stable", "coexisting", "searching", "unstable", "neutral", "invalid")
 # Phrases of headlines, and their short forms for narrow windows.
 _SHORT_PHRASES: Final = (
@@ -38,6 +39,7 @@ class VerdictView(Vertical):
 
     def __init__(self, *, id: str) -> None:  # noqa: A002
         super().__init__(id=id)
+        # Kind of the verdict, headline and facts.
         self._texts: tuple[str, ...] = ()
 
     def compose(self) -> ComposeResult:
@@ -48,12 +50,15 @@ class VerdictView(Vertical):
         yield GaugeView(id="gauge-beside")
 
     def show(self, kind: str, lines: Sequence[str], gauges: Iterable[Gauge | str] = ()) -> None:
-        """Display headline, facts and up to two gauges; a `kind` of `KINDS` sets the colour."""
+        """Display the headline, then the facts in `lines`, and up to two gauges.
+
+        A text replaces a gauge that cannot be drawn. `kind` is one of `KINDS`.
+        """
         gauges = [*gauges, "", ""]
         for view, gauge in zip(self.query(GaugeView), gauges, strict=False):
             view.show(gauge)
-        bases = [gauge.basis for gauge in gauges if isinstance(gauge, Gauge)]
-        self.border_subtitle = bases[0] if bases else ""
+        bases = (gauge.basis for gauge in gauges if isinstance(gauge, Gauge))
+        self.border_subtitle = next(bases, "")
         if (kind, *lines) == self._texts:
             return
         self._texts = (kind, *lines)
@@ -71,11 +76,13 @@ class VerdictView(Vertical):
         if not self._texts:
             return
         # A new layout at every key would be noticeably slow.
-        width, facts = self.content_size.width, self.query_one("#facts", Static)
-        headline, fact_lines = shorten_headline(self._texts[1], width), list(self._texts[2:])
-        if not facts.display:
-            headline = flow_facts([headline, *fact_lines[:1]], width).splitlines()[0]
-        facts.update(flow_facts(fact_lines, width), layout=False)
+        width, facts_view = self.content_size.width, self.query_one("#facts", Static)
+        _, first_line, *facts = self._texts
+        headline = shorten_headline(first_line, width)
+        if not facts_view.display:
+            # The first fact follows the headline in the same line if it fits.
+            headline = flow_facts([headline, *facts[:1]], width).splitlines()[0]
+        facts_view.update(flow_facts(facts, width), layout=False)
         self.query_one("#headline", Static).update(headline, layout=False)
         # The headline takes two lines if it needs them and the facts still fit.
-        self.set_class(cell_len(headline) > width and facts.size.height > 1, "-long")
+        self.set_class(cell_len(headline) > width and facts_view.size.height > 1, "-long")
