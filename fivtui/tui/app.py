@@ -1,4 +1,4 @@
-"""The Textual application."""
+"""The Textual application: restores a session, displays it, and saves it at intervals."""
 
 import asyncio
 import os
@@ -28,7 +28,7 @@ from .session import SCREEN_PRIORITY, ComputingThreads, Session
 from .tabs import Reported, SessionRequested
 
 _SAVE_INTERVAL_S: Final = 2.0
-_STYLES = Path(__file__).parent / "styles"
+_STYLES: Final = Path(__file__).parent / "styles"
 # Signals that end the program; Windows has no SIGHUP.
 _TERMINATION_SIGNALS: Final = tuple(
     signal.Signals[name] for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)
@@ -48,6 +48,7 @@ def _command_provider() -> type[Provider]:
 def _read_results(
     autosave: Autosave, unread: Mapping[str, StoredResult]
 ) -> tuple[dict[str, object], list[str]]:
+    # The results by key, None for one that cannot be read, and error messages.
     results: dict[str, object] = {}
     errors: list[str] = []
     for key, stored in unread.items():
@@ -82,6 +83,7 @@ class FivtuiApp(App[None]):
     ]
     # A Textual mode per session, so that sessions can be switched.
     DEFAULT_MODE = "session"
+    # Minimum columns and rows of the screen, and the class that the style sheets use from there on.
     HORIZONTAL_BREAKPOINTS = [  # noqa: RUF012 (typed as in the base class)
         (0, "-cramped"),
         (40, "-narrow"),
@@ -117,6 +119,7 @@ class FivtuiApp(App[None]):
         self.add_mode(self._mode, self.get_default_screen)
         self._state_file = state
         self._autosave = Autosave(state)
+        # The last reported reason why the session is not saved.
         self._reported_error = ""
         self._save_timer: Timer | None = None
         self._is_first_start = False
@@ -161,7 +164,8 @@ class FivtuiApp(App[None]):
             self._reports.append(Reported(text))
 
     def _apply_state(self, state: State, *, keep_scene: bool = False) -> list[str]:
-        # Returns messages about results that were not saved.
+        # Returns messages about results that were not saved. With `keep_scene`, the scene that was
+        # named at the start replaces the saved one.
         if state.theme in self.available_themes and not self._configured_theme:
             self.theme = state.theme
         if not keep_scene:
@@ -209,13 +213,11 @@ class FivtuiApp(App[None]):
             self.session, lambda: self.other_sessions, show_welcome=self._is_first_start
         )
         # Size classes set before the first layout avoid a second one.
+        width, height = self.size
+        sizes = ((width, self.HORIZONTAL_BREAKPOINTS), (height, self.VERTICAL_BREAKPOINTS))
         screen.set_classes(
-            [
-                next(name for limit, name in reversed(breakpoints) if size >= limit)
-                for size, breakpoints in zip(
-                    self.size, (self.HORIZONTAL_BREAKPOINTS, self.VERTICAL_BREAKPOINTS), strict=True
-                )
-            ]
+            next(name for minimum, name in reversed(breakpoints) if size >= minimum)
+            for size, breakpoints in sizes
         )
         return screen
 
@@ -225,6 +227,7 @@ class FivtuiApp(App[None]):
         await super().action_quit()
 
     def _stop_computing(self) -> None:
+        # The laboratory's screen is below all dialogs.
         for screen in self.screen_stack[:1]:
             if isinstance(screen, LabScreen):
                 screen.stop_computing()

@@ -22,7 +22,7 @@ HOST: Final = "127.0.0.1"
 DEFAULT_PORT: Final = 8000
 _HOST_NAME: Final = "localhost"
 _DEFAULT_HTTP_PORT: Final = 80
-# The page must not exchange data with other sites.
+# The page must not exchange data with other sites; {0} is the host of this server.
 _CONTENT_POLICY: Final = (
     "default-src 'self' 'unsafe-inline' data: blob:; connect-src 'self' ws://{0}; "
     "frame-ancestors 'none'"
@@ -68,7 +68,7 @@ def serve(port: int = DEFAULT_PORT, *, report: Callable[[str], None]) -> None:
             return application
 
         async def handle_index(self, request: "Request") -> "StreamResponse":
-            # Addresses in the page use the host name of the request.
+            # A browser may address this machine by name or number; the page uses the same.
             server = copy(self)
             server.public_url = f"http://{request.host}"
             response: StreamResponse = await super(LocalServer, server).handle_index(request)
@@ -97,12 +97,16 @@ class _AccessControl:
     def refusal_reason(self, request: "Request") -> str:
         """Why a request is refused; empty if it is accepted."""
         origin = request.headers.get("Origin")
-        is_own_page = origin is None or origin in {f"http://{name}" for name in self.hosts}
+        is_own_page = origin is None or origin in {f"http://{host}" for host in self.hosts}
         if request.host not in self.hosts or not is_own_page:
             return "fivtui answers requests from its own page only"
         # Style sheets and scripts contain no secrets.
-        public = request.path.startswith("/static/")
-        if public or self.has_token(request.query) or self.has_token(request.cookies, self.cookie):
+        is_public = request.path.startswith("/static/")
+        if (
+            is_public
+            or self.has_token(request.query)
+            or self.has_token(request.cookies, self.cookie)
+        ):
             return ""
         return "open the address that fivtui serve has printed"
 

@@ -78,12 +78,14 @@ LAB_KEYS: Final = (
     ),
 )
 KEY_IDS: Final = frozenset(str(binding.id) for binding in LAB_KEYS)
+# Keys that edit the text of an input.
 _TYPING_KEYS: Final = frozenset(
     key
     for binding in Input.BINDINGS
     if isinstance(binding, Binding)
     for key in binding.key.split(",")
 )
+# Prefixes of Textual's actions that scroll.
 _SCROLLING_ACTIONS: Final = ("scroll_", "page_")
 
 
@@ -95,8 +97,8 @@ def active_keys(screen: Screen[Any]) -> list[Row]:
     for active in screen.active_bindings.values():
         if not active.enabled or not active.binding.description:
             continue
-        typing = isinstance(active.node, Input) and active.binding.key in _TYPING_KEYS
-        if typing or active.binding.action.startswith(_SCROLLING_ACTIONS):
+        is_typing = isinstance(active.node, Input) and active.binding.key in _TYPING_KEYS
+        if is_typing or active.binding.action.startswith(_SCROLLING_ACTIONS):
             general.append(active)
         else:
             (laboratory if active.node in (screen, screen.app) else focused).append(active)

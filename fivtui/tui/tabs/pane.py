@@ -60,11 +60,12 @@ class Pane(Vertical):
         """As `focus_content`, in `container`; text inputs come last, because letters are keys."""
 
         def rank(widget: Widget) -> int:
+            # 0 for a plot or list, 1 for a button, 2 for a text input.
             return 2 if isinstance(widget, Input) else int(isinstance(widget, Button))
 
-        candidates = [widget for widget in (container, *container.query("*")) if widget.focusable]
-        candidates.sort(key=rank, reverse=bar_first)
-        self.screen.set_focus(next(iter(candidates), None))
+        focusable = [widget for widget in (container, *container.query("*")) if widget.focusable]
+        focusable.sort(key=rank, reverse=bar_first)
+        self.screen.set_focus(focusable[0] if focusable else None)
 
     def key_hints(self) -> list[str]:
         """Keys of the tab with their effects, displayed in the border."""

@@ -61,33 +61,35 @@ TABS: Final = (
     TabSpec("branch", "Branches", "alt+0", "studies.branches", "BranchesPane"),
 )
 
-# Columns at both ends of the border, and columns around every title.
+# Columns of the border at both ends of the titles, and of the blanks around a title.
 _CORNER_COLUMNS: Final = 4
 _TITLE_PADDING: Final = 2
+# Before and after the titles, where further tabs are hidden.
 _ARROWS: Final = ("‹ ", " ›")
 
 
 def fitting_titles(titles: Sequence[str], current: int, width: int) -> list[str]:
     """The titles that fit beside the current one; "" for hidden titles, which arrows indicate."""
+    last_tab = len(titles) - 1
 
-    def labels(start_tab: int, end_tab: int) -> list[str]:
-        left_arrow = _ARROWS[0] * (start_tab > 0)
-        right_arrow = _ARROWS[1] * (end_tab < len(titles) - 1)
-        shown_titles = [""] * len(titles)
-        for index in range(start_tab, end_tab + 1):
-            prefix, suffix = left_arrow * (index == start_tab), right_arrow * (index == end_tab)
-            shown_titles[index] = f"{prefix}{titles[index]}{suffix}"
+    def labels(first: int, last: int) -> list[str]:
+        # The titles from the tab `first` to the tab `last`, with arrows.
+        shown_titles = [""] * first + list(titles[first : last + 1]) + [""] * (last_tab - last)
+        if first > 0:
+            shown_titles[first] = f"{_ARROWS[0]}{shown_titles[first]}"
+        if last < last_tab:
+            shown_titles[last] = f"{shown_titles[last]}{_ARROWS[1]}"
         return shown_titles
 
-    start_tab = end_tab = current
+    first = last = current
     while True:
-        wider = [(start_tab, end_tab + 1)] * (end_tab + 1 < len(titles)) + [
-            (start_tab - 1, end_tab)
-        ] * (start_tab > 0)
-        fit = next((pair for pair in wider if _total_width(labels(*pair)) <= width), None)
-        if fit is None:
-            return labels(start_tab, end_tab)
-        start_tab, end_tab = fit
+        # Add the next tab if it fits, or else the previous one.
+        if last < last_tab and _total_width(labels(first, last + 1)) <= width:
+            last += 1
+        elif first > 0 and _total_width(labels(first - 1, last)) <= width:
+            first -= 1
+        else:
+            return labels(first, last)
 
 
 def _total_width(labels: Sequence[str]) -> int:
@@ -102,8 +104,11 @@ class TabBook(TabbedContent):
         super().__init__(initial=session.tab if is_known else "", id="tabs")
         self.specs = tuple(tabs)
         self._session = session
+        # The created panes, by the identifiers of their tabs.
         self._created: dict[str, Pane] = {}
+        # Whether the focus is to move to the tab that is being shown.
         self._moves_focus = False
+        # Functions to call when the current pane exists.
         self._ready_callbacks: list[Callable[[Pane], None]] = []
 
     def on_resize(self) -> None:

@@ -15,12 +15,13 @@ from textual.widgets import DataTable, Static
 from fivtui.results import Row
 
 Cell = TypeVar("Cell", str, str | Text)
-# Minimum width of a wrapped column.
+# Minimum width of a wrapped column, in characters.
 _MIN_WRAPPED_WIDTH: Final = 12
+# Width from which a wrapped column is readable; below it, optional columns are omitted first.
+_READABLE_WIDTH: Final = 24
+# Blanks on each side of a column.
 _PADDING: Final = 1
 _FACT_SEPARATOR: Final = "  ·  "
-# Width from which a wrapped column is readable; optional columns are omitted below it.
-_READABLE_WIDTH: Final = 24
 
 
 class ListTable(DataTable[Cell]):
@@ -32,6 +33,7 @@ class ListTable(DataTable[Cell]):
 
     wrapped: str = ""
     optional: tuple[str, ...] = ()
+    # The columns and rows of the last call of `fill`.
     _filled_content: tuple[Sequence[str], Mapping[str, Sequence[Cell]]] | None = None
 
     BINDINGS: ClassVar[list[BindingType]] = [
@@ -46,27 +48,30 @@ class ListTable(DataTable[Cell]):
         self._filled_content = columns, rows
         cursor_row, scroll_x = self.cursor_row, self.scroll_x
         self.clear(columns=True)
+        # Widths of the shown columns, by the indices of the columns.
         widths = {
-            number: max(cell_len(label), *(_cell_width(row[number]) for row in rows.values()), 0)
-            for number, label in enumerate(columns)
+            index: max(cell_len(label), *(_cell_width(row[index]) for row in rows.values()), 0)
+            for index, label in enumerate(columns)
         }
         for label in self.optional:
             if self._is_crowded(columns, widths) and label in columns:
                 del widths[columns.index(label)]
-        missing_width, wrapped = self._missing_width(widths), -1
+        missing_width, wrapped_index = self._missing_width(widths), None
         if missing_width > 0 and self.wrapped in columns:
-            wrapped = columns.index(self.wrapped)
-            widths[wrapped] = max(widths[wrapped] - missing_width, _MIN_WRAPPED_WIDTH)
-        # If the columns are still too wide, omit their padding.
+            wrapped_index = columns.index(self.wrapped)
+            widths[wrapped_index] = max(widths[wrapped_index] - missing_width, _MIN_WRAPPED_WIDTH)
+        # If the columns are still too wide, a blank after each replaces the padding on both sides.
         is_tight = self._missing_width(widths) > 0
         self.cell_padding = 0 if is_tight else _PADDING
-        for number, width in widths.items():
-            self.add_column(columns[number], width=width + is_tight)
+        for index, width in widths.items():
+            self.add_column(columns[index], width=width + is_tight)
         for key, row in rows.items():
-            cells = {number: row[number] for number in widths}
-            lines = wrap(str(row[wrapped]), widths[wrapped]) if wrapped >= 0 else []
-            if lines:
-                cells[wrapped] = "\n".join(lines)
+            cells = {index: row[index] for index in widths}
+            lines: list[str] = []
+            if wrapped_index is not None:
+                lines = wrap(str(row[wrapped_index]), widths[wrapped_index])
+            if wrapped_index is not None and lines:
+                cells[wrapped_index] = "\n".join(lines)
             self.add_row(*cells.values(), key=key, height=max(len(lines), 1))
         self.move_cursor(row=cursor_row)
         self.scroll_x = scroll_x
@@ -81,8 +86,8 @@ class ListTable(DataTable[Cell]):
 
     def _missing_width(self, widths: Mapping[int, int]) -> int:
         # Width of the columns beyond that of the table; 0 before the table has a size.
-        needed = sum(width + 2 * _PADDING for width in widths.values())
-        return needed - self.scrollable_content_region.width if self.size.width else 0
+        needed_width = sum(width + 2 * _PADDING for width in widths.values())
+        return needed_width - self.scrollable_content_region.width if self.size.width else 0
 
     def on_resize(self) -> None:
         """Wrap for the new width."""

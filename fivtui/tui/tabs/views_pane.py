@@ -1,8 +1,8 @@
-"""A pane with several views, one visible at a time."""
+"""A tab with several views, one visible at a time, and the cursors of their charts."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import ClassVar
+from typing import ClassVar, Final
 
 from textual import on
 from textual.app import ComposeResult
@@ -17,14 +17,16 @@ from fivtui.tui.chart import ChartView
 
 from .pane import Pane
 
-_PREFIX = "view-"
-_VIEW_SETTING = "view"
+# Identifiers of the buttons are this and the identifier of the view.
+_PREFIX: Final = "view-"
+# Key of the stored view.
+_VIEW_SETTING: Final = "view"
 # Columns of a button outside its title, and short titles for narrow windows.
-_PADDING = 2
-_SHORT_TITLES = {"Difference": "Diff", "Eigenvalues": "Eigenv."}
-_CURSOR_KEYS = ("C: second cursor", "← →: move", "Esc: off")
+_PADDING: Final = 2
+_SHORT_TITLES: Final = {"Difference": "Diff", "Eigenvalues": "Eigenv."}
+_CURSOR_KEYS: Final = ("C: second cursor", "← →: move", "Esc: off")
 # Separates the values that two cursors read.
-_SEPARATOR = "  "
+_SEPARATOR: Final = "  "
 
 
 class ViewsPane(Pane):
@@ -119,18 +121,15 @@ class ViewsPane(Pane):
                 phrases = cursor_texts(label, cursors.first[0], cursors.second[0])
             if phrases:
                 break
-        line = self.query_one(".cursor-text", Static)
         self.set_class(bool(phrases), "-cursors")
         lines: list[str] = []
         for phrase in phrases:
-            if (
-                lines
-                and len(lines[-1]) + len(_SEPARATOR) + len(phrase) <= self.size.width - _PADDING
-            ):
-                lines[-1] += _SEPARATOR + phrase
+            longer_line = f"{lines[-1]}{_SEPARATOR}{phrase}" if lines else ""
+            if lines and len(longer_line) <= self.size.width - _PADDING:
+                lines[-1] = longer_line
             else:
                 lines.append(phrase)
-        line.update("\n".join(lines))
+        self.query_one(".cursor-text", Static).update("\n".join(lines))
 
     def theme_changed(self) -> None:
         """Redraw the charts in the new colours."""

@@ -13,6 +13,7 @@ from fivtui.model import InputError
 
 from .export import Export
 
+# Time limit of the program that copies, s.
 _TIMEOUT_S: Final = 20.0
 _NO_PROGRAM: Final = (
     "a picture cannot be copied without a desktop and wl-copy (Wayland) or xclip (X11); "

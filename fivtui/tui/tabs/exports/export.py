@@ -29,7 +29,23 @@ PathFunction = Callable[[Path], None]
 
 @dataclass(frozen=True, slots=True)
 class Export:
-    """Figure or data of a `subject` for a file; `file_name` is suggested, `check` tests a path."""
+    """What can be written to a file: a figure or data.
+
+    Attributes
+    ----------
+    kind : str
+        A key of `KINDS`.
+    subject : str
+        What is exported, in messages.
+    file_name : str
+        The suggested file name.
+    suffixes : tuple of str
+        Suffixes of the supported formats.
+    check : callable
+        Raises `InputError` if a path cannot be written.
+    write : callable
+        Writes the file.
+    """
 
     kind: str
     subject: str
@@ -87,32 +103,33 @@ def belt_export(
     from fivtui.film import animate, check_film_path
     from fivtui.signals import sound
 
-    result, run_data = run.result, run_export(export_kind, run)
+    result, export = run.result, run_export(export_kind, run)
     assert result is not None  # noqa: S101, checked by run_export
-    stem, subject = Path(run_data.file_name).stem, f"run {run.number}, belt"
+    stem, subject = Path(export.file_name).stem, f"run {run.number}, belt"
     if export_kind != FIGURE:
 
         def write_sound(path: Path) -> None:
             sound(result, path, window=window)
 
-        writers = {".wav": write_sound, **dict.fromkeys(run_data.suffixes, run_data.write)}
+        writers = {".wav": write_sound, **dict.fromkeys(export.suffixes, export.write)}
         return data_export(subject, stem, "sound or trajectory", writers)
     heading = Heading([result.parameters], ignores_separation=not result.separation)
-    still = charts_export(subject, stem, charts, heading) if charts is not None else run_data
+    picture = charts_export(subject, stem, charts, heading) if charts is not None else export
 
     def check(path: Path) -> None:
-        if path.suffix.lower() in still.suffixes:
-            still.check(path)
+        if path.suffix.lower() in picture.suffixes:
+            picture.check(path)
         else:
             check_film_path(path)
 
     def write(path: Path) -> None:
-        if path.suffix.lower() in still.suffixes:
-            still.write(path)
+        if path.suffix.lower() in picture.suffixes:
+            picture.write(path)
         else:
             animate(result, path, window=window, speed=speed)
 
-    return Export(FIGURE, subject, f"{stem}.gif", (".gif", ".mp4", *still.suffixes), check, write)
+    suffixes = (".gif", ".mp4", *picture.suffixes)
+    return Export(FIGURE, subject, f"{stem}.gif", suffixes, check, write)
 
 
 def replace_figure(
@@ -152,7 +169,8 @@ def data_export(subject: str, stem: str, kind: str, writers: Mapping[str, PathFu
 
 
 def _clean(stem: str) -> str:
-    return "".join(c if c.isalnum() or c in "-_" else "-" for c in stem)
+    # Replace characters that are unusual in file names.
+    return "".join(sign if sign.isalnum() or sign in "-_" else "-" for sign in stem)
 
 
 def run_export(export_kind: str, run: Run | None) -> Export:
