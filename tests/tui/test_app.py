@@ -1,3 +1,5 @@
+"""The application from its start to its end: a run fills all tabs, at every size."""
+
 from collections.abc import Iterator
 
 import pytest

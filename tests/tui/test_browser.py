@@ -1,3 +1,5 @@
+"""The laboratory in a browser: who may open it, what it shows, and what it downloads."""
+
 import asyncio
 import http.client
 import json

@@ -1,3 +1,5 @@
+"""Random keys neither crash nor block the laboratory."""
+
 import os
 import random
 import subprocess

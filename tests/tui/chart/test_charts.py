@@ -1,3 +1,5 @@
+"""Axes, views and cursors of charts, and their pictures in characters."""
+
 import dataclasses
 from collections import Counter
 

@@ -1,3 +1,5 @@
+"""Dialogs for exports, scenes and help, the command palette, and copies of plots."""
+
 import os
 from functools import partial
 from pathlib import Path

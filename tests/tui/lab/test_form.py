@@ -1,3 +1,5 @@
+"""The form: fields follow keys, mouse and pasted text, and the verdict follows the fields."""
+
 from textual._xterm_parser import XTermParser
 from textual.events import Key, Paste
 from textual.pilot import Pilot

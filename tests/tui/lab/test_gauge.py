@@ -166,11 +166,13 @@ def test_a_search_that_contradicts_continuation_leaves_no_value_safe(
     # Eigenvalues alone do not show that a value is safe.
     assert eigenvalue_gauge.searching
     assert eigenvalue_gauge.zones.at(80.0) is Zone.SMALL
-    (key,) = controller._queue
+    (gauge_range,) = controller._queue
     continuation_zones = Zones(
-        "F", (key.low, 60.0, 100.0, key.high), (Zone.KNOCK, Zone.SAFE, Zone.SQUEALS)
+        "F",
+        (gauge_range.low, 60.0, 100.0, gauge_range.high),
+        (Zone.KNOCK, Zone.SAFE, Zone.SQUEALS),
     )
-    controller.store(key, continuation_zones)
+    controller.store(gauge_range, continuation_zones)
     (gauge,) = controller.gauges(session.stability(), attractors, both=False)
     assert isinstance(gauge, Gauge)
     assert [gauge.zones.at(F) for F in (50.0, 80.0, 120.0)] == [Zone.KNOCK, zone, Zone.SQUEALS]

@@ -1,3 +1,5 @@
+"""The list of runs, the comparison of engines, and the session after a restart."""
+
 import dataclasses
 import json
 from pathlib import Path

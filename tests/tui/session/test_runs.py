@@ -1,3 +1,5 @@
+"""Runs of a session, their samples, summaries and exports, without a screen."""
+
 import dataclasses
 import re
 from pathlib import Path

@@ -1,3 +1,5 @@
+"""Fields of the form and commands of a session; its modules import no slow library."""
+
 import shlex
 import subprocess
 import sys

@@ -1,3 +1,5 @@
+"""Undo, engines, baseline and stored state of a session, without a screen."""
+
 import dataclasses
 import json
 import stat
