@@ -1,4 +1,8 @@
-"""Random command lines over all commands and options, with unusual values."""
+"""Random command lines over all commands and options, with unusual values.
+
+`prepare` creates the files that they name. Their probabilities give many lines of each kind: valid
+ones, and ones with unusual values, missing values or missing options.
+"""
 
 import os
 import random
@@ -11,8 +15,10 @@ import click
 from fivtui.cli import commands
 
 # Slow commands, and the server, always get an invalid argument.
-SLOW = {"attractors", "claims", "compare", "extremes", "figures", "serve", "tradeoff", "build"}
-SLOW |= {"system", "accuracy", "methods", "uncertainty", "animate"}
+SLOW = {
+    "attractors", "claims", "compare", "extremes", "figures", "serve", "tradeoff", "build",
+    "system", "accuracy", "methods", "uncertainty", "animate",
+}  # fmt: skip
 INVALID_OPTIONS = ("--colour", "--colour=red", "-q", "--force=3", "--\x00")
 
 VALID_VALUES = {
@@ -110,16 +116,19 @@ def _commands(
 
 
 def _arguments(rng: random.Random, names: Sequence[str], command: click.Command) -> list[str]:
+    # Each group is an option with its value, or an operand.
     groups: list[list[str]] = []
     for parameter in command.params:
-        required = parameter.required and rng.random() < 0.9
-        repetitions = rng.choice((0, 0, 0, 0, 1, 1, 1, 1, 2)) or required
-        groups += [_option_words(rng, parameter) for _ in range(repetitions)]
-    if rng.random() < 0.05:
+        is_needed = parameter.required and rng.random() < 0.9
+        repetitions = rng.choice((0, 0, 0, 0, 1, 1, 1, 1, 2)) or is_needed
+        groups += [_option_arguments(rng, parameter) for _ in range(repetitions)]
+    has_extra_operand = rng.random() < 0.05
+    if has_extra_operand:
         groups.append([rng.choice(UNUSUAL_VALUES)])
     rng.shuffle(groups)
     arguments = [argument for group in groups for argument in group]
     if arguments and rng.random() < 0.05:
+        # Leave out the last value.
         arguments.pop()
     if not names or names[-1] in SLOW or "--attractors" in arguments:
         # Put the wrong option first: `--` would turn it into an operand.
@@ -127,13 +136,13 @@ def _arguments(rng: random.Random, names: Sequence[str], command: click.Command)
     return arguments
 
 
-def _option_words(rng: random.Random, parameter: click.Parameter) -> list[str]:
-    unusual = rng.random() < 0.25
+def _option_arguments(rng: random.Random, parameter: click.Parameter) -> list[str]:
+    is_unusual = rng.random() < 0.25
     if isinstance(parameter, click.Argument):
         valid = FILES if parameter.name == "fmu_file" else SCENES
-        return [rng.choice(UNUSUAL_VALUES if unusual else valid)]
+        return [rng.choice(UNUSUAL_VALUES if is_unusual else valid)]
     flag = parameter.opts[0]
     if isinstance(parameter, click.Option) and parameter.is_flag:
         return [flag]
-    value = rng.choice(UNUSUAL_VALUES if unusual else VALID_VALUES.get(flag, ("1", "2")))
+    value = rng.choice(UNUSUAL_VALUES if is_unusual else VALID_VALUES.get(flag, ("1", "2")))
     return [f"{flag}={value}"] if rng.random() < 0.3 else [flag, value]

@@ -25,12 +25,14 @@ class Cluster:
     workers: list[subprocess.Popen[bytes]] = field(default_factory=list)
 
     def kill_worker(self, number: int) -> None:
+        """Kill a worker, counted from 0, and wait for its end."""
         self.workers[number].kill()
         self.workers[number].wait()
 
 
 @contextmanager
 def loopback_cluster(folder: Path, workers: int = 2, path: str = str(ROOT)) -> Iterator[Cluster]:
+    """Start a scheduler with workers of one thread each, which import modules from `path`."""
     address_file = folder / "scheduler.json"
     scheduler = _start_dask(
         path, folder, "scheduler", "--host=127.0.0.1", "--port=0", "--no-dashboard",
@@ -41,7 +43,7 @@ def loopback_cluster(folder: Path, workers: int = 2, path: str = str(ROOT)) -> I
         deadline = time.monotonic() + STARTUP_LIMIT_S
         while not cluster.address:
             assert scheduler.poll() is None, "the scheduler has ended"
-            assert time.monotonic() < deadline, "the scheduler does not say its address"
+            assert time.monotonic() < deadline, "the scheduler has not written its address"
             time.sleep(0.05)
             with suppress(OSError, ValueError):
                 cluster.address = json.loads(address_file.read_text(encoding="utf-8"))["address"]

@@ -1,7 +1,9 @@
-"""Drives an FMU with the standard library alone: ``python -I -S fmu_bare_host.py FOLDER GUID``.
+"""Drives an FMU with the standard library alone.
 
-Without site-packages: NumPy, fivtui, pythonfmu and fmpy cannot be imported. Prints y after ten
-steps, and the resident memory of the process in kB during further steps.
+``python -I -S fmu_bare_host.py FOLDER GUID Y F STEPS`` has no site-packages: NumPy, fivtui,
+pythonfmu and fmpy cannot be imported. FOLDER holds the extracted FMU; Y and F are value references
+of y and of the preload. Prints y after ten steps, and the resident memory of the process in kB ten
+times during STEPS further steps.
 """
 
 import ctypes
@@ -33,53 +35,63 @@ def _resident_kb() -> int:
 
 
 def _memory_during_steps(
-    library: ctypes.CDLL, instance: ctypes.c_void_p, t: float, steps: int
+    library: ctypes.CDLL,
+    instance: ctypes.c_void_p,
+    t_start: float,
+    y_reference: ctypes.c_uint,
+    preload_reference: ctypes.c_uint,
+    steps: int,
 ) -> Iterator[int]:
-    reference, value = ctypes.c_uint(int(sys.argv[3])), ctypes.c_double()
-    force = ctypes.c_uint(int(sys.argv[4]))
-    start_time = t
-    for step_index in range(steps):
-        if step_index % 100 == 0:
-            value.value = 80.0 + step_index % 7
-            assert library.fmi2SetReal(instance, ctypes.byref(force), 1, ctypes.byref(value)) == 0
-        assert (
-            library.fmi2DoStep(
-                instance, ctypes.c_double(start_time + step_index * 1e-3), _STEP_S, 1
+    value, step_size = ctypes.c_double(), ctypes.c_double(_SHORT_STEP_S)
+    for index in range(steps):
+        if index % 100 == 0:
+            value.value = 80.0 + index % 7
+            status = library.fmi2SetReal(
+                instance, ctypes.byref(preload_reference), 1, ctypes.byref(value)
             )
-            == 0
-        )
-        if step_index % 10 == 0:
-            library.fmi2GetReal(instance, ctypes.byref(reference), 1, ctypes.byref(value))
-        if step_index % (steps // 10) == steps // 10 - 1:
+            assert status == 0
+        t = ctypes.c_double(t_start + index * _SHORT_STEP_S)
+        assert library.fmi2DoStep(instance, t, step_size, 1) == 0
+        if index % 10 == 0:
+            library.fmi2GetReal(instance, ctypes.byref(y_reference), 1, ctypes.byref(value))
+        if index % (steps // 10) == steps // 10 - 1:
             yield _resident_kb()
 
 
-_STEP_S = ctypes.c_double(1e-3)
+# Lengths of the first ten steps and of the further ones, s.
+_FIRST_STEP_S = 0.5
+_SHORT_STEP_S = 1e-3
 
 
 def main() -> None:
     """Run the FMU."""
-    folder = Path(sys.argv[1])
+    _, folder_name, guid, y_number, preload_number, step_count = sys.argv
+    folder = Path(folder_name)
+    y_reference, preload_reference = (
+        ctypes.c_uint(int(number)) for number in (y_number, preload_number)
+    )
     library = ctypes.CDLL(str(folder / "binaries" / "linux64" / "SliderBelt.so"))
     library.fmi2Instantiate.restype = ctypes.c_void_p
     callbacks = _Callbacks(None, _ALLOCATE(_LIBC.calloc), _FREE(_LIBC.free), None, None)
     uri = (folder / "resources").as_uri().encode()
     instance = ctypes.c_void_p(
-        library.fmi2Instantiate(
-            b"bare", 1, sys.argv[2].encode(), uri, ctypes.byref(callbacks), 0, 0
-        )
+        library.fmi2Instantiate(b"bare", 1, guid.encode(), uri, ctypes.byref(callbacks), 0, 0)
     )
     zero = ctypes.c_double(0.0)
     assert library.fmi2SetupExperiment(instance, 0, zero, zero, 0, zero) == 0
     assert library.fmi2EnterInitializationMode(instance) == 0
     assert library.fmi2ExitInitializationMode(instance) == 0
-    step_size = ctypes.c_double(0.5)
-    for step_index in range(10):
-        assert library.fmi2DoStep(instance, ctypes.c_double(step_index * 0.5), step_size, 1) == 0
-    reference, y = ctypes.c_uint(int(sys.argv[3])), ctypes.c_double()
-    assert library.fmi2GetReal(instance, ctypes.byref(reference), 1, ctypes.byref(y)) == 0
+    step_size = ctypes.c_double(_FIRST_STEP_S)
+    for index in range(10):
+        t = ctypes.c_double(index * _FIRST_STEP_S)
+        assert library.fmi2DoStep(instance, t, step_size, 1) == 0
+    y = ctypes.c_double()
+    assert library.fmi2GetReal(instance, ctypes.byref(y_reference), 1, ctypes.byref(y)) == 0
     print(y.value.hex())
-    print(*_memory_during_steps(library, instance, 5.0, int(sys.argv[5])))
+    memory = _memory_during_steps(
+        library, instance, 10 * _FIRST_STEP_S, y_reference, preload_reference, int(step_count)
+    )
+    print(*memory)
     library.fmi2Terminate(instance)
     library.fmi2FreeInstance(instance)
     assert not any(importlib.util.find_spec(name) for name in ("numpy", "fmpy", "fivtui"))

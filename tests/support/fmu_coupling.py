@@ -11,6 +11,7 @@ Row = tuple[float, float, float]
 
 
 def _instance(fmu: Path) -> tuple[str, Any, dict[str, int]]:
+    # The folder of an extracted FMU, its instance, and its value references by variable name.
     folder = fmpy.extract(str(fmu))
     description = fmpy.read_model_description(folder)
     instance = fmpy.instantiate_fmu(folder, description)
@@ -23,7 +24,7 @@ def _instance(fmu: Path) -> tuple[str, Any, dict[str, int]]:
 def run_coupled(
     slider_belt: Path, actuator: Path, *, steps: int, h: float, first: Row | None = None
 ) -> list[Row]:
-    """Step both FMUs in parallel, and exchange preload and contact force after every step.
+    """Step both FMUs in parallel by `h` s, and exchange preload and contact force after every step.
 
     `first` contains the inputs of the first step; by default they are the outputs at the start.
     """

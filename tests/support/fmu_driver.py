@@ -14,7 +14,7 @@ Call = tuple[Any, ...]
 
 
 class Answer(NamedTuple):
-    """Result of one call of the script."""
+    """Result of one call of the script: FMI status, returned value, and messages of the FMU."""
 
     status: str
     value: Any
@@ -78,7 +78,8 @@ class Driver:
 
 
 class _Host:
-    # Executes calls in the driven process; holds FMUs, and instances and states by name.
+    # Executes calls in the driven process: a script names its methods. Holds FMUs, and instances
+    # and saved states by name. `kind` is an FMI type such as "Real".
 
     def __init__(self, fmus: list[tuple[Any, Any]]) -> None:
         self.fmus = fmus
@@ -190,6 +191,10 @@ class _Host:
         return sorted({module.partition(".")[0] for module in sys.modules if "fivtui" in module})
 
 
+# Names of the FMI statuses of failed calls.
+_STATUSES = {2: "discard", 3: "error", 4: "fatal"}
+
+
 def _drive(host: _Host, calls: list[Any]) -> list[Answer]:
     from fmpy.fmi1 import FMICallException
 
@@ -199,7 +204,7 @@ def _drive(host: _Host, calls: list[Any]) -> list[Answer]:
         try:
             status, value = "ok", getattr(host, method)(instance, *arguments)
         except FMICallException as error:
-            status, value = {2: "discard", 3: "error", 4: "fatal"}[error.status], None
+            status, value = _STATUSES[error.status], None
         answers.append(Answer(status, value, host.log[:]))
     return answers
 

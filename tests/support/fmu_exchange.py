@@ -11,6 +11,8 @@ from scipy.optimize import brentq
 from tests.support.fmu_instance import FmuInstance
 
 FLOATS = POINTER(fmi2Real)
+# Number of continuous states (x, y, ẋ, ẏ), and of event indicators, whose signs change at events.
+STATES = 4
 INDICATORS = 4
 
 
@@ -45,8 +47,8 @@ def integrate_instance(
 
     def rates(t: float, states: Any) -> Any:
         fmi.setTime(t)
-        fmi.setContinuousStates(states.ctypes.data_as(FLOATS), 4)
-        return read(fmi.getDerivatives, 4)
+        fmi.setContinuousStates(states.ctypes.data_as(FLOATS), STATES)
+        return read(fmi.getDerivatives, STATES)
 
     def indicators(t: float, states: Any) -> list[float]:
         rates(t, states)
@@ -56,10 +58,11 @@ def integrate_instance(
         return [value > 0.0 for value in read(fmi.getEventIndicators, INDICATORS)]
 
     def solver_from(t: float) -> DOP853:
-        start = np.array(read(fmi.getContinuousStates, 4))
+        start = np.array(read(fmi.getContinuousStates, STATES))
         return DOP853(rates, t, start, t_end, rtol=tol, atol=tol)
 
     def crossing(index: int, interpolant: Any, first: float, end: float) -> float:
+        # The time at which an indicator passes zero within a step of the solver.
         def value(t: float) -> float:
             return indicators(t, interpolant(t))[index]
 

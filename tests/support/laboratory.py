@@ -45,10 +45,10 @@ async def _wait_longer(self: Pilot[None], timeout: float = HANG_S) -> bool:
 
 Pilot._wait_for_screen = _wait_longer  # type: ignore[method-assign, assignment]
 
-# Effects of a key may need the next frame; tests wait for later timers explicitly. The number of
-# consecutive timers is limited, as threads may schedule them endlessly.
+# Effects of a key may need the next frame; tests wait for later timers explicitly.
 _FRAME_S: Final = 0.02
-_TIMERS: Final = 4
+# Greatest number of consecutive timers to wait for: threads may schedule them endlessly.
+_MAX_TIMERS: Final = 4
 
 
 async def _until_idle(min_sleep: float = 0.0, max_sleep: float = 1.0) -> None:
@@ -58,7 +58,7 @@ async def _until_idle(min_sleep: float = 0.0, max_sleep: float = 1.0) -> None:
     """
     loop = asyncio.get_running_loop()
     end = loop.time() + max_sleep
-    for _ in range(_TIMERS):
+    for _ in range(_MAX_TIMERS):
         await asyncio.sleep(0)
         while loop._ready and loop.time() < end:  # type: ignore[attr-defined]
             await asyncio.sleep(0)
@@ -137,6 +137,7 @@ async def _close_without_focus(self: App[Any]) -> None:
 
 App._close_all = _close_without_focus  # type: ignore[method-assign]
 
+# A horizon, s, that no run reaches during a test.
 ENDLESS: Final = "1e6"
 
 
@@ -171,18 +172,18 @@ async def until(pilot: Pilot[None], holds: Callable[[], bool]) -> None:
 
 async def until_screen(pilot: Pilot[None], holds: Callable[[str], bool]) -> None:
     """Wait until a condition on the screen's text holds."""
-    previous = -1
+    previous_paints = -1
 
-    def look() -> bool:
+    def holds_after_paint() -> bool:
         # Rendering is the most expensive part, and the text changes only with a paint.
-        nonlocal previous
+        nonlocal previous_paints
         paints = _paints[id(pilot.app)]
-        if paints == previous:
+        if paints == previous_paints:
             return False
-        previous = paints
+        previous_paints = paints
         return holds(text_of(pilot))
 
-    await until(pilot, look)
+    await until(pilot, holds_after_paint)
 
 
 async def until_shown(pilot: Pilot[None], phrase: str) -> None:
@@ -190,16 +191,16 @@ async def until_shown(pilot: Pilot[None], phrase: str) -> None:
     await until_screen(pilot, lambda text: phrase in " ".join(text.split()))
 
 
-async def until_still(pilot: Pilot[None], looks: int = 4) -> None:
+async def until_still(pilot: Pilot[None], polls: int = 4) -> None:
     """Wait until no worker runs and several polls find no new paint."""
-    paints, count = -1, 0
-    while count < looks:
+    previous_paints, still_polls = -1, 0
+    while still_polls < polls:
         await asyncio.sleep(0.03)
         await pilot.pause()
-        present = _paints[id(pilot.app)]
+        paints = _paints[id(pilot.app)]
         busy = any(worker.is_running for worker in pilot.app.workers)
-        count = 0 if busy or present != paints else count + 1
-        paints = present
+        still_polls = 0 if busy or paints != previous_paints else still_polls + 1
+        previous_paints = paints
 
 
 def notices_of(pilot: Pilot[None]) -> NoticeView:

@@ -1,4 +1,7 @@
-"""An independent model of a slider on a belt of finite speed: mode by mode with `solve_ivp`."""
+"""An independent model of a slider on a belt of finite speed: mode by mode with `solve_ivp`.
+
+A state z is (x, ẋ, y, ẏ). Modes are "separated", "stick", and slip "forward" or "backward".
+"""
 
 import itertools
 from collections.abc import Callable, Mapping, Sequence
@@ -13,7 +16,8 @@ from scipy.integrate import solve_ivp
 from fivtui import Parameters
 
 FloatArray = NDArray[np.float64]
-Function = Callable[[float, FloatArray], float]
+EventFunction = Callable[[float, FloatArray], float]
+# Rows of time, s, and value by parameter.
 Tables = Mapping[str, Sequence[tuple[float, float]]]
 
 
@@ -70,11 +74,11 @@ class OwnBelt:
         ay = (P - self.at("F", t) - p.c2 * vy + spring) / p.m
         return [vx, self.belt_acceleration(t) if mode == "stick" else ax, vy, ay]
 
-    def end_events(self, mode: str) -> dict[str, Function]:
+    def end_events(self, mode: str) -> dict[str, EventFunction]:
         """Event functions of a mode; the mode ends where one of them falls through zero."""
         if mode == "separated":
             return {"lands": lambda _, z: float(z[2])}
-        ends: dict[str, Function] = {}
+        ends: dict[str, EventFunction] = {}
         if self.separation:
             ends["lifts"] = lambda _, z: float(-z[2])
         if mode == "stick":
@@ -87,13 +91,14 @@ class OwnBelt:
 
     def mode_at(self, t: float, z: FloatArray) -> str:
         """The mode of a state; at y = 0 the slider is landing."""
-        speed = self.at("v_belt", t)
-        if self.separation and z[2] > 0.0:
+        belt_speed = self.at("v_belt", t)
+        _, vx, y, _ = z
+        if self.separation and y > 0.0:
             return "separated"
-        if z[1] != speed:
-            return "forward" if z[1] < speed else "backward"
+        if vx != belt_speed:
+            return "forward" if vx < belt_speed else "backward"
         holding_force = self.sticking_force(t, z)
-        if abs(holding_force) <= self.static_limit(t, z[2]):
+        if abs(holding_force) <= self.static_limit(t, y):
             return "stick"
         return "forward" if holding_force > 0.0 else "backward"
 
@@ -138,7 +143,11 @@ def integrate(belt: OwnBelt, start: FloatArray, t_end: float) -> tuple[FloatArra
                 name = ""
                 t = segment_end
             else:
-                name = next(n for n, times in zip(ends, run.t_events, strict=True) if times.size)
+                name = next(
+                    event_name
+                    for event_name, times in zip(ends, run.t_events, strict=True)
+                    if times.size
+                )
             mode = belt.next_mode(mode, name, t, z)
             if mode != modes[-1]:
                 modes.append(mode)

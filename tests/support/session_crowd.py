@@ -68,6 +68,7 @@ class Terminal:
         await self.end()
 
     async def end(self) -> None:
+        """Kill the program and close its terminal."""
         if self._pid:
             _kill([self._pid])
             os.waitpid(self._pid, 0)
@@ -150,6 +151,7 @@ def _kill(pids: list[int]) -> None:
 
 
 def environment(folder: Path) -> dict[str, str]:
+    """Environment variables of a laboratory that keeps its state in a folder."""
     root = str(Path(__file__).parents[2])
     return {
         **os.environ,
@@ -215,6 +217,7 @@ class Observer:
 
 
 async def crowd(folder: Path, kills: int) -> int:
+    """Kill laboratories `kills` times; return the number of runs that can be read at the end."""
     rng = random.Random(SEED)
     users: list[Terminal | Tab] = [Terminal(folder), Terminal(folder), Tab(folder, rng)]
     observer = Observer(folder)
@@ -243,6 +246,7 @@ async def crowd(folder: Path, kills: int) -> int:
 
 
 async def press_all(users: list[Terminal | Tab], observer: Observer) -> None:
+    """Start a run in every laboratory, and check the stored runs."""
     for user in users:
         await user.press(RUN_KEY)
     await asyncio.sleep(_PAUSE_S)

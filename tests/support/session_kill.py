@@ -40,6 +40,7 @@ RESULT = simulate(t_end=1.0, samples=np.linspace(0.0, 1.0, 11), kernel="interpre
 
 
 def restored(autosave: Autosave) -> Session:
+    """The session of a state file with its results; a new one without a file."""
     state = autosave.load()
     assert not autosave.notices, autosave.notices
     assert autosave.number == 1, autosave.number
@@ -84,6 +85,7 @@ def load_and_check(path: Path) -> Session:
 
 
 def kill_sessions(folder: Path) -> int:
+    """Kill a process at each operation that changes a session; return their number."""
     before = folder / "before"
     change_session(before / "session.json")
 
@@ -141,6 +143,7 @@ def kill_labs(folder: Path, times: int) -> int:
 
 
 async def use_lab(path: Path) -> None:
+    """Compute two runs in a laboratory, and wait until its session is stored."""
     app = app_module.FivtuiApp(state=path)
     async with app.run_test(size=(80, 24)) as pilot:
         await pilot.pause()

@@ -25,11 +25,12 @@ STUDY = Study(
 OPERATIONS = ("open", "os.")
 
 
-def run(out: Path, force: bool) -> None:
+def compute_sweep(out: Path, force: bool) -> None:
     sweep_to_file(STUDY, output_path(out, force=force), local_engine(1), size=2)
 
 
 def kill_at(operation: int, folder: Path) -> None:
+    """Have the operating system kill this process at its n-th file operation in a folder."""
     count = 0
 
     def hook(event: str, args: tuple[Any, ...]) -> None:
@@ -43,6 +44,7 @@ def kill_at(operation: int, folder: Path) -> None:
 
 
 def child(work: Callable[[], None]) -> int:
+    """Run a function in a child process; return its exit code, minus the signal if it is killed."""
     process = os.fork()
     if process == 0:
         code = 1
@@ -57,6 +59,7 @@ def child(work: Callable[[], None]) -> int:
 def check_kill(
     folder: Path, suffix: str, complete_bytes: bytes, operation: int, force: bool
 ) -> bool:
+    """Kill a sweep at an operation and continue it; return whether it reached the operation."""
     out = folder / f"{operation}-{force}" / f"out{suffix}"
     out.parent.mkdir()
     if force:
@@ -64,12 +67,12 @@ def check_kill(
 
     def run_until_killed() -> None:
         kill_at(operation, out.parent)
-        run(out, force)
+        compute_sweep(out, force)
 
     exit_code = child(run_until_killed)
     assert exit_code in (0, -signal.SIGKILL), exit_code
     assert not out.exists() or out.read_bytes() in (b"old", complete_bytes)
-    assert child(lambda: run(out, force)) == 0
+    assert child(lambda: compute_sweep(out, force)) == 0
     assert out.read_bytes() == complete_bytes
     assert [path.name for path in out.parent.iterdir()] == [out.name]
     return exit_code != 0
@@ -77,8 +80,8 @@ def check_kill(
 
 def main() -> None:
     folder, suffix, stride = Path(sys.argv[1]), sys.argv[2], int(sys.argv[3])
-    complete = folder / f"whole{suffix}"
-    run(complete, False)
+    complete = folder / f"complete{suffix}"
+    compute_sweep(complete, False)
     complete_bytes = complete.read_bytes()
     counts = []
     # Only CSV is tested with overwriting: replacement does not depend on the format.
