@@ -23,13 +23,15 @@ from tests.support.strategies import moderate_parameters, states
 GROWING = Parameters(k2=186.0, k_nl=0.0, mu=1.5)
 
 
-def table(*sets: Parameters) -> np.ndarray:
+def rows_of(*sets: Parameters) -> np.ndarray:
+    """Parameter sets as an array, a row each."""
     return np.array([p.values() for p in sets])
 
 
 def varied(count: int) -> np.ndarray:
+    """Random parameter sets around the base set, a row each."""
     rng = np.random.default_rng(7)
-    sets = table(*[Parameters()] * count)
+    sets = rows_of(*[Parameters()] * count)
     return np.column_stack(
         [sets[:, column] * rng.uniform(0.5, 1.5, count) for column in range(len(PARAMETERS))]
     )
@@ -44,6 +46,7 @@ def assert_identical(first: Batch, second: Batch, order: np.ndarray | None = Non
 
 
 def assert_agrees(result: Batch, row: int, run: Transient, *, close: float) -> None:
+    """A member of a batch has the results of a run, to the relative tolerance `close`."""
     p = run.parameters
     length = max(run.peak.x_abs, run.peak.y_abs, abs(p.F) / (p.k1 + p.k2 + p.k3))
     speed = length * math.sqrt((p.k1 + p.k2 + p.k3) / p.m)
@@ -61,9 +64,9 @@ def assert_agrees(result: Batch, row: int, run: Transient, *, close: float) -> N
     same(result.peak.vx_max[row], run.peak.vx_max, speed)
     same(result.steady.y_half_range[row], run.steady.y_half_range, length)
     # A touch below rounding in y lasts about the square root of the rounding error.
-    lost = max(close, 3e-8) * run.t_end
+    time_tolerance = max(close, 3e-8) * run.t_end
     assert result.events.separated_time[row] == pytest.approx(
-        run.events.separated_time, rel=close, abs=lost
+        run.events.separated_time, rel=close, abs=time_tolerance
     )
 
 
@@ -76,7 +79,7 @@ def test_any_members_are_those_of_single_runs(
     members: list[tuple[Parameters, State, bool]], tol: float
 ) -> None:
     result = simulate_batch(
-        table(*(p for p, _, _ in members)),
+        rows_of(*(p for p, _, _ in members)),
         t_end=8.0,
         tol=tol,
         start=np.array([start for _, start, _ in members]),
@@ -93,7 +96,7 @@ def test_any_members_are_those_of_single_runs(
         assert_agrees(result, row, run, close=1e-9 if tol < 1e-7 else 1e-3)
 
 
-def test_nothing_depends_on_neighbours_place_or_workers() -> None:
+def test_results_do_not_depend_on_other_members_order_or_workers() -> None:
     sets = varied(150)
     sets[::7, list(PARAMETERS).index("k_nl")] = 0.0
     flags = np.arange(len(sets)) % 3 > 0
@@ -101,8 +104,8 @@ def test_nothing_depends_on_neighbours_place_or_workers() -> None:
     complete = simulate_batch(sets, separation=flags, workers=1, **options)  # type: ignore[arg-type]
     assert (complete.status == Status.DONE).sum() > 100
     for workers in (2, 5):
-        again = simulate_batch(sets, separation=flags, workers=workers, **options)  # type: ignore[arg-type]
-        assert_identical(complete, again)
+        repeated = simulate_batch(sets, separation=flags, workers=workers, **options)  # type: ignore[arg-type]
+        assert_identical(complete, repeated)
     order = np.random.default_rng(3).permutation(len(sets))
     shuffled = simulate_batch(sets[order], separation=flags[order], **options)  # type: ignore[arg-type]
     assert_identical(complete, shuffled, order)
@@ -143,18 +146,19 @@ def test_an_empty_batch_is_empty() -> None:
     assert result.failed.size == 0
 
 
-def test_a_member_that_fails_says_why_and_disturbs_nobody() -> None:
-    good = varied(30)
+def test_a_member_that_fails_has_a_reason_and_does_not_change_others() -> None:
+    good_sets = varied(30)
     bad = np.array([0, 7, 11, 31])
-    sets = np.insert(good, [0, 6, 9, 28], table(GROWING, GROWING, GROWING, GROWING), axis=0)
-    assert np.array_equal(sets[bad], table(*[GROWING] * 4))
+    sets = np.insert(good_sets, [0, 6, 9, 28], rows_of(*[GROWING] * 4), axis=0)
+    assert np.array_equal(sets[bad], rows_of(*[GROWING] * 4))
+    # With separation ignored, the growing motions have no bound.
     flags = np.ones(len(sets), bool)
     flags[bad] = False
-    fine = np.flatnonzero(flags)
+    good = np.flatnonzero(flags)
     options = {"t_end": 3000.0, "tol": 1e-3}
     result = simulate_batch(sets, separation=flags, **options)  # type: ignore[arg-type]
     assert result.failed.tolist() == bad.tolist()
-    assert_identical(result, simulate_batch(good, **options), None if not bad.size else fine)  # type: ignore[arg-type]
+    assert_identical(result, simulate_batch(good_sets, **options), good)  # type: ignore[arg-type]
     with pytest.raises(ComputationError) as caught:
         simulate(GROWING, separation=False, kernel="compiled", **options)  # type: ignore[arg-type]
     for index in bad.tolist():
@@ -174,7 +178,9 @@ def test_other_failures_are_reported() -> None:
     assert limited.steps[0] == 50
     assert str(limited.failure(0)).startswith("50 steps reach t = ")
     stiff = Parameters(m=1e-12, k2=1e12, k_nl=0.0)
-    stalled = simulate_batch(table(stiff), t_end=1e7, max_steps=10_000, start=(0.0, 0.0, 1.0, -1.0))
+    stalled = simulate_batch(
+        rows_of(stiff), t_end=1e7, max_steps=10_000, start=(0.0, 0.0, 1.0, -1.0)
+    )
     assert stalled.status[0] in (Status.STALLED, Status.STEP_LIMIT)
     lifted = simulate_batch({"F": [-5.0, 80.0], "k3": 0.0}, t_end=1.0)
     assert lifted.status.tolist() == [Status.NO_START, Status.DONE]
@@ -183,7 +189,7 @@ def test_other_failures_are_reported() -> None:
     assert lifted.failure(-1) is None
 
 
-def test_work_is_cancelled_at_the_next_look() -> None:
+def test_work_is_cancelled_at_the_next_report() -> None:
     shares: list[float] = []
 
     def progress(fraction: float) -> bool:
@@ -224,15 +230,15 @@ def test_an_exception_in_a_worker_is_raised(monkeypatch: pytest.MonkeyPatch) -> 
 def test_memory_does_not_grow_with_the_horizon() -> None:
     sets = varied(64)
 
-    def most(t_end: float) -> int:
+    def peak_memory(t_end: float) -> int:
         tracemalloc.start()
         simulate_batch(sets, t_end=t_end, tol=1e-3)
         peak = tracemalloc.get_traced_memory()[1]
         tracemalloc.stop()
         return peak
 
-    most(1.0)
-    assert most(300.0) < most(1.0) + 20_000
+    peak_memory(1.0)
+    assert peak_memory(300.0) < peak_memory(1.0) + 20_000
 
 
 def test_memory_is_that_of_the_inputs_and_outputs() -> None:
@@ -275,7 +281,7 @@ def test_a_wrong_request_is_refused(options: dict[str, object], message: str) ->
 
 
 def test_without_a_compiled_kernel_members_are_interpreted() -> None:
-    sets = table(
+    sets = rows_of(
         Parameters(),
         Parameters(k_nl=0.0, F=30.0),
         Parameters(F=-5.0, k3=0.0),

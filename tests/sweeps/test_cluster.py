@@ -35,6 +35,7 @@ STUDY = Study(
     cases=(True, False),
     t_end=600.0,
 )
+# Members per piece.
 SIZE = 10
 
 
@@ -127,13 +128,13 @@ def test_a_worker_without_the_program_says_so_and_lives_on(tmp_path: Path) -> No
     text = "raise ModuleNotFoundError(\"No module named 'fivtui'\")\n"
     (tmp_path / "fivtui.py").write_text(text, encoding="utf-8")
     with (
-        loopback_cluster(tmp_path, workers=1, path=str(tmp_path)) as bare,
-        cluster_engine(bare.address) as engine,
+        loopback_cluster(tmp_path, workers=1, path=str(tmp_path)) as cluster_without_program,
+        cluster_engine(cluster_without_program.address) as engine,
     ):
         for _ in range(2):
             with pytest.raises(ComputationError, match="a worker cannot run fivtui: No module"):
                 sweep_in_memory(STUDY, engine)
-        assert all(worker.poll() is None for worker in bare.workers)
+        assert all(worker.poll() is None for worker in cluster_without_program.workers)
 
 
 def test_a_missing_scheduler_or_missing_workers_are_reported(
@@ -157,18 +158,18 @@ def test_a_missing_scheduler_or_missing_workers_are_reported(
 
 def test_a_lost_scheduler_loses_nothing(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     out = tmp_path / "out.csv"
-    with loopback_cluster(tmp_path, workers=1) as lost:
+    with loopback_cluster(tmp_path, workers=1) as cluster_to_lose:
         fractions: list[float] = []
 
         def progress(fraction: float) -> bool:
             fractions.append(fraction)
             if len(fractions) == 3:
-                lost.scheduler.kill()
+                cluster_to_lose.scheduler.kill()
             return True
 
         with (
             pytest.raises(ComputationError, match=r"scheduler at tcp.* is lost; start it again"),
-            cluster_engine(lost.address) as engine,
+            cluster_engine(cluster_to_lose.address) as engine,
         ):
             sweep_to_file(STUDY, out, engine, size=SIZE, progress=progress)
     assert "Traceback" not in capfd.readouterr().err
@@ -177,7 +178,7 @@ def test_a_lost_scheduler_loses_nothing(tmp_path: Path, capfd: pytest.CaptureFix
 
 
 class FakeClient:
-    """A client of a cluster that computes nothing; counts what is submitted."""
+    """A client of a cluster that computes nothing and counts the submitted pieces."""
 
     loop = None
 
@@ -193,7 +194,7 @@ class FakeClient:
         return SimpleNamespace(key=self.submitted, result=lambda: answer)
 
 
-class InOrder(list[SimpleNamespace]):
+class CompletedInOrder(list[SimpleNamespace]):
     """Futures that are completed in the order in which they were submitted."""
 
     def __init__(self, **_: object) -> None:
@@ -204,18 +205,20 @@ class InOrder(list[SimpleNamespace]):
         return self.pop(0)
 
 
-def test_pieces_are_handed_out_by_the_threads_of_the_last_few_seconds(
+def test_pieces_are_submitted_for_the_threads_counted_in_the_last_seconds(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     client, clock = FakeClient(), [0.0]
-    monkeypatch.setattr("distributed.as_completed", InOrder)
+    monkeypatch.setattr("distributed.as_completed", CompletedInOrder)
     monkeypatch.setattr(cluster_module, "time", SimpleNamespace(monotonic=lambda: clock[0]))
     pieces = (sweep_piece(number, STUDY.members, 1) for number in range(STUDY.members))
     rows = cluster_module._make_engine(client, "address")(STUDY, pieces)  # type: ignore[arg-type]
-    waiting = []
+    submitted_ahead = []
     for seconds, threads in ((0.0, 1), (1.0, 4), (10.0, 4), (10.5, 1), (20.0, 1)):
         clock[0], client.threads = seconds, threads
         piece, _ = next(rows)
-        waiting.append(client.submitted - piece.number)
-    ahead = cluster_module._PIECES_PER_THREAD
-    assert waiting == [ahead, ahead, 4 * ahead, 4 * ahead, 4 * ahead - 1]
+        submitted_ahead.append(client.submitted - piece.number)
+    # Threads are counted every 5 s: at 0, 10 and 20 s. Fewer threads get no new pieces at first.
+    for_1 = cluster_module._PIECES_PER_THREAD
+    for_4 = 4 * for_1
+    assert submitted_ahead == [for_1, for_1, for_4, for_4, for_4 - 1]

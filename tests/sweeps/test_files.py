@@ -1,4 +1,4 @@
-"""Sweeps are written and read again: complete ones, and the pieces of one under way."""
+"""Sweeps are written and read back: complete ones, and the stored pieces of an unfinished one."""
 
 import dataclasses
 import json
@@ -18,7 +18,7 @@ BASE = PRESETS["base"]
 SHORT = dataclasses.replace(BASE.with_values({"F": 70.0}), t_end=5.0)
 
 
-def study(*texts: str, kind: str = "product", **settings: object) -> Study:
+def make_study(*texts: str, kind: str = "product", **settings: object) -> Study:
     design = parse_design(texts, kind, **settings)  # type: ignore[arg-type]
     return scene_study(
         SHORT, design, cases=(True, False), outputs=("y_abs", "separations", "stable")
@@ -26,66 +26,66 @@ def study(*texts: str, kind: str = "product", **settings: object) -> Study:
 
 
 @pytest.fixture(scope="module")
-def swept() -> Sweep:
-    return sweep_in_memory(study("F=20:80:4"), local_engine(1))
+def computed() -> Sweep:
+    return sweep_in_memory(make_study("F=20:80:4"), local_engine(1))
 
 
 @pytest.mark.parametrize("suffix", [".csv", ".parquet"])
 def test_a_sweep_written_from_memory_is_the_file_of_the_command_line(
-    suffix: str, swept: Sweep, tmp_path: Path
+    suffix: str, computed: Sweep, tmp_path: Path
 ) -> None:
-    ours, theirs = tmp_path / f"ours{suffix}", tmp_path / f"theirs{suffix}"
-    save_sweep(swept, ours)
-    sweep_to_file(swept.study, theirs, local_engine(1), size=3)
+    saved, written = tmp_path / f"saved{suffix}", tmp_path / f"written{suffix}"
+    save_sweep(computed, saved)
+    sweep_to_file(computed.study, written, local_engine(1), size=3)
     if suffix == ".csv":
-        assert ours.read_bytes() == theirs.read_bytes()
-    for path in (ours, theirs):
+        assert saved.read_bytes() == written.read_bytes()
+    for path in (saved, written):
         read = read_sweep(path)
-        assert read.study == swept.study
-        assert read.rows == swept.rows
-    assert sweep_to_file(swept.study, ours, local_engine(1)).failed is None
+        assert read.study == computed.study
+        assert read.rows == computed.rows
+    assert sweep_to_file(computed.study, saved, local_engine(1)).failed is None
 
 
 @pytest.mark.parametrize(
-    "design",
+    "study",
     [
-        study("F=1:100:5:log", "x0=-1,0.25"),
-        study("F=20:80", "mu=0.1:1:log", kind="sobol", count=9, seed=3),
-        study("F=20,30", "mu=1,2", kind="list"),
-        dataclasses.replace(study("F=20,30"), accuracy=(("peak", 1e-4), ("final", 1e-3))),
-        dataclasses.replace(study("y0=-1:0:3"), start=[0.0, 0.5, -0.25, 0.0], cases=(False,)),
+        make_study("F=1:100:5:log", "x0=-1,0.25"),
+        make_study("F=20:80", "mu=0.1:1:log", kind="sobol", count=9, seed=3),
+        make_study("F=20,30", "mu=1,2", kind="list"),
+        dataclasses.replace(make_study("F=20,30"), accuracy=(("peak", 1e-4), ("final", 1e-3))),
+        dataclasses.replace(make_study("y0=-1:0:3"), start=[0.0, 0.5, -0.25, 0.0], cases=(False,)),
     ],
 )
-def test_a_study_is_read_as_it_was_written(design: Study) -> None:
-    assert study_from_dict(json.loads(json.dumps(study_to_dict(design)))) == design
+def test_a_study_is_read_as_it_was_written(study: Study) -> None:
+    assert study_from_dict(json.loads(json.dumps(study_to_dict(study)))) == study
 
 
 @pytest.mark.parametrize("suffix", [".csv", ".parquet"])
-def test_the_errors_of_a_sweep_are_read_again(suffix: str, tmp_path: Path) -> None:
-    with_errors = dataclasses.replace(study("F=20,30"), accuracy=(("peak", 1e-4),))
+def test_the_errors_of_a_sweep_are_read_back(suffix: str, tmp_path: Path) -> None:
+    with_errors = dataclasses.replace(make_study("F=20,30"), accuracy=(("peak", 1e-4),))
     result = sweep_in_memory(with_errors, local_engine(1))
     path = tmp_path / f"sweep{suffix}"
     save_sweep(result, path)
-    again = read_sweep(path)
-    assert again.columns[-3:] == ["peak_error", "status", "reason"]
-    assert again.rows == result.rows
+    reread = read_sweep(path)
+    assert reread.columns[-3:] == ["peak_error", "status", "reason"]
+    assert reread.rows == result.rows
 
 
 @pytest.mark.parametrize("suffix", [".csv", ".parquet"])
 def test_pieces_of_a_running_sweep_are_read_and_not_changed(
-    suffix: str, swept: Sweep, tmp_path: Path
+    suffix: str, computed: Sweep, tmp_path: Path
 ) -> None:
     path = tmp_path / f"out{suffix}"
     with pytest.raises(Cancelled):
         sweep_to_file(
-            swept.study, path, local_engine(1), size=2, progress=lambda fraction: fraction < 0.5
+            computed.study, path, local_engine(1), size=2, progress=lambda fraction: fraction < 0.5
         )
     folder = path.with_name(f"{path.name}.parts")
     before = {file.name: file.read_bytes() for file in folder.iterdir()}
     read = read_sweep(folder)
-    assert read.study == swept.study
-    assert read.rows == swept.rows[: len(read.rows)]
-    assert 0 < len(read.rows) < len(swept.rows)
+    assert read.study == computed.study
+    assert read.rows == computed.rows[: len(read.rows)]
+    assert 0 < len(read.rows) < len(computed.rows)
     assert {file.name: file.read_bytes() for file in folder.iterdir()} == before
     with pytest.raises(InputError, match="are computed, not all"):
         save_sweep(read, tmp_path / f"part{suffix}")

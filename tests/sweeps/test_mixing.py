@@ -1,4 +1,8 @@
-"""A file never mixes rows of two sweeps: pieces, manifests, finished files and machines."""
+"""A file never mixes rows of two sweeps: pieces, manifests, complete files and machines.
+
+A sweep is stored in pieces until its file is complete; a manifest identifies their sweep. The
+arithmetic is a set of digests that differ on machines with other last bits of results.
+"""
 
 import dataclasses
 import errno
@@ -33,10 +37,10 @@ STUDY = Study(
     t_end=5.0,
     outputs=("y_abs", "separations", "stable"),
 )
-HEAVIER = dataclasses.replace(STUDY, parameters=Parameters(m=6.0))
+OTHER_STUDY = dataclasses.replace(STUDY, parameters=Parameters(m=6.0))
 MEMBERS = 20
 SUFFIXES = pytest.mark.parametrize("suffix", [".csv", ".parquet"])
-OTHER: dict[str, dict[str, Any]] = {
+OTHER_ARITHMETIC: dict[str, dict[str, Any]] = {
     "interpreted": {"kernel": "interpreted"},
     "last bits": {"transients": "0" * 32},
 }
@@ -51,7 +55,8 @@ def run(out: Path, study: Study = STUDY, **options: Any) -> WriteSummary:
     return sweep_to_file(study, out, local_engine(1), **{"size": 3, **options})
 
 
-def begun(out: Path, study: Study = STUDY, **options: Any) -> Path:
+def start_and_stop(out: Path, study: Study = STUDY, **options: Any) -> Path:
+    """Compute a few pieces of a sweep; return their folder."""
     fractions: list[float] = []
 
     def progress(fraction: float) -> bool:
@@ -66,24 +71,26 @@ def begun(out: Path, study: Study = STUDY, **options: Any) -> Path:
 
 
 def contents(folder: Path) -> dict[str, bytes]:
+    """Contents of all files in a folder, by path."""
     return {str(p.relative_to(folder)): p.read_bytes() for p in folder.rglob("*") if p.is_file()}
 
 
-def refused(out: Path, message: str, study: Study = STUDY) -> None:
+def assert_refused(out: Path, message: str, study: Study = STUDY) -> None:
+    """The sweep is refused with a message of one line, and no file changes."""
     before = contents(out.parent)
     with pytest.raises(InputError, match=message) as caught:
         run(out, study, size=None)
     assert "\n" not in str(caught.value)
-    after = contents(out.parent)
-    assert after == before
+    assert contents(out.parent) == before
 
 
 @pytest.fixture(scope="module")
-def right(tmp_path_factory: pytest.TempPathFactory) -> dict[tuple[str, str], bytes]:
+def expected_files(tmp_path_factory: pytest.TempPathFactory) -> dict[tuple[str, str], bytes]:
+    """Contents of complete files of both sweeps, by suffix and sweep."""
     contents = {}
     for suffix in (".csv", ".parquet"):
-        for name, study in (("lighter", STUDY), ("heavier", HEAVIER)):
-            out = tmp_path_factory.mktemp("right") / f"out{suffix}"
+        for name, study in (("study", STUDY), ("other study", OTHER_STUDY)):
+            out = tmp_path_factory.mktemp("expected_files") / f"out{suffix}"
             run(out, study)
             contents[suffix, name] = out.read_bytes()
     return contents
@@ -93,7 +100,7 @@ def test_the_command_refuses_pieces_without_a_manifest(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    parts = begun(tmp_path / "out.csv")
+    parts = start_and_stop(tmp_path / "out.csv")
     (parts / "manifest.json").unlink()
     before = contents(tmp_path)
     args = ["sweep", "--vary=F=10:120:10", "--vary=mu=0.1,0.7", "--t-end=5", "--set=m=6",
@@ -107,66 +114,66 @@ def test_the_command_refuses_pieces_without_a_manifest(
     assert command([*args, "--force"]) == 0
     written = read_sweep(tmp_path / "out.csv")
     assert written.study.parameters.m == 6.0
-    exact = compute_rows(HEAVIER, 0, MEMBERS)
+    exact = compute_rows(OTHER_STUDY, 0, MEMBERS)
     assert written.table.numbers["y_abs"].tolist() == exact.numbers["y_abs"].tolist()
     assert not parts.exists()
 
 
 @SUFFIXES
 def test_pieces_under_the_manifest_of_another_sweep_are_refused(
-    suffix: str, right: dict[tuple[str, str], bytes], tmp_path: Path
+    suffix: str, expected_files: dict[tuple[str, str], bytes], tmp_path: Path
 ) -> None:
     out = tmp_path / f"out{suffix}"
-    parts = begun(out)
+    parts = start_and_stop(out)
     (tmp_path / "other").mkdir()
-    manifest = begun(tmp_path / "other" / out.name, HEAVIER) / "manifest.json"
+    manifest = start_and_stop(tmp_path / "other" / out.name, OTHER_STUDY) / "manifest.json"
     shutil.copy(manifest, parts)
-    refused(out, "has pieces that do not belong to its manifest.json", HEAVIER)
-    assert run(output_path(out, force=True), HEAVIER).stored_before == 0
-    assert out.read_bytes() == right[suffix, "heavier"]
+    assert_refused(out, "has pieces that do not belong to its manifest.json", OTHER_STUDY)
+    assert run(output_path(out, force=True), OTHER_STUDY).stored_before == 0
+    assert out.read_bytes() == expected_files[suffix, "other study"]
 
 
 @SUFFIXES
 def test_a_piece_under_the_name_of_another_one_is_computed_again(
-    suffix: str, right: dict[tuple[str, str], bytes], tmp_path: Path
+    suffix: str, expected_files: dict[tuple[str, str], bytes], tmp_path: Path
 ) -> None:
     out = tmp_path / f"out{suffix}"
-    first, second, *remaining = sorted(begun(out).glob(f"0*{suffix}"))
+    first, second, *remaining = sorted(start_and_stop(out).glob(f"0*{suffix}"))
     second.rename(second.with_name(second.name[:9] + first.name[9:]))
     first.rename(first.with_name(first.name[:9] + ".1" + first.name[11:]))
     assert run(out).stored_before == 3 * len(remaining)
-    assert out.read_bytes() == right[suffix, "lighter"]
+    assert out.read_bytes() == expected_files[suffix, "study"]
 
 
-def halve(content: bytes) -> bytes:
+def keep_first_half(content: bytes) -> bytes:
     return content[: len(content) // 2]
 
 
-def cut_the_end(content: bytes) -> bytes:
+def cut_last_byte(content: bytes) -> bytes:
     return content[:-1]
 
 
-def cut_a_piece_out(content: bytes) -> bytes:
+def cut_out_middle(content: bytes) -> bytes:
     # The damage is a full row in CSV, as many bytes of a column in Parquet.
     start = content.rindex(b"\n", 0, -20) if content.startswith(b"#") else 100
     stop = content.index(b"\n", start + 1) if content.startswith(b"#") else 120
     return content[:start] + content[stop:]
 
 
-def double_the_end(content: bytes) -> bytes:
+def repeat_last_line(content: bytes) -> bytes:
     return content + content.splitlines(keepends=True)[-1]
 
 
-def cut_after_the_names(content: bytes) -> bytes:
+def keep_header(content: bytes) -> bytes:
     lines = content.splitlines(keepends=True)
     return b"".join(line for line in lines if line.startswith((b"#", b"F,")))
 
 
-BOTH = (halve, cut_the_end, cut_a_piece_out)
+DAMAGE_OF_BOTH_FORMATS = (keep_first_half, cut_last_byte, cut_out_middle)
 DAMAGE = [
-    *((damage, suffix) for damage in BOTH for suffix in (".csv", ".parquet")),
-    (double_the_end, ".csv"),
-    (cut_after_the_names, ".csv"),
+    *((damage, suffix) for damage in DAMAGE_OF_BOTH_FORMATS for suffix in (".csv", ".parquet")),
+    (repeat_last_line, ".csv"),
+    (keep_header, ".csv"),
 ]
 
 
@@ -174,127 +181,128 @@ DAMAGE = [
 def test_a_damaged_file_is_never_called_complete(
     damage: Callable[[bytes], bytes],
     suffix: str,
-    right: dict[tuple[str, str], bytes],
+    expected_files: dict[tuple[str, str], bytes],
     tmp_path: Path,
 ) -> None:
     out = tmp_path / f"out{suffix}"
-    complete = right[suffix, "lighter"]
+    complete = expected_files[suffix, "study"]
     out.write_bytes(damage(complete))
     assert out.read_bytes() != complete
-    refused(out, r"exists already, and is .*damaged.*forc")
+    assert_refused(out, r"exists already, and is .*damaged.*forc")
     assert run(output_path(out, force=True)) == WriteSummary(MEMBERS, 0, 0)
     assert out.read_bytes() == complete
     assert run(out) == WriteSummary(MEMBERS, None, MEMBERS)
 
 
-def elsewhere(monkeypatch: pytest.MonkeyPatch, changed: dict[str, Any]) -> None:
-    # The digest that another machine would have.
-    def other(study: Study) -> dict[str, Any]:
+def pretend_arithmetic(monkeypatch: pytest.MonkeyPatch, changed: dict[str, Any]) -> None:
+    """Replace digests by those that another machine would have."""
+
+    def other_digests(study: Study) -> dict[str, Any]:
         return arithmetic_digests(study) | changed
 
-    monkeypatch.setattr(provenance_module, "arithmetic_digests", other)
+    monkeypatch.setattr(provenance_module, "arithmetic_digests", other_digests)
 
 
 @SUFFIXES
-@pytest.mark.parametrize("reason", OTHER)
+@pytest.mark.parametrize("reason", OTHER_ARITHMETIC)
 def test_rows_of_two_machines_are_not_mixed(
     reason: str,
     suffix: str,
-    right: dict[tuple[str, str], bytes],
+    expected_files: dict[tuple[str, str], bytes],
     monkeypatch: pytest.MonkeyPatch,
     tmp_path: Path,
 ) -> None:
     out = tmp_path / f"out{suffix}"
-    begun(out)
-    elsewhere(monkeypatch, OTHER[reason])
-    refused(out, rf"would differ in their last bits .* \(.*{reason}.*continue where")
+    start_and_stop(out)
+    pretend_arithmetic(monkeypatch, OTHER_ARITHMETIC[reason])
+    assert_refused(out, rf"would differ in their last bits .* \(.*{reason}.*continue where")
     monkeypatch.undo()
     assert run(out).stored_before >= 9
-    assert out.read_bytes() == right[suffix, "lighter"]
+    assert out.read_bytes() == expected_files[suffix, "study"]
 
 
 @SUFFIXES
 def test_a_finished_file_says_its_arithmetic_and_is_complete_anywhere(
     suffix: str,
-    right: dict[tuple[str, str], bytes],
+    expected_files: dict[tuple[str, str], bytes],
     monkeypatch: pytest.MonkeyPatch,
     tmp_path: Path,
 ) -> None:
     out = tmp_path / f"out{suffix}"
-    out.write_bytes(right[suffix, "lighter"])
+    out.write_bytes(expected_files[suffix, "study"])
     provenance = sweep_format(out).provenance(out)
     assert provenance is not None
     assert provenance["arithmetic"] == arithmetic_digests(STUDY)
-    elsewhere(monkeypatch, OTHER["interpreted"])
+    pretend_arithmetic(monkeypatch, OTHER_ARITHMETIC["interpreted"])
     assert run(out).failed is None
-    assert out.read_bytes() == right[suffix, "lighter"]
+    assert out.read_bytes() == expected_files[suffix, "study"]
 
 
 def test_a_file_of_an_older_version_is_complete_and_its_pieces_are_refused(
-    right: dict[tuple[str, str], bytes], tmp_path: Path
+    expected_files: dict[tuple[str, str], bytes], tmp_path: Path
 ) -> None:
     out = tmp_path / "out.csv"
-    lines = right[".csv", "lighter"].splitlines(keepends=True)
+    lines = expected_files[".csv", "study"].splitlines(keepends=True)
     old = [line for line in lines if not line.startswith(b"# arithmetic")]
     assert len(old) == len(lines) - 1
     out.write_bytes(b"".join(old))
     assert run(out).failed is None
     out.unlink()
-    parts = begun(out)
+    parts = start_and_stop(out)
     manifest = json.loads((parts / "manifest.json").read_text())
     del manifest["arithmetic"]
     (parts / "manifest.json").write_text(json.dumps(manifest))
     for path in parts.glob("0*.csv"):
         number, failed, _, checksum, suffix = path.name.split(".")
         path.rename(parts / f"{number}.{failed}.{checksum}.{suffix}")
-    refused(out, "an older fivtui began the sweep and did not record the arithmetic")
+    assert_refused(out, "an older fivtui began the sweep and did not record the arithmetic")
     with pytest.raises(InputError, match="an older fivtui began this sweep"):
         read_sweep(parts)
     (parts / "manifest.json").unlink()
-    refused(out, r"has pieces but no manifest\.json")
+    assert_refused(out, r"has pieces but no manifest\.json")
     assert run(output_path(out, force=True)).stored_before == 0
-    assert out.read_bytes() == right[".csv", "lighter"]
+    assert out.read_bytes() == expected_files[".csv", "study"]
 
 
 def test_a_complete_file_leaves_the_pieces_of_another_sweep(
-    right: dict[tuple[str, str], bytes], tmp_path: Path
+    expected_files: dict[tuple[str, str], bytes], tmp_path: Path
 ) -> None:
     out = tmp_path / "out.csv"
     run(out)
-    parts = begun(output_path(out, force=True), HEAVIER)
+    parts = start_and_stop(output_path(out, force=True), OTHER_STUDY)
     before = contents(parts)
     before.pop("lock")
     assert run(out).failed is None
     assert contents(parts) == before
-    assert run(output_path(out, force=True), HEAVIER).stored_before >= 9
-    assert out.read_bytes() == right[".csv", "heavier"]
+    assert run(output_path(out, force=True), OTHER_STUDY).stored_before >= 9
+    assert out.read_bytes() == expected_files[".csv", "other study"]
 
 
 @SUFFIXES
 def test_rows_from_a_file_keep_its_provenance(
     suffix: str,
-    right: dict[tuple[str, str], bytes],
+    expected_files: dict[tuple[str, str], bytes],
     monkeypatch: pytest.MonkeyPatch,
     tmp_path: Path,
 ) -> None:
-    elsewhere(monkeypatch, OTHER["last bits"])
+    pretend_arithmetic(monkeypatch, OTHER_ARITHMETIC["last bits"])
     moved_file = tmp_path / "there.csv"
     run(moved_file)
     monkeypatch.undo()
-    again = tmp_path / f"again{suffix}"
-    save_sweep(read_sweep(moved_file), again)
-    provenance = sweep_format(again).provenance(again)
+    rewritten = tmp_path / f"rewritten{suffix}"
+    save_sweep(read_sweep(moved_file), rewritten)
+    provenance = sweep_format(rewritten).provenance(rewritten)
     assert provenance is not None
     assert provenance["arithmetic"]["transients"] == "0" * 32
-    assert run(again).failed is None
+    assert run(rewritten).failed is None
     local_file = tmp_path / "here.csv"
-    local_file.write_bytes(right[".csv", "lighter"])
-    save_sweep(read_sweep(local_file), tmp_path / f"here-again{suffix}")
-    assert (tmp_path / f"here-again{suffix}").read_bytes() == right[suffix, "lighter"]
+    local_file.write_bytes(expected_files[".csv", "study"])
+    save_sweep(read_sweep(local_file), tmp_path / f"here-rewritten{suffix}")
+    assert (tmp_path / f"here-rewritten{suffix}").read_bytes() == expected_files[suffix, "study"]
 
 
 def test_unreadable_files_are_reported(
-    right: dict[tuple[str, str], bytes], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+    expected_files: dict[tuple[str, str], bytes], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     out, read = tmp_path / "out.csv", Path.open
 
@@ -303,16 +311,16 @@ def test_unreadable_files_are_reported(
             raise OSError(errno.EIO, os.strerror(errno.EIO))
         return read(path, mode, **options)
 
-    out.write_bytes(right[".csv", "lighter"])
+    out.write_bytes(expected_files[".csv", "study"])
     monkeypatch.setattr(Path, "open", broken)
     with pytest.raises(InputError, match=r"out\.csv: cannot be read: Input/output error"):
         run(out)
     monkeypatch.undo()
     out.unlink()
-    manifest = begun(out) / "manifest.json"
+    manifest = start_and_stop(out) / "manifest.json"
     manifest.unlink()
     manifest.mkdir()
-    refused(out, r"out\.csv\.parts: cannot be read: Is a directory")
+    assert_refused(out, r"out\.csv\.parts: cannot be read: Is a directory")
 
 
 def test_a_piece_that_lacks_rows_is_not_stored(tmp_path: Path) -> None:
@@ -360,5 +368,5 @@ def test_arithmetic_covers_computed_outputs_only(monkeypatch: pytest.MonkeyPatch
 
 
 def test_the_manifest_keeps_the_names_that_older_sweeps_are_resumed_by(tmp_path: Path) -> None:
-    manifest = json.loads((begun(tmp_path / "out.csv") / "manifest.json").read_text())
+    manifest = json.loads((start_and_stop(tmp_path / "out.csv") / "manifest.json").read_text())
     assert {"piece_members", "columns", "arithmetic"} <= set(manifest)

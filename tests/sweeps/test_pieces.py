@@ -1,4 +1,4 @@
-"""Pieces of a sweep: together they are its members, each once, and none is empty."""
+"""Pieces of a sweep: together they have each member once, and none is empty."""
 
 from hypothesis import example, given, strategies as st
 

@@ -4,6 +4,7 @@ import dataclasses
 import itertools
 import pickle
 import re
+from operator import attrgetter
 from pathlib import Path
 from typing import Any
 
@@ -25,9 +26,11 @@ from fivtui.sweeps.rows import Rows, compute_rows, concatenate
 from fivtui.sweeps.run import check_memory_limit, local_engine, sweep_in_memory
 from fivtui.sweeps.study import DEFAULT_OUTPUTS, OUTPUTS, Study
 from fivtui.transient.request import Request
+from fivtui.transient.result import Transient
 
 
 def values(design: Design, first: int, end: int) -> list[tuple[float, ...]]:
+    """The points `first` to `end` - 1 of a design."""
     columns = design.columns(np.arange(first, end))
     return list(zip(*(column.tolist() for column in columns.values()), strict=True))
 
@@ -177,10 +180,9 @@ def test_a_wrong_study_is_refused(settings: Any, message: str) -> None:
         Study(Design({"F": (1.0,)}), Parameters(), **settings)
 
 
-def single(result: Any, name: str) -> Any:
-    for part in OUTPUTS[name].path.split("."):
-        result = getattr(result, part)
-    return result
+def output_of(run: Transient, name: str) -> Any:
+    """The value of a run in an output column of sweeps."""
+    return attrgetter(OUTPUTS[name].path)(run)
 
 
 def test_rows_are_what_single_runs_give() -> None:
@@ -192,8 +194,8 @@ def test_rows_are_what_single_runs_give() -> None:
         p = Parameters(F=named["F"])
         run = simulate(p, t_end=20.0, separation=named["separation"], kernel="compiled")
         for name in DEFAULT_OUTPUTS:
-            assert named[name] == pytest.approx(single(run, name), rel=1e-9, abs=1e-9), name
-            assert type(named[name]) is type(single(run, name))
+            assert named[name] == pytest.approx(output_of(run, name), rel=1e-9, abs=1e-9), name
+            assert type(named[name]) is type(output_of(run, name))
         verdict = stability(p)
         assert named["growth_rate"] == pytest.approx(verdict.growth_rate, abs=1e-12)
         assert named["stable"] is verdict.stable
@@ -204,7 +206,7 @@ def test_rows_are_what_single_runs_give() -> None:
 
 
 @pytest.mark.parametrize("names", [(name,) for name in DEFAULT_OUTPUTS])
-def test_an_output_does_not_depend_on_the_others(names: tuple[str, ...]) -> None:
+def test_an_output_does_not_depend_on_the_other_outputs(names: tuple[str, ...]) -> None:
     for separation in (True, False):
         vary = {"F": (60.0, 120.0), "k2": (40.0, 60.0)}
         together, alone = (
@@ -259,22 +261,22 @@ def test_the_errors_of_a_member_are_those_of_its_own_verified_run() -> None:
 def test_members_are_refined_until_their_errors_are_met(monkeypatch: pytest.MonkeyPatch) -> None:
     sizes: list[tuple[float, int]] = []
 
-    def seen(parameters: Any, **options: Any) -> Any:
-        # Shorter runs only serve to find when two runs diverge.
+    def record_and_simulate(parameters: Any, **options: Any) -> Any:
+        # Shorter runs only find when two runs diverge.
         if options["t_end"] == 1000.0:
             sizes.append((options["tol"], len(parameters["F"])))
         return simulate_batch(parameters, **options)
 
-    monkeypatch.setattr(sweep_module, "simulate_batch", seen)
+    monkeypatch.setattr(sweep_module, "simulate_batch", record_and_simulate)
     vary = {"F": (20.0, 80.0, 120.0), "c1": (0.0,), "c2": (0.0,)}
     result = sweep(vary=vary, t_end=1000.0, accuracy={"final": 1e-3}, outputs=["x_end"], workers=1)
     errors = [row[result.columns.index("final_error")] for row in result.rows]
     assert [error is None or error <= 1e-3 for error in errors] == [True] * 3
     tols = sorted({tol for tol, _ in sizes}, reverse=True)
-    members = [sum(size for at, size in sizes if at == tol) for tol in tols]
+    members_by_tol = [sum(size for run_tol, size in sizes if run_tol == tol) for tol in tols]
     assert tols[:2] == pytest.approx([1e-5, 1e-7])
-    assert members[:2] == [3, 3]
-    assert members == sorted(members, reverse=True)
+    assert members_by_tol[:2] == [3, 3]
+    assert members_by_tol == sorted(members_by_tol, reverse=True)
     # Without damping errors grow along a run, and more than one refinement is needed.
     assert len(tols) > 2
 
@@ -289,7 +291,7 @@ def test_a_member_without_an_error_estimate_gives_the_reason() -> None:
     assert "not 1e-12; allow a larger error" in sensitive[-1]
 
 
-def test_a_member_whose_runs_part_is_refused_however_near_its_numbers_are() -> None:
+def test_a_member_whose_runs_diverge_fails_even_if_its_numbers_agree() -> None:
     tolerances, limit = {"half_range": 1.0}, 1000.0
     vary = {"F": (20.0, 80.0), "c1": (0.0, 0.32)}
     result = sweep(vary=vary, t_end=limit, accuracy=tolerances, outputs=["y_half_range"])
@@ -355,7 +357,7 @@ def test_a_member_without_an_equilibrium_to_start_from_fails_alone() -> None:
 
 def test_outputs_that_are_not_requested_are_not_computed(monkeypatch: pytest.MonkeyPatch) -> None:
     def refuse(*_args: Any, **_options: Any) -> Any:
-        raise AssertionError("computed what nobody asked for")
+        raise AssertionError("computed an output that is not requested")
 
     monkeypatch.setattr(sweep_module, "simulate_batch", refuse)
     rows = sweep(vary={"F": (20.0, 120.0)}, outputs=["stable"]).rows
@@ -425,11 +427,12 @@ def test_the_kinds_of_design_are_those_that_are_typed() -> None:
     assert get_args(DesignKind) == tuple(DESIGN_KINDS)
 
 
-def test_every_row_is_judged_however_many_there_are() -> None:
-    design = Design({"F": Range(1.0, 150.0, 8200)})
-    rows = compute_rows(Study(design, Parameters(), outputs=("growth_rate", "stable")), 0, 8200)
+def test_all_rows_of_more_than_one_chunk_have_their_stability() -> None:
+    count = sweep_module._CHUNK_MEMBERS + 8
+    design = Design({"F": Range(1.0, 150.0, count)})
+    rows = compute_rows(Study(design, Parameters(), outputs=("growth_rate", "stable")), 0, count)
     growth, stable = (rows.numbers[name] for name in ("growth_rate", "stable"))
-    assert growth.shape == (8200,)
+    assert growth.shape == (count,)
     assert np.isfinite(growth).all()
     assert np.array_equal(stable.astype(bool), growth < 0.0)
 
@@ -460,7 +463,7 @@ def test_a_member_that_the_fmu_cannot_compute_has_the_reason() -> None:
     assert np.isnan(result.numbers["y_abs"]).tolist() == [False, True]
 
 
-def test_a_sweep_through_the_fmu_is_kept_with_its_method(tmp_path: Path) -> None:
+def test_a_sweep_by_the_fmu_is_stored_with_its_method(tmp_path: Path) -> None:
     out = tmp_path / "rows.csv"
     arguments = ["sweep", "--vary", "F=70,80", "--t-end", "0.5", "--method", "fmu-native"]
     assert run([*arguments, "--out", str(out)]) == 0

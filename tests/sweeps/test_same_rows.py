@@ -17,30 +17,31 @@ from fivtui.sweeps.study import STABILITY_COLUMNS, TRANSIENT_COLUMNS, Study
 from tests.support.processes import run_python
 
 ROOT = Path(__file__).parents[2]
+# Number of random parameter sets.
 SETS = 20_000
 
 
 def digests() -> str:
     """Digests of rows with all outputs, of growth rates, and of logarithmic spacings."""
-    digest_input = []
+    contents = []
     for design in _TRIAL_DESIGNS:
         outputs = tuple(column.name for column in (*TRANSIENT_COLUMNS, *STABILITY_COLUMNS))
         study = Study(design, Parameters(), (True, False), t_end=10.0, outputs=outputs)
         rows = compute_rows(study, 0, study.members)
-        digest_input += [values.tobytes() for values in rows.numbers.values()]
+        contents += [values.tobytes() for values in rows.numbers.values()]
     rng = np.random.default_rng(2)
     varied = {"F": rng.uniform(-50.0, 300.0, SETS), "mu": rng.uniform(0.0, 1.5, SETS)}
     varied["k_nl"] = rng.uniform(0.0, 500.0, SETS) * (rng.random(SETS) < 0.9)
     # Dampings are equal, nearly equal or different; modes coalesce for equal ones.
     varied["c1"] = rng.choice([0.32, 0.32 * (1.0 + 1e-9), 0.8, 0.0], SETS)
-    digest_input.append(
-        judge_stability(Parameters(), varied, np.ones(SETS, dtype=bool))[0].tobytes()
-    )
-    digest_input.append(log_spaced(0.3, 700.0, rng.random(SETS)).tobytes())
-    return " ".join(hashlib.sha256(content).hexdigest()[:16] for content in digest_input)
+    growth_rates, *_ = judge_stability(Parameters(), varied, np.ones(SETS, dtype=bool))
+    contents.append(growth_rates.tobytes())
+    contents.append(log_spaced(0.3, 700.0, rng.random(SETS)).tobytes())
+    return " ".join(hashlib.sha256(content).hexdigest()[:16] for content in contents)
 
 
 def without_extensions() -> dict[str, str]:
+    """Environment variables that disable NumPy's and libm's code for newer processors."""
     dispatched = [
         name
         for name in _multiarray_umath.__cpu_dispatch__

@@ -19,15 +19,15 @@ AXES = {"mu": parse_distribution("uniform:0:1"), "F": parse_distribution("normal
 KINDS = ["sobol", "lhs"]
 
 
-def all_of(scatter: Scatter) -> dict[str, np.ndarray]:
+def all_members(scatter: Scatter) -> dict[str, np.ndarray]:
     return scatter.columns(np.arange(scatter.size))
 
 
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("indices", [True, False])
-def test_any_part_of_a_design_is_that_of_the_whole(kind: str, indices: bool) -> None:
+def test_a_range_of_members_is_that_of_the_whole_design(kind: str, indices: bool) -> None:
     scatter = Scatter(AXES, kind, count=8, repeats=3, indices=indices)  # type: ignore[arg-type]
-    complete = all_of(scatter)
+    complete = all_members(scatter)
     assert scatter.size == 8 * 3 * (4 if indices else 1)
     for first, end in ((0, 1), (5, 17), (scatter.size - 1, scatter.size)):
         part = scatter.columns(np.arange(first, end))
@@ -38,38 +38,39 @@ def test_any_part_of_a_design_is_that_of_the_whole(kind: str, indices: bool) -> 
 def test_scramblings_are_those_of_scipy_by_their_seeds() -> None:
     scatter = Scatter(AXES, count=16, repeats=2, seed=7)
     assert scatter.seeds == [7, 8]
-    parts = scatter.split_values(all_of(scatter)["mu"])
+    mu = scatter.split_values(all_members(scatter)["mu"])
     for index, seed in enumerate(scatter.seeds):
+        # Coordinates are μ and F of sample A, then those of sample B.
         points = qmc.Sobol(4, scramble=True, bits=32, rng=seed).random(16)
-        np.testing.assert_allclose(parts[:, index, 0], points[:, 0], atol=2.0**-32)
-        np.testing.assert_allclose(parts[:, index, 1], points[:, 2], atol=2.0**-32)
+        np.testing.assert_allclose(mu[:, index, 0], points[:, 0], atol=2.0**-32)
+        np.testing.assert_allclose(mu[:, index, 1], points[:, 2], atol=2.0**-32)
 
 
-def test_mixed_members_take_one_value_of_the_other_point() -> None:
+def test_a_mixed_member_has_one_value_of_sample_b_and_the_others_of_a() -> None:
     scatter = Scatter(AXES, count=4, repeats=2)
-    for column, (name, values) in enumerate(all_of(scatter).items()):
-        parts = scatter.split_values(values)
-        for base_column in range(len(AXES)):
-            source = 1 if base_column == column else 0
-            np.testing.assert_array_equal(parts[:, :, 2 + base_column], parts[:, :, source], name)
+    for name, values in all_members(scatter).items():
+        sample_a, sample_b, *mixed = np.moveaxis(scatter.split_values(values), 2, 0)
+        for replaced_name, mixed_values in zip(AXES, mixed, strict=True):
+            expected = sample_b if replaced_name == name else sample_a
+            np.testing.assert_array_equal(mixed_values, expected, name)
 
 
 @pytest.mark.parametrize("count", [1, 2, 16])
 def test_fewer_sobol_points_are_the_beginning_of_more(count: int) -> None:
-    few, longer = (Scatter(AXES, count=points) for points in (count, 64))
-    for name, values in all_of(few).items():
-        np.testing.assert_array_equal(values, all_of(longer)[name][: few.size])
+    smaller, larger = (Scatter(AXES, count=points) for points in (count, 64))
+    for name, values in all_members(smaller).items():
+        np.testing.assert_array_equal(values, all_members(larger)[name][: smaller.size])
 
 
 def test_a_hypercube_has_one_point_in_every_slice() -> None:
     scatter = Scatter({"mu": AXES["mu"]}, "lhs", count=64, repeats=4, indices=False)
-    samples = scatter.sample_values(all_of(scatter)["mu"])
+    samples = scatter.sample_values(all_members(scatter)["mu"])
     np.testing.assert_array_equal(np.sort(np.floor(samples * 64), axis=1), [list(range(64))] * 4)
 
 
 def test_correlations_are_those_of_the_normal_scores_and_keep_the_distributions() -> None:
     scatter = Scatter(AXES, count=1024, indices=False, correlations=(("F", "mu", -0.6),))
-    values = all_of(scatter)
+    values = all_members(scatter)
     scores = [stats.norm.ppf(values["mu"]), (values["F"] - 80.0) / 8.0]
     assert np.corrcoef(scores)[0, 1] == pytest.approx(-0.6, abs=2e-3)
     assert np.quantile(values["mu"], 0.3) == pytest.approx(0.3, abs=2e-3)
@@ -80,7 +81,7 @@ def test_values_are_within_the_bounds_of_the_parameter() -> None:
     axes = {"m": parse_distribution("normal:0:1"), "mu": parse_distribution("normal:0:1")}
     scatter = Scatter(axes, count=256)
     assert scatter.axes["mu"].truncated_share == pytest.approx(0.5)
-    values = all_of(scatter)
+    values = all_members(scatter)
     assert values["m"].min() > 0.0
     assert values["mu"].min() >= 0.0
     Parameters(m=float(values["m"].min()))

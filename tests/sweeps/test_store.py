@@ -1,4 +1,7 @@
-"""Sweeps in files resume after any interruption and give the same file."""
+"""Sweeps in files resume after any interruption and give the same file.
+
+Until the file is complete, its rows are in pieces in the folder ``FILE.parts``.
+"""
 
 import dataclasses
 import errno
@@ -38,6 +41,7 @@ STUDY = Study(
     t_end=1000.0,
     outputs=("y_abs", "separations", "stable"),
 )
+# Members per piece.
 SIZE = 3
 SUFFIXES = pytest.mark.parametrize("suffix", [".csv", ".parquet"])
 
@@ -52,18 +56,20 @@ def run(out: Path, study: Study = STUDY, **options: Any) -> WriteSummary:
 
 
 def stop_after(count: int) -> Callable[[float], bool]:
+    """A progress callback that cancels at a call after `count` calls."""
     calls = iter(range(count + 1))
     return lambda _fraction: next(calls) < count
 
 
-def interrupted(out: Path, study: Study = STUDY, pieces: int = 4) -> Path:
+def interrupt(out: Path, study: Study = STUDY, pieces: int = 4) -> Path:
+    """Cancel a sweep after some pieces; return their folder."""
     with pytest.raises(Cancelled, match="the same command continues"):
         run(out, study, progress=stop_after(pieces))
     assert not out.exists()
     return out.with_name(f"{out.name}.parts")
 
 
-def test_a_piece_that_is_there_when_ctrl_c_comes_counts_as_kept(
+def test_a_piece_stored_just_before_ctrl_c_is_counted(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def save_and_stop(content: bytes, path: Path, **options: Any) -> None:
@@ -78,10 +84,10 @@ def test_a_piece_that_is_there_when_ctrl_c_comes_counts_as_kept(
 
 
 @pytest.fixture(scope="module")
-def right(tmp_path_factory: pytest.TempPathFactory) -> dict[str, bytes]:
+def expected_files(tmp_path_factory: pytest.TempPathFactory) -> dict[str, bytes]:
     contents = {}
     for suffix in (".csv", ".parquet"):
-        out = tmp_path_factory.mktemp("right") / f"out{suffix}"
+        out = tmp_path_factory.mktemp("expected_files") / f"out{suffix}"
         assert run(out) == WriteSummary(members=20, failed=5, stored_before=0)
         assert names(out.parent) == [out.name]
         contents[suffix] = out.read_bytes()
@@ -90,20 +96,22 @@ def right(tmp_path_factory: pytest.TempPathFactory) -> dict[str, bytes]:
 
 @SUFFIXES
 def test_files_read_back_equal_the_computed_rows(
-    suffix: str, right: dict[str, bytes], tmp_path: Path
+    suffix: str, expected_files: dict[str, bytes], tmp_path: Path
 ) -> None:
     out = tmp_path / f"out{suffix}"
-    out.write_bytes(right[suffix])
+    out.write_bytes(expected_files[suffix])
     assert load_sweep(STUDY, out).rows == sweep_in_memory(STUDY, local_engine(1)).rows
 
 
-def test_a_file_says_units_design_and_versions(right: dict[str, bytes], tmp_path: Path) -> None:
+def test_a_file_says_units_design_and_versions(
+    expected_files: dict[str, bytes], tmp_path: Path
+) -> None:
     import pyarrow.parquet as pq
 
-    lines = right[".csv"].decode().splitlines()
+    lines = expected_files[".csv"].decode().splitlines()
     comments = dict(line[2:].split(": ", 1) for line in lines if line.startswith("# "))
     out = tmp_path / "out.parquet"
-    out.write_bytes(right[".parquet"])
+    out.write_bytes(expected_files[".parquet"])
     schema = pq.read_schema(out)
     for header in (comments, {key.decode(): value for key, value in schema.metadata.items()}):
         sweep = json.loads(header["sweep"])
@@ -118,16 +126,16 @@ def test_a_file_says_units_design_and_versions(right: dict[str, bytes], tmp_path
 
 
 @SUFFIXES
-def test_a_stopped_sweep_goes_on_where_it_was(
-    suffix: str, right: dict[str, bytes], tmp_path: Path
+def test_a_stopped_sweep_continues_with_the_missing_pieces(
+    suffix: str, expected_files: dict[str, bytes], tmp_path: Path
 ) -> None:
     out = tmp_path / f"out{suffix}"
-    interrupted(out, pieces=3)
-    interrupted(out, pieces=2)
+    interrupt(out, pieces=3)
+    interrupt(out, pieces=2)
     # Progress is reported before the first piece; running pieces are finished or lost.
     summary = run(out, size=None)
     assert 3 * SIZE <= summary.stored_before < 20
-    assert out.read_bytes() == right[suffix]
+    assert out.read_bytes() == expected_files[suffix]
     assert names(tmp_path) == [out.name]
     assert run(out) == WriteSummary(members=20, failed=None, stored_before=20)
 
@@ -141,7 +149,7 @@ def test_a_kill_at_any_file_operation_loses_nothing(
     assert all(int(count) > 10 for count in printed.split())
 
 
-def damage_first_byte(path: Path) -> None:
+def flip_first_bit(path: Path) -> None:
     content = path.read_bytes()
     path.write_bytes(bytes([content[0] ^ 1]) + content[1:])
 
@@ -150,29 +158,29 @@ def truncate(path: Path) -> None:
     path.write_bytes(path.read_bytes()[:-1])
 
 
-def empty(path: Path) -> None:
+def make_empty(path: Path) -> None:
     path.write_bytes(b"")
 
 
 @SUFFIXES
-@pytest.mark.parametrize("damage", [damage_first_byte, truncate, empty, Path.unlink])
+@pytest.mark.parametrize("damage", [flip_first_bit, truncate, make_empty, Path.unlink])
 def test_a_damaged_piece_is_computed_again(
-    damage: Callable[[Path], None], suffix: str, right: dict[str, bytes], tmp_path: Path
+    damage: Callable[[Path], None], suffix: str, expected_files: dict[str, bytes], tmp_path: Path
 ) -> None:
     out = tmp_path / f"out{suffix}"
-    parts = interrupted(out)
+    parts = interrupt(out)
     pieces = sorted(parts.glob(f"0*{suffix}"))
     damage(pieces[1])
     summary = run(out)
     assert summary.stored_before == SIZE * (len(pieces) - 1)
-    assert out.read_bytes() == right[suffix]
+    assert out.read_bytes() == expected_files[suffix]
 
 
 def test_partial_files_of_a_killed_process_are_removed(
-    right: dict[str, bytes], tmp_path: Path
+    expected_files: dict[str, bytes], tmp_path: Path
 ) -> None:
     out = tmp_path / "out.csv"
-    parts = interrupted(out)
+    parts = interrupt(out)
     (piece, *_) = parts.glob("0*.csv")
     (parts / ".fivtui-0123.tmp").write_bytes(b"half")
     (parts / "merged.csv").write_bytes(b"half")
@@ -180,21 +188,23 @@ def test_partial_files_of_a_killed_process_are_removed(
     (parts / piece.name.replace(".0.", ".1.")).write_bytes(piece.read_bytes())
     (parts / f"999999999{piece.name[9:]}").write_bytes(piece.read_bytes())
     run(out)
-    assert out.read_bytes() == right[".csv"]
+    assert out.read_bytes() == expected_files[".csv"]
     assert names(tmp_path) == ["out.csv"]
 
 
-def test_files_of_others_are_left_alone(right: dict[str, bytes], tmp_path: Path) -> None:
+def test_files_of_other_programs_are_not_removed(
+    expected_files: dict[str, bytes], tmp_path: Path
+) -> None:
     out, mine = tmp_path / "out.csv", tmp_path / "out.csv.parts" / "notes.txt"
     mine.parent.mkdir()
     mine.write_text("mine")
     run(out)
-    assert out.read_bytes() == right[".csv"]
+    assert out.read_bytes() == expected_files[".csv"]
     assert names(mine.parent) == ["notes.txt"]
     assert run(out).failed is None
 
 
-OTHERS: dict[str, tuple[Study, str]] = {
+OTHER_STUDIES: dict[str, tuple[Study, str]] = {
     "parameters": (
         dataclasses.replace(STUDY, parameters=Parameters(k2=187.0, k_nl=0.0)),
         r"parameters.k2: 186.0 there, 187.0 here",
@@ -215,11 +225,11 @@ OTHERS: dict[str, tuple[Study, str]] = {
 }
 
 
-@pytest.mark.parametrize("change", OTHERS)
+@pytest.mark.parametrize("change", OTHER_STUDIES)
 def test_another_sweep_is_refused_not_mixed(change: str, tmp_path: Path) -> None:
-    study, message = OTHERS[change]
+    study, message = OTHER_STUDIES[change]
     out = tmp_path / "out.csv"
-    parts = interrupted(out)
+    parts = interrupt(out)
     before = {path.name: path.read_bytes() for path in parts.iterdir()}
     with pytest.raises(InputError, match=message):
         run(out, study)
@@ -231,7 +241,7 @@ def test_other_versions_and_sizes_are_refused(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     out = tmp_path / "out.csv"
-    parts = interrupted(out)
+    parts = interrupt(out)
     with pytest.raises(InputError, match="members of a piece: 3 there, 4 here"):
         run(out, size=4)
     monkeypatch.setattr(provenance_module, "__version__", "9.9")
@@ -244,48 +254,48 @@ def test_other_versions_and_sizes_are_refused(
         run(out)
 
 
-def test_force_starts_another_sweep_but_goes_on_with_the_same(
-    right: dict[str, bytes], tmp_path: Path
+def test_force_starts_another_sweep_but_continues_the_same(
+    expected_files: dict[str, bytes], tmp_path: Path
 ) -> None:
     out = tmp_path / "out.csv"
-    interrupted(out, OTHERS["t_end"][0])
+    interrupt(out, OTHER_STUDIES["t_end"][0])
     assert run(output_path(out, force=True)).stored_before == 0
-    assert out.read_bytes() == right[".csv"]
+    assert out.read_bytes() == expected_files[".csv"]
     with pytest.raises(Cancelled):
         run(output_path(out, force=True), progress=stop_after(3))
-    assert out.read_bytes() == right[".csv"]
+    assert out.read_bytes() == expected_files[".csv"]
     assert run(output_path(out, force=True)).stored_before > 0
     with pytest.raises(InputError, match="exists already"):
-        run(out, OTHERS["t_end"][0])
-    assert out.read_bytes() == right[".csv"]
+        run(out, OTHER_STUDIES["t_end"][0])
+    assert out.read_bytes() == expected_files[".csv"]
 
 
 @SUFFIXES
-def test_a_full_disk_is_a_clear_stop_and_nothing_is_lost(
-    suffix: str, right: dict[str, bytes], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+def test_a_full_disk_stops_with_a_message_and_loses_no_piece(
+    suffix: str, expected_files: dict[str, bytes], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     out = tmp_path / f"out{suffix}"
-    write, written = os.fsync, list[int]()
+    real_fsync, handles = os.fsync, list[int]()
 
-    def full(handle: int) -> None:
+    def fsync_until_full(handle: int) -> None:
         # The disk has room for the manifest and three pieces.
-        if len(written) == 4:
+        if len(handles) == 4:
             raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-        written.append(handle)
-        write(handle)
+        handles.append(handle)
+        real_fsync(handle)
 
-    monkeypatch.setattr(os, "fsync", full)
+    monkeypatch.setattr(os, "fsync", fsync_until_full)
     for _ in range(2):
         with pytest.raises(ComputationError, match=r"No space left.*; 9 of 20 members are kept"):
             run(out)
         assert not [name for name in names(out.with_name(f"{out.name}.parts")) if "tmp" in name]
     monkeypatch.undo()
     assert run(out).stored_before == 9
-    assert out.read_bytes() == right[suffix]
+    assert out.read_bytes() == expected_files[suffix]
 
 
 def test_no_room_for_the_merged_file_keeps_the_pieces(
-    right: dict[str, bytes], tmp_path: Path
+    expected_files: dict[str, bytes], tmp_path: Path
 ) -> None:
     # The system's limit of file sizes imitates a full disk: pieces fit, the complete file does not.
     out = tmp_path / "out.csv"
@@ -293,12 +303,12 @@ def test_no_room_for_the_merged_file_keeps_the_pieces(
         run(out)
     assert not out.exists()
     assert run(out) == WriteSummary(members=20, failed=5, stored_before=20)
-    assert out.read_bytes() == right[".csv"]
+    assert out.read_bytes() == expected_files[".csv"]
 
 
-def test_two_at_a_time_are_refused(tmp_path: Path) -> None:
+def test_a_second_process_on_the_same_sweep_is_refused(tmp_path: Path) -> None:
     out = tmp_path / "out.csv"
-    parts = interrupted(out)
+    parts = interrupt(out)
     with hold_lock(parts / "lock", "somebody"), pytest.raises(InputError, match="another fivtui"):
         run(out)
     run(out)
@@ -327,7 +337,7 @@ def test_a_file_that_cannot_be_written_is_refused_at_once(
     assert names(tmp_path) == []
 
 
-def test_pieces_are_about_a_second_and_never_empty() -> None:
+def test_default_pieces_take_about_a_second_and_are_not_empty() -> None:
     assert default_piece_size(dataclasses.replace(STUDY, t_end=1e7)) == 1
     assert default_piece_size(dataclasses.replace(STUDY, t_end=100.0)) == 10_000
     assert default_piece_size(dataclasses.replace(STUDY, t_end=1e-3)) == 20_000
@@ -340,7 +350,8 @@ COMMAND = [
 
 
 @contextmanager
-def started(out: Path) -> Iterator[subprocess.Popen[bytes]]:
+def start_program(out: Path) -> Iterator[subprocess.Popen[bytes]]:
+    """The command as a process."""
     with subprocess.Popen(
         [sys.executable, "-m", "fivtui", *COMMAND, f"--out={out}"],
         env=os.environ | {"PYTHONPATH": str(ROOT)},
@@ -355,21 +366,22 @@ def started(out: Path) -> Iterator[subprocess.Popen[bytes]]:
 def test_the_program_killed_at_random_times_leaves_the_same_file(
     tmp_path: Path, times: int
 ) -> None:
-    complete, out = tmp_path / "whole.parquet", tmp_path / "out.parquet"
-    with started(complete) as process:
+    complete, out = tmp_path / "complete.parquet", tmp_path / "out.parquet"
+    with start_program(complete) as process:
         assert process.wait() == 0
-    chance, kills = random.Random(6), 0
+    rng, kills = random.Random(6), 0
     parts = tmp_path / "out.parquet.parts"
     for _ in range(times):
-        with started(out) as process:
-            before = len(list(parts.glob("0*")))
-            while process.poll() is None and len(list(parts.glob("0*"))) == before:
+        with start_program(out) as process:
+            # Wait for a new piece, then kill at a random time.
+            piece_count = len(list(parts.glob("0*")))
+            while process.poll() is None and len(list(parts.glob("0*"))) == piece_count:
                 time.sleep(0.002)
-            time.sleep(chance.uniform(0.0, 0.05))
+            time.sleep(rng.uniform(0.0, 0.05))
             process.kill()
             kills += process.wait() == -signal.SIGKILL
     assert kills > 0
-    with started(out) as process:
+    with start_program(out) as process:
         assert process.wait() == 0
     assert out.read_bytes() == complete.read_bytes()
-    assert names(tmp_path) == ["out.parquet", "whole.parquet"]
+    assert names(tmp_path) == ["complete.parquet", "out.parquet"]

@@ -1,4 +1,4 @@
-"""Sweeps begun by earlier versions are continued, or refused with the reason."""
+"""Sweeps copy_stored by earlier versions are continued, or assert_refused with the reason."""
 
 import json
 import shutil
@@ -17,71 +17,80 @@ from fivtui.sweeps.files import read_sweep
 from fivtui.sweeps.run import WriteSummary, local_engine, sweep_to_file
 from fivtui.sweeps.study import Study
 
-STORED = Path(__file__).parents[1] / "data" / "stored"
+STORED_FOLDER = Path(__file__).parents[1] / "data" / "stored"
 STUDY = Study(
     Design({"F": Range(20.0, 120.0, 6), "mu": (0.2, 0.7)}),
     Parameters(),
     t_end=5.0,
     outputs=("y_abs", "separations", "growth_rate"),
 )
-MEMBERS, KEPT = 12, 6
+# Members of the sweep, and those in the stored pieces.
+MEMBERS, STORED_MEMBERS = 12, 6
 
 
-def begun(kernel: str, folder: Path) -> tuple[Path, dict[str, Any]]:
-    """A copy of a partial sweep, and its manifest."""
-    parts = shutil.copytree(STORED / f"sweep-{kernel}.csv.parts", folder / "sweep.csv.parts")
+def copy_stored(kernel: str, folder: Path) -> tuple[Path, dict[str, Any]]:
+    """Copy the pieces of a partial sweep; return the path of its file, and its manifest."""
+    parts = shutil.copytree(STORED_FOLDER / f"sweep-{kernel}.csv.parts", folder / "sweep.csv.parts")
     return folder / "sweep.csv", json.loads((parts / "manifest.json").read_text())
 
 
-def go_on(out: Path, **options: Any) -> WriteSummary:
+def continue_sweep(out: Path, **options: Any) -> WriteSummary:
     return sweep_to_file(STUDY, out, local_engine(1), **options)
 
 
-def refused(out: Path, message: str) -> None:
+def assert_refused(out: Path, message: str) -> None:
+    """The sweep is refused, and its pieces do not change."""
     parts = out.with_name("sweep.csv.parts")
 
-    def stored() -> dict[str, bytes]:
+    def contents() -> dict[str, bytes]:
         return {path.name: path.read_bytes() for path in parts.iterdir() if path.name != "lock"}
 
-    before = stored()
+    before = contents()
     with pytest.raises(InputError, match=message):
-        go_on(out)
-    assert stored() == before
+        continue_sweep(out)
+    assert contents() == before
     assert not out.exists()
 
 
 @pytest.fixture
-def right(tmp_path: Path) -> bytes:
-    out = tmp_path / "right.csv"
-    go_on(out)
+def expected_file(tmp_path: Path) -> bytes:
+    out = tmp_path / "expected_file.csv"
+    continue_sweep(out)
     return out.read_bytes()
 
 
 def test_pieces_of_a_kernel_compiled_by_numba_are_refused_and_can_be_read(
-    right: bytes, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+    expected_file: bytes, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    out, manifest = begun("numba", tmp_path)
-    refused(out, r'begun with other versions, .* \(versions\.numba: "0\.68\.1" there, none here\)')
-    rows = read_sweep(tmp_path / "sweep.csv.parts").rows
-    assert len(rows) == KEPT
+    out, manifest = copy_stored("numba", tmp_path)
+    assert_refused(
+        out, r'copy_stored with other versions, .* \(versions\.numba: "0\.68\.1" there, none here\)'
+    )
+    result = read_sweep(tmp_path / "sweep.csv.parts")
+    assert len(result.rows) == STORED_MEMBERS
     # The reason is a difference in the last bits.
-    exact = [line.split(",")[3] for line in right.decode().splitlines()[-MEMBERS:]]
-    assert [repr(row[3]) for row in rows] != exact[:KEPT]
-    assert [row[3] for row in rows] == pytest.approx(list(map(float, exact[:KEPT])), rel=1e-11)
+    column = result.columns.index("y_abs")
+    peaks = [row[column] for row in result.rows]
+    expected_rows = expected_file.decode().splitlines()[-MEMBERS:][:STORED_MEMBERS]
+    expected_texts = [row.split(",")[column] for row in expected_rows]
+    assert list(map(repr, peaks)) != expected_texts
+    assert peaks == pytest.approx(list(map(float, expected_texts)), rel=1e-11)
     monkeypatch.setattr(provenance_module, "versions", lambda _: manifest["versions"])
-    refused(out, r"last bits from the stored rows \(the kernel is compiled by numba there")
+    assert_refused(out, r"last bits from the stored rows \(the kernel is compiled by numba there")
     monkeypatch.undo()
-    assert go_on(output_path(out, force=True)).stored_before == 0
-    assert out.read_bytes() == right
+    assert continue_sweep(output_path(out, force=True)).stored_before == 0
+    assert out.read_bytes() == expected_file
 
 
 def test_pieces_of_the_kernel_in_c_are_continued_where_bits_are_the_same(
-    right: bytes, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+    expected_file: bytes, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    out, manifest = begun("c", tmp_path)
+    out, manifest = copy_stored("c", tmp_path)
     monkeypatch.setattr(provenance_module, "versions", lambda _: manifest["versions"])
     if arithmetic_digests(STUDY) == manifest["arithmetic"]:
-        assert go_on(out) == WriteSummary(MEMBERS, 0, KEPT)
-        assert out.read_bytes().splitlines()[-MEMBERS:] == right.splitlines()[-MEMBERS:]
+        assert continue_sweep(out) == WriteSummary(MEMBERS, 0, STORED_MEMBERS)
+        assert out.read_bytes().splitlines()[-MEMBERS:] == expected_file.splitlines()[-MEMBERS:]
     else:
-        refused(out, r"rows computed here would differ in their last bits from the stored rows \(")
+        assert_refused(
+            out, r"rows computed here would differ in their last bits from the stored rows \("
+        )
