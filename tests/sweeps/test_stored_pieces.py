@@ -64,7 +64,7 @@ def test_pieces_of_a_kernel_compiled_by_numba_are_refused_and_can_be_read(
 ) -> None:
     out, manifest = copy_stored("numba", tmp_path)
     assert_refused(
-        out, r'copy_stored with other versions, .* \(versions\.numba: "0\.68\.1" there, none here\)'
+        out, r'begun with other versions, .* \(versions\.numba: "0\.68\.1" there, none here\)'
     )
     result = read_sweep(tmp_path / "sweep.csv.parts")
     assert len(result.rows) == STORED_MEMBERS
