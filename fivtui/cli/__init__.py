@@ -28,9 +28,11 @@ __all__ = [
     "transients",
 ]
 
+# Exit statuses: wrong input, a computation that cannot finish, an interrupted command.
 EXIT_INPUT: Final = 2
 EXIT_COMPUTATION: Final = 3
 EXIT_INTERRUPTED: Final = 130
+# Environment variable with which unexpected errors print a traceback.
 TRACEBACK_VARIABLE: Final = "FIVTUI_TRACEBACK"
 _REPORT_REQUEST: Final = f"please report it with the traceback that {TRACEBACK_VARIABLE}=1 prints"
 
@@ -47,9 +49,9 @@ def run(args: Sequence[str] | None) -> int:
     computation that cannot finish, 130 when interrupted.
     """
     with guarded_streams():
-        message, code = _failure(lambda: commands.main(args, "fivtui", standalone_mode=False))
+        message, code = _run_action(lambda: commands.main(args, "fivtui", standalone_mode=False))
         # Flush the output of a command that failed.
-        flush_message, flush_code = _failure(sys.stdout.flush)
+        flush_message, flush_code = _run_action(sys.stdout.flush)
         if not message:
             message, code = flush_message, flush_code or code
         if message:
@@ -57,8 +59,8 @@ def run(args: Sequence[str] | None) -> int:
     return code
 
 
-def _failure(action: Callable[[], int | None]) -> tuple[str, int]:
-    # Error message of an action, empty on success, and exit status.
+def _run_action(action: Callable[[], int | None]) -> tuple[str, int]:
+    # The error message of an action, empty on success, and its exit status.
     message, code = "", 0
     try:
         code = action() or 0

@@ -66,7 +66,7 @@ def stability(call: Call[StabilityOptions]) -> None:
 
 
 def _report_safe_friction(scene: "Scene", call: Call[Any]) -> dict[str, Any]:
-    # Print the safe friction; returns its entries in the JSON of `stability`.
+    # Compute and print the friction that is safe; returns its entries in the JSON of `stability`.
     if scene.parameters.v_belt is not None:
         from fivtui.orbits import transients_phrase
 

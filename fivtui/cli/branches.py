@@ -14,7 +14,9 @@ if TYPE_CHECKING:
     from fivtui.model import OnProgress
     from fivtui.scene import Scene
 
+# Example of a range in messages.
 _EXAMPLE: Final = "mu=0:2"
+# The kind of a study, and its computation.
 _PreparedStudy = tuple[str, Callable[["OnProgress"], Any]]
 
 

@@ -1,4 +1,4 @@
-"""Commands made from the options that an options class declares."""
+"""Commands for a scene, made from a function and from a class that declares the options."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -30,8 +30,9 @@ if TYPE_CHECKING:
 
 Options = TypeVar("Options")
 Decorator = Callable[[Callable[..., Any]], Any]
+# Options of a command that are fields of `Outputs`.
 _OUTPUT_FIELDS: Final = ("out", "plot", "as_json")
-# Settings that error targets determine.
+# Settings of a scene that follow from error targets.
 _TOL_OR_STEP: Final = ("tol", "step")
 
 scene_argument: Final = click.argument("scene", type=SceneName(), default="base", metavar="[SCENE]")
@@ -48,7 +49,7 @@ set_option: Final = option(
 
 @dataclass(frozen=True)
 class NoOptions:
-    """The options of a command that has only the shared ones."""
+    """The options class of a command without options of its own."""
 
 
 @dataclass(frozen=True)
@@ -94,10 +95,10 @@ def scene_with_settings(scene: "Scene", options: Any) -> "Scene":
     targets = parse_error_targets(values.pop("accuracy", ()))
     ignores_separation = values.pop("separation", False)
     changes = {name: SETTINGS[name].read(text) for name, text in values.items()}
-    given_settings = values.keys() & _TOL_OR_STEP
-    if targets and given_settings:
-        _raise_targets_conflict(options)
-    if targets or given_settings:
+    has_tol_or_step = not values.keys().isdisjoint(_TOL_OR_STEP)
+    if targets and has_tol_or_step:
+        raise _targets_conflict_error(options)
+    if targets or has_tol_or_step:
         changes["accuracy"] = tuple(targets.items())
     if ignores_separation:
         changes["separation"] = False
@@ -110,15 +111,16 @@ def scene_with_settings(scene: "Scene", options: Any) -> "Scene":
     return replace(scene, **changes)
 
 
-def _raise_targets_conflict(options: Any) -> None:
+def _targets_conflict_error(options: Any) -> InputError:
     settings = [
         entry for entry, _ in declared_options(options).values() if entry.setting in _TOL_OR_STEP
     ]
     flags, verb = [entry.flag for entry in settings], "follow" if len(settings) > 1 else "follows"
-    raise InputError(f"--error: must be given without {' and '.join(flags)}, which {verb} from it")
+    return InputError(f"--error: must be given without {' and '.join(flags)}, which {verb} from it")
 
 
 def _click_option(name: str, declared: Option, default: Any) -> Decorator:
+    # The click option for a field of an options class.
     details: dict[str, Any] = {
         "help": declared.help,
         "multiple": declared.multiple,
@@ -158,20 +160,23 @@ def command(
     """A decorator that makes a function a command for a scene, with the options of a class.
 
     `out` and `plot` are the help texts of --out, a file or a `folder`, and of --plot. A command
-    with an empty text lacks that option.
+    with an empty text lacks that option. `metavar`, `required` and `in_parts` apply to --out;
+    `json` adds --json.
     """
-    adders: list[Decorator] = [scene_argument, set_option]
-    adders += [
+    decorators: list[Decorator] = [scene_argument, set_option]
+    decorators += [
         _click_option(key, *declared) for key, declared in declared_options(options_class).items()
     ]
     if folder:
-        adders.append(folder_option(out))
+        decorators.append(folder_option(out))
     elif out:
-        adders.append(output_option("--out", metavar, out, required=required, in_parts=in_parts))
+        decorators.append(
+            output_option("--out", metavar, out, required=required, in_parts=in_parts)
+        )
     if plot:
-        adders.append(output_option("--plot", "FILE", plot))
-    adders += [force_option] if out else []
-    adders += [json_option] if json else []
+        decorators.append(output_option("--plot", "FILE", plot))
+    decorators += [force_option] if out else []
+    decorators += [json_option] if json else []
 
     def decorate(function: Callable[[Call[Options]], None]) -> click.Command:
         @wraps(function)
@@ -180,7 +185,7 @@ def command(
             function(Call(options_class(**values), Outputs(**outputs), scene, assignments))
 
         decorated: click.Command = commands.command(name)(
-            reduce(lambda inner, add: add(inner), reversed(adders), call)
+            reduce(lambda inner, decorator: decorator(inner), reversed(decorators), call)
         )
         return decorated
 

@@ -1,4 +1,7 @@
-"""How commands write, draw and print the result of a study."""
+"""How commands write, draw and print the result of a study.
+
+A `kind` is the name of a kind of study, such as map or sweep, in `fivtui.studies`.
+"""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -25,7 +28,7 @@ class Outputs:
         return cast("Path", self.out)
 
     def check(self, kind: str) -> None:
-        """Check the files, before the work; `InputError` if one cannot be written."""
+        """Raise `InputError` if a file cannot be written; call it before the computation."""
         if self.out is not None:
             from fivtui.studies import check_study_path
 
@@ -65,7 +68,7 @@ class Outputs:
             print_note(f"warning: {warning}")
 
     def finish(self, kind: str, result: Any) -> None:
-        """Print the warning of a result, write it and print it."""
+        """Print the warning of a result, write the result to files and print it."""
         self.warn(kind, result)
         self.write(kind, result)
         self.show(kind, result)
@@ -73,7 +76,7 @@ class Outputs:
     def compute_and_deliver(
         self, kind: str, compute: Callable[["OnProgress"], Any], *, label: str = ""
     ) -> Any:
-        """Compute a study with a progress bar, and deliver its result."""
+        """Compute a study with a progress bar of a `label`, by default its kind; `finish` it."""
         self.check(kind)
         with progress_bar(label or kind) as progress:
             result = compute(progress)

@@ -44,7 +44,7 @@ def folder_option(text: str) -> Callable[..., Any]:
 def warn_of_unused_parameters(
     scene: "Scene", varied: Sequence[str] = (), assignments: Sequence[str] = ()
 ) -> None:
-    """Warn of parameters that have a value but no effect.
+    """Print a warning for parameters that have a value but no effect.
 
     `varied` are texts such as ``F=10:120:23`` or ``F~normal:80:8``. `assignments`, the texts of
     ``--set``, have no effect if their parameter varies.

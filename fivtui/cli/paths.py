@@ -1,4 +1,4 @@
-"""Types of the files that a command reads and writes, and checks that they are distinct."""
+"""Types of arguments and options that are files, and checks that outputs are distinct."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -76,7 +76,7 @@ def check_paths(params: Sequence[click.Parameter], values: Mapping[str, Any]) ->
     if outputs:
         check_distinct(
             [(name, path) for name, path, _ in outputs],
-            [labelled for param, value in named_values for labelled in _input_files(param, value)],
+            [file for param, value in named_values for file in _input_files(param, value)],
             [(name, parts_folder(path)) for name, path, in_parts in outputs if in_parts],
         )
 

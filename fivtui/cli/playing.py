@@ -25,7 +25,7 @@ _FMU_SAMPLES: Final = 20_001
 
 
 def compute_run(call: Call[Any]) -> "Transient":
-    """The run of a command, with its motion as a function of time or densely sampled."""
+    """The run of a command, with its motion as a function of time; an FMU run has samples."""
     from fivtui.scene import scene_transient
     from fivtui.transient import FMU_FLAVOURS
 

@@ -56,7 +56,7 @@ def uncertainty(call: Call[UncertaintyOptions]) -> None:
     )
     if scene.correlation and options.indices is None:
         print_note("inputs are correlated: no Sobol indices, which require independent inputs")
-    # The members are stored while they are computed.
+    # --out is not written at the end: the members are stored there while they are computed.
     outputs = replace(call.outputs, out=None)
     outputs.check("uncertainty")
     with ExitStack() as stack:

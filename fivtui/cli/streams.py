@@ -1,4 +1,8 @@
-"""Standard output and error whose failures are reported in one line, or ignored."""
+"""Standard output and standard error that handle failures to write.
+
+A failure of standard output, such as a full disk, is reported in one line; one of standard error is
+ignored.
+"""
 
 import io
 import os
@@ -10,16 +14,19 @@ from typing import Final, TextIO
 
 from fivtui.model import ComputationError
 
+# File descriptors.
+_STDOUT: Final = 1
+_STDERR: Final = 2
 _ADVICE: Final = "make room there, or write to a file with --out where a command has it"
 
 
 class ReaderGone(Exception):
-    """The reader of standard output has closed it (a broken pipe): exit without a message."""
+    """The program that reads standard output has closed it: exit without a message."""
 
 
 class _GuardedRaw(io.RawIOBase):
-    # A stream whose first failure is reported in one line, or ignored if `silent`. Later writes are
-    # dropped, so that the exit of the process does not fail again.
+    # A stream whose first failure to write raises an error, unless it is `silent`. After a failure
+    # all data are dropped, so that flushing at exit does not fail again.
     def __init__(self, stream: io.RawIOBase, *, silent: bool) -> None:
         self._stream = stream
         self._silent = silent
@@ -61,21 +68,21 @@ def guarded_streams() -> Iterator[None]:
     A failure of standard output raises `ComputationError` or `ReaderGone`, one of standard error
     is ignored. Characters that the encoding of standard output lacks become ``?``.
     """
-    before = sys.stdout, sys.stderr
+    original = sys.stdout, sys.stderr
     try:
-        sys.stdout = _guard_stream(sys.stdout, 1, "replace", silent=False)
-        sys.stderr = _guard_stream(sys.stderr, 2, "backslashreplace", silent=True)
+        sys.stdout = _guard_stream(sys.stdout, _STDOUT, "replace", silent=False)
+        sys.stderr = _guard_stream(sys.stderr, _STDERR, "backslashreplace", silent=True)
         yield
     finally:
         sys.stderr.flush()
-        sys.stdout, sys.stderr = before
+        sys.stdout, sys.stderr = original
 
 
-def _guard_stream(stream: TextIO | None, number: int, errors: str, *, silent: bool) -> TextIO:
+def _guard_stream(stream: TextIO | None, descriptor: int, errors: str, *, silent: bool) -> TextIO:
     if stream is None:
-        # Otherwise the next opened file would get the descriptor of the closed stream.
-        return _null_stream(number)
-    # No buffer with PYTHONUNBUFFERED; no raw stream where pytest captures.
+        # The process began with a closed stream: keep its descriptor from the next opened file.
+        return _null_stream(descriptor)
+    # There is no buffer with PYTHONUNBUFFERED, and no raw stream where pytest captures output.
     buffer = getattr(stream, "buffer", None)
     raw = getattr(buffer, "raw", buffer)
     if not isinstance(raw, io.RawIOBase):
@@ -89,9 +96,10 @@ def _guard_stream(stream: TextIO | None, number: int, errors: str, *, silent: bo
     )
 
 
-def _null_stream(number: int) -> TextIO:
-    handle = os.open(os.devnull, os.O_WRONLY)
-    if handle != number:
-        os.dup2(handle, number)
-        os.close(handle)
-    return os.fdopen(number, "w", encoding="utf-8", closefd=False)
+def _null_stream(descriptor: int) -> TextIO:
+    # A stream on a descriptor that drops all data.
+    null_descriptor = os.open(os.devnull, os.O_WRONLY)
+    if null_descriptor != descriptor:
+        os.dup2(null_descriptor, descriptor)
+        os.close(null_descriptor)
+    return os.fdopen(descriptor, "w", encoding="utf-8", closefd=False)

@@ -65,7 +65,7 @@ def sweep(call: Call[SweepOptions]) -> None:
         cases=(True, False) if options.both else None,
         outputs=options.outputs,
     )
-    # The rows are stored while they are computed.
+    # --out is not written at the end: the rows are stored there while they are computed.
     outputs = replace(call.outputs, out=None)
     reads_rows = out is None or outputs.plot is not None or outputs.as_json
     if reads_rows:
@@ -93,7 +93,7 @@ def sweep(call: Call[SweepOptions]) -> None:
 
 
 def choose_engine(scheduler: str | None, workers: int | None) -> "AbstractContextManager[Engine]":
-    """The engine of ``--scheduler`` or ``--workers``."""
+    """What computes the members of a study: processes (``--workers``) or a dask cluster."""
     if scheduler is not None:
         from fivtui.sweeps import cluster_engine
 

@@ -35,11 +35,11 @@ def simulate(call: Call[SimulateOptions]) -> None:
 
     scene, options, outputs = call.scene(), call.options, call.outputs
     outputs.check("run")
-    stored = outputs.out is not None or outputs.plot is not None
+    needs_samples = outputs.out is not None or outputs.plot is not None
     with progress_bar("transient") as progress, _print_verified_on_divergence(outputs):
         run = scene_transient(
             scene,
-            samples=np.linspace(0.0, scene.t_end, options.points) if stored else "none",
+            samples=np.linspace(0.0, scene.t_end, options.points) if needs_samples else "none",
             progress=progress,
             sensitivities=options.sensitivities,
         )

@@ -1,4 +1,8 @@
-"""Layout of a table on a width: one block, or several that repeat its key columns."""
+"""Layout of a printed table: one block, or several blocks if it is wider than the terminal.
+
+Key columns, the first ones, identify a row and are repeated in every block. Widths are in
+characters.
+"""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -8,7 +12,7 @@ from rich.cells import cell_len
 from rich.console import JustifyMethod
 from rich.text import Text
 
-# Space between two columns, and the least width of readable text.
+# Space between two columns, and the width below which text is hard to read.
 GAP: Final = 2
 READABLE: Final = 32
 
@@ -36,25 +40,27 @@ class TableColumn:
         return max((cell_len(str(cell)) for cell in self.cells), default=0)
 
 
+# Columns that are printed side by side, with their widths.
 Block = list[tuple[TableColumn, int]]
 
 
 def split_columns(columns: Sequence[TableColumn], keys: int, width: int | None) -> list[Block]:
     """Split a table into blocks of at most `width` characters, printed one below the other.
 
-    The first `keys` columns identify a row and are repeated in every block; if they are too wide,
-    row numbers replace them. A block is a list of columns with their widths; wider cells are
-    folded. A `width` of None is no limit.
+    The first `keys` columns are repeated in every block; if they leave no room for the others, row
+    numbers replace them. Cells that are wider than their column are folded. A `width` of None is no
+    limit.
     """
     single_block = [(column, column.natural_width) for column in columns]
     if width is None or _block_width(single_block) <= width:
         return [single_block]
     key_columns, values = list(columns[:keys]), list(columns[keys:])
-    if _room(key_columns, width) < max((min(c.least_width, READABLE) for c in values), default=0):
+    needed = max((min(column.least_width, READABLE) for column in values), default=0)
+    if _room_beside(key_columns, width) < needed:
         count = max((len(column.cells) for column in columns), default=0)
         numbers = tuple(str(number) for number in range(1, count + 1))
         key_columns, values = [TableColumn("row", numbers)], list(columns)
-    return list(_make_blocks(key_columns, values, _room(key_columns, width)))
+    return list(_make_blocks(key_columns, values, _room_beside(key_columns, width)))
 
 
 def _make_blocks(
@@ -71,7 +77,8 @@ def _make_blocks(
     yield [*key_entries, *block]
 
 
-def _room(key_columns: Sequence[TableColumn], width: int) -> int:
+def _room_beside(key_columns: Sequence[TableColumn], width: int) -> int:
+    # The width that key columns leave for others.
     return width - sum(column.least_width + GAP for column in key_columns)
 
 

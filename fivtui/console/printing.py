@@ -17,8 +17,9 @@ from fivtui.model import Parameters
 
 from .layout import GAP, READABLE, TableColumn, split_columns
 
-# A bar appears after this time.
+# A progress bar appears after this time, so that short computations have none.
 _DELAY_S: Final = 1.0
+# Width of output that goes to a program, characters: lines are not wrapped.
 _UNLIMITED_WIDTH: Final = 1_000_000
 
 
@@ -46,7 +47,7 @@ class ProgressBar:
             self._bar.stop()
 
     def __call__(self, fraction: float) -> bool:
-        """Show the fraction done, 0 to 1; always returns True."""
+        """Show the fraction done, 0 to 1; returns True, so that the computation continues."""
         self.show(fraction, self._label)
         return True
 
@@ -71,7 +72,7 @@ class ProgressBar:
 
 
 def print_list(title: str, rows: Sequence[Sequence[str]]) -> None:
-    """Print names and their texts side by side, or one below the other on a narrow terminal."""
+    """Print rows of a name and texts, on a narrow terminal with the texts below the name."""
     width = terminal_width()
     lines = [(name, "  ".join(filter(None, parts))) for name, *parts in rows]
     name_width = max((cell_len(name) for name, _ in lines), default=0)
@@ -93,7 +94,6 @@ def print_list(title: str, rows: Sequence[Sequence[str]]) -> None:
 def print_titled(title: str, *parts: RenderableType) -> None:
     """Print a title, if it is not empty, and renderables below it to stdout."""
     width = terminal_width()
-    # Do not wrap output that goes to a program instead of a terminal.
     console = Console(file=sys.stdout, width=width or _UNLIMITED_WIDTH, highlight=False)
     with console.capture() as captured:
         if title:
@@ -127,7 +127,10 @@ def print_rows(
     keys: int = 1,
     justify: JustifyMethod = "right",
 ) -> None:
-    """Print a table, in several blocks if it is wider than the terminal."""
+    """Print a table, in several blocks if it is wider than the terminal.
+
+    The first `keys` columns identify a row; `justify` applies to all columns but the first.
+    """
     columns = [
         TableColumn(name, tuple(row[index] for row in rows), justify if index > 0 else "left")
         for index, name in enumerate(header)

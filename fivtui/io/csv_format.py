@@ -1,4 +1,7 @@
-"""Tables as CSV: comment lines with JSON, column names, rows; floats keep their precision."""
+"""Tables as CSV: comment lines with a header in JSON, column names, rows.
+
+Floats are written so that they read back as the same numbers.
+"""
 
 import csv
 import io
@@ -18,9 +21,13 @@ from .files import check_suffix
 from .reading import open_regular
 from .writing import write_atomically
 
+# Rows that are converted at a time, which limits memory.
 _BLOCK_ROWS: Final = 8192
-# Values of cells without a number.
+# Byte order mark that some programs write before UTF-8 text.
+_BYTE_ORDER_MARK: Final = b"\xef\xbb\xbf"
+# Numbers that stand for cells without one.
 _SPECIAL_VALUES: Final[Mapping[str, float]] = {"": math.nan, "true": 1.0, "false": 0.0}
+# Key of the header under which the units of columns are stored.
 UNITS: Final = "units"
 # The format needs no further package, see `tables.Format`.
 package = extra = ""
@@ -34,7 +41,7 @@ def write(
 ) -> None:
     """Write a table of numbers, its header and the units of its columns."""
     units = {column.name: column.unit for column in columns}
-    _write(file, {name: values[name] for name in units}, {**header, UNITS: units})
+    _write_columns(file, {name: values[name] for name in units}, {**header, UNITS: units})
 
 
 def save_csv(
@@ -45,16 +52,17 @@ def save_csv(
 ) -> None:
     """Write columns of numbers or texts to a CSV file; messages call it a `kind` file."""
     check_suffix(path, kind, (".csv",))
-    write_atomically(path, lambda file: _write(file, values, header))
+    write_atomically(path, lambda file: _write_columns(file, values, header))
 
 
-def _write(
+def _write_columns(
     file: BinaryIO, values: Mapping[str, NDArray[Any] | Sequence[object]], header: Mapping[str, Any]
 ) -> None:
     write_csv_header(file, values, header)
     size = max(map(len, values.values()), default=0)
     for start in range(0, size, _BLOCK_ROWS):
-        write_csv_rows(file, (_cell_texts(c[start : start + _BLOCK_ROWS]) for c in values.values()))
+        end = start + _BLOCK_ROWS
+        write_csv_rows(file, (_cell_texts(column[start:end]) for column in values.values()))
 
 
 def _cell_texts(values: NDArray[Any] | Sequence[object]) -> Iterable[str]:
@@ -122,8 +130,8 @@ def _read_columns(
     special: Mapping[str, float],
 ) -> dict[str, NDArray[Any]]:
     rows = _numbered_rows(text)
-    _, first = next(rows, (0, []))
-    names = [name.strip().strip('"') for name in first]
+    _, name_row = next(rows, (0, []))
+    names = [name.strip().strip('"') for name in name_row]
     indices = {
         name: names.index(name)
         for name in (names if selected is None else selected)
@@ -138,13 +146,17 @@ def _read_columns(
             if name in texts:
                 column = np.array([row[index] for _, row in block], dtype=object)
             else:
-                column = np.array([_parse_number(r[index], n, name, special) for n, r in block])
+                column = np.array(
+                    [_parse_number(row[index], number, name, special) for number, row in block]
+                )
             blocks[name].append(column)
-    return {name: np.concatenate(b) if b else np.empty(0) for name, b in blocks.items()}
+    return {
+        name: np.concatenate(arrays) if arrays else np.empty(0) for name, arrays in blocks.items()
+    }
 
 
 def _numbered_rows(text: Iterable[str]) -> Iterator[tuple[int, list[str]]]:
-    # Rows that are neither empty nor comments, each with the number of its last line.
+    # Rows of cells that are neither empty nor comments, each with the number of its last line.
     number = 0
 
     def uncommented_lines() -> Iterator[str]:
@@ -171,7 +183,7 @@ def header(file: BinaryIO) -> dict[str, Any]:
     """Read the header without the units of columns."""
     entries = {}
     for line in file:
-        comment = line.removeprefix(b"\xef\xbb\xbf")
+        comment = line.removeprefix(_BYTE_ORDER_MARK)
         if not comment.startswith(b"#"):
             break
         key, colon, value = comment.removeprefix(b"#").partition(b":")

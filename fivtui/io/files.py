@@ -1,4 +1,4 @@
-"""Checks of output paths: overwriting must be allowed, and no output may be an input."""
+"""Checks of output paths: overwriting must be allowed, and no output may be another or an input."""
 
 import os
 import sys
@@ -8,6 +8,7 @@ from pathlib import Path
 
 from fivtui.model import InputError
 
+# Before Python 3.12 only the class of the operating system can be subclassed.
 if sys.platform == "win32":
     from pathlib import WindowsPath as _SystemPath
 else:
@@ -88,10 +89,10 @@ def check_distinct(
             (outputs[:index], "; every output must be a file of its own"),
             (inputs, ", which is read; an output must be another file"),
         ):
-            for label, used in files:
-                if _is_same_file(resolve_path(path), resolve_path(used)):
+            for label, used_path in files:
+                if _is_same_file(resolve_path(path), resolve_path(used_path)):
                     raise InputError(
-                        f"{output_label} {path}: is the same file as {label} {used}{rule}"
+                        f"{output_label} {path}: is the same file as {label} {used_path}{rule}"
                     )
     for folder_label, folder in folders:
         for label, path in (*outputs, *inputs):
@@ -120,6 +121,7 @@ def _is_same_file(path: Path, other_path: Path) -> bool:
 
 
 def _ignores_case(folder: Path) -> bool:
+    # Whether names in a folder differ by more than case; tested with a temporary file.
     try:
         with tempfile.NamedTemporaryFile(prefix=".fivtui-", dir=folder) as file:
             path = Path(file.name)
@@ -129,7 +131,7 @@ def _ignores_case(folder: Path) -> bool:
 
 
 def parts_folder(out: Path) -> Path:
-    """The folder for pieces of an incomplete file: ``FILE.parts``."""
+    """The folder for parts of a file that is not complete yet: ``FILE.parts``."""
     target = resolve_path(out)
     return target.with_name(f"{target.name}.parts")
 

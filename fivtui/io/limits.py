@@ -1,4 +1,4 @@
-"""Limits of the system that stop a computation: disk space, file sizes, open files."""
+"""Errors from limits of the operating system: disk space, file sizes, open files."""
 
 import errno
 import tempfile
@@ -11,7 +11,7 @@ from fivtui.model import ComputationError
 
 _FREE_SPACE: Final = "free space on the disk"
 _FEWER_FILES: Final = "close files, or raise the limit on open files (ulimit -n)"
-# Advice to the user by error number.
+# Advice by error number of the operating system.
 _ADVICE: Final[Mapping[int, str]] = {
     errno.ENOSPC: _FREE_SPACE,
     errno.EDQUOT: _FREE_SPACE,

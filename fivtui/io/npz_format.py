@@ -1,4 +1,4 @@
-"""Tables as NPZ: an array for each column and each entry of the header."""
+"""Tables as NPZ, numpy's archive of arrays: one for each column and each entry of the header."""
 
 import json
 import zipfile
@@ -14,6 +14,7 @@ from fivtui.model import Column, InputError
 
 # The format needs no further package, see `tables.Format`.
 package = extra = ""
+# Name of the array that has the units of columns.
 _UNITS: Final = "units"
 # Errors that numpy raises for a damaged file.
 _READ_ERRORS: Final = (

@@ -9,8 +9,9 @@ from numpy.typing import NDArray
 
 from fivtui.model import Column, InputError
 
+# The package that the format needs, and the extra that installs it, see `tables.Format`.
 package, extra = "pyarrow", "parquet"
-# Metadata key that pyarrow adds.
+# Key of the metadata that pyarrow adds; it is no entry of the header.
 _ARROW: Final = b"ARROW:schema"
 
 

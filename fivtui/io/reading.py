@@ -9,9 +9,10 @@ from typing import BinaryIO, Final
 
 from fivtui.model import InputError
 
-# Greatest sizes of tables and of files written by hand, bytes.
+# Greatest sizes of tables, 4 GiB, and of files written by hand, 1 MiB, in bytes.
 MAX_TABLE: Final = 4 << 30
 MAX_TEXT: Final = 1 << 20
+# Units of sizes for messages.
 _UNITS: Final = ((1 << 30, "GiB"), (1 << 20, "MiB"), (1, "bytes"))
 
 
@@ -35,7 +36,7 @@ def open_regular(path: Path, *, limit: int = MAX_TABLE) -> Iterator[BinaryIO]:
 
 
 def _open_nonblocking(path: Path) -> BinaryIO:
-    # Opening a pipe without a writer would otherwise wait for ever.
+    # A non-blocking open, because opening a pipe without a writer would wait for ever.
     def opener(name: str, flags: int) -> int:
         handle = os.open(name, flags | getattr(os, "O_NONBLOCK", 0))
         if stat.S_ISDIR(os.fstat(handle).st_mode):

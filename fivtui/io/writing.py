@@ -37,6 +37,10 @@ else:
 
 
 _PREFIX: Final = ".fivtui-"
+# Lengths of the parts of a temporary name, in hexadecimal digits and in bytes: a hash of the
+# target's name, and random bytes.
+_HASH_DIGITS: Final = 12
+_RANDOM_BYTES: Final = 8
 # Glob pattern of all temporary files.
 TEMPORARY_GLOB: Final = f"{_PREFIX}*.tmp"
 
@@ -79,6 +83,7 @@ def save_bytes(content: bytes, path: Path) -> None:
 
 
 class _Draft(NamedTuple):
+    # The path that was given, the same without links, and the temporary file.
     path: Path
     target: Path
     temporary_path: Path
@@ -132,7 +137,7 @@ class _Drafts(ExitStack):
         # taken, another process may remove the file as abandoned: then try another name.
         while True:
             temporary_path = target.with_name(
-                f"{_temporary_prefix(target)}{secrets.token_hex(8)}.tmp"
+                f"{_temporary_prefix(target)}{secrets.token_hex(_RANDOM_BYTES)}.tmp"
             )
             self.callback(temporary_path.unlink, missing_ok=True)
             file = temporary_path.open("xb")
@@ -147,6 +152,7 @@ class _Drafts(ExitStack):
                 return temporary_path, file
 
 
+# The files that the current context publishes together; None outside of such a context.
 _DRAFTS: ContextVar[_Drafts | None] = ContextVar("files that appear together", default=None)
 
 
@@ -157,8 +163,8 @@ def _close_quietly(file: BinaryIO) -> None:
 
 
 def _temporary_prefix(target: Path) -> str:
-    # Prefix of the temporary names of a target.
-    return f"{_PREFIX}{hashlib.sha256(os.fsencode(target.name)).hexdigest()[:12]}-"
+    # The beginning of all temporary names of a target.
+    return f"{_PREFIX}{hashlib.sha256(os.fsencode(target.name)).hexdigest()[:_HASH_DIGITS]}-"
 
 
 def _remove_abandoned_files(target: Path) -> None:
@@ -187,7 +193,7 @@ def _remove_unlocked(path: Path) -> None:
 
 
 class LockedError(InputError):
-    """Another process holds a lock."""
+    """Another process holds the lock that is needed."""
 
 
 @contextmanager

@@ -1,4 +1,7 @@
-"""A scene run natively and as an FMU, with separation considered and ignored."""
+"""A scene run natively and as an FMU, in both cases of the paper.
+
+Case 1 considers separation of slider and belt, Case 2 ignores it.
+"""
 
 import dataclasses
 import time
@@ -21,6 +24,7 @@ from .scene import Scene
 
 FMU_NAME: Final = "slider_belt.fmu"
 FIGURE_NAME: Final = "figs-10-12.png"
+# Samples of each run, over which the runs are compared.
 _SAMPLES: Final = 10_001
 _STATE: Final = ("x", "vx", "y", "vy")
 
@@ -36,7 +40,7 @@ class CaseRuns:
 
     @property
     def difference(self) -> float:
-        """Greatest difference of the sampled and final states, m and m/s."""
+        """Greatest difference of both runs in the sampled and final states, m and m/s."""
         pairs: list[Sequence[Any]] = [(self.native.final, self.fmu.final)]
         motions = [run.trajectory for run in (self.native, self.fmu)]
         pairs += [[getattr(motion, name) for motion in motions] for name in _STATE]

@@ -24,6 +24,7 @@ from .scene import OUTPUTS, Correlation, Scene
 FORMAT_VERSION: Final = 1
 _VERSION_KEY: Final = "fivtui_scene"
 _PARAMETERS_KEY: Final = "parameters"
+# Limit of a line, characters: tomllib needs n² steps for a key with n dots.
 _LONGEST_LINE: Final = 4096
 
 
@@ -50,9 +51,10 @@ def _correlation_rows(correlation: Correlation) -> dict[str, dict[str, float]]:
     return rows
 
 
-# Functions that read a field and check its type, by key.
+# Keys of a file, which are fields of `Scene`; the correlation, a table, comes last.
 _FIELDS: Final = [field.name for field in fields(Scene) if field.name != _PARAMETERS_KEY]
 _KEYS: Final = sorted(_FIELDS, key=lambda name: name == "correlation")
+# Functions that read a field and check its type, by key.
 _READERS: Final[Mapping[str, Callable[[str, object], Any]]] = {
     "name": check_file_text,
     "description": check_file_text,
@@ -61,7 +63,7 @@ _READERS: Final[Mapping[str, Callable[[str, object], Any]]] = {
     "over_time": parse_over_time,
     "correlation": _read_correlation,
 }
-# Functions that write a field as a plain value; optional fields are written only if they are set.
+# Functions that convert a field to a plain value, by key.
 _WRITERS: Final[Mapping[str, Callable[[Any], Any]]] = {
     "start": lambda start: start if isinstance(start, str) else list(start),
     "accuracy": dict,
@@ -69,6 +71,7 @@ _WRITERS: Final[Mapping[str, Callable[[Any], Any]]] = {
     "over_time": over_time_to_dict,
     "correlation": _correlation_rows,
 }
+# Keys that are written only if they are set.
 _OPTIONAL: Final = ("step", "accuracy", "over_time", "correlation")
 # Comments by key.
 _COMMENTS: Final[Mapping[str, str]] = {
@@ -88,8 +91,8 @@ def scene_to_dict(scene: Scene) -> dict[str, Any]:
     data: dict[str, Any] = {_VERSION_KEY: FORMAT_VERSION}
     for key in _KEYS:
         value = getattr(scene, key)
-        unset = key in _OPTIONAL and not value
-        if not unset and not (scene.accuracy and key in _TOL_OR_STEP):
+        is_unset = key in _OPTIONAL and not value
+        if not is_unset and not (scene.accuracy and key in _TOL_OR_STEP):
             data[key] = _WRITERS.get(key, lambda plain: plain)(value)
     return {**data, _PARAMETERS_KEY: scene.parameters.as_dict()}
 
@@ -105,9 +108,9 @@ def scene_from_dict(data: Mapping[str, object], *, name: str | None = None) -> S
     for key in data:
         check_known("key", key, keys)
     values = {key: read(key, data[key]) for key, read in _READERS.items() if key in data}
-    for replaced in _TOL_OR_STEP:
-        if values.get("accuracy") and replaced in values:
-            raise InputError(f"{replaced}: must not be given with accuracy, from which it follows")
+    for key in _TOL_OR_STEP:
+        if values.get("accuracy") and key in values:
+            raise InputError(f"{key}: must not be given with accuracy, from which it follows")
     if name is not None:
         values.setdefault("name", name)
     if "name" not in values:
@@ -196,7 +199,6 @@ def load_scene(path: str | Path) -> Scene:
 
 
 def _check_lines(text: str) -> None:
-    # tomllib needs n² steps for a key with n dots.
     for number, line in enumerate(text.split("\n"), start=1):
         if len(line) > _LONGEST_LINE:
             raise InputError(f"line {number}: must be of at most {_LONGEST_LINE} characters")

@@ -1,8 +1,8 @@
-"""Tables of parameters over time in scene files, and in CSV files of measured values."""
+"""Parameters that follow tables over time, read from scene files or from CSV files."""
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 
@@ -13,11 +13,20 @@ from fivtui.transient import check_file_number
 # Tables over time, with the names of their parameters.
 OverTime = tuple[tuple[str, TimeTable], ...]
 
+# Default name of the column of time, s.
 TIME: Final = "time"
 _MAX_ROWS: Final = 20_000
 _FILE_KEYS: Final = ("file", TIME, *TIME_DEPENDENT)
 _COLUMN_KEYS: Final = ("column", "scale", "offset")
 _ALLOWED_FORM: Final = "a table such as {F = [[0, 10], [4, 60]]}, or with file = a CSV file"
+
+
+class ScaledColumn(NamedTuple):
+    """A column of a CSV file from which a parameter follows: scale times value plus offset."""
+
+    name: str
+    scale: float = 1.0
+    offset: float = 0.0
 
 
 def parse_over_time(key: str, value: object, folder: Path | None = None) -> OverTime:
@@ -44,21 +53,25 @@ def read_over_time(
     path: Path,
     *,
     time: str = TIME,
-    columns: Mapping[str, tuple[str, float, float]] | None = None,
+    columns: Mapping[str, ScaledColumn] | None = None,
 ) -> OverTime:
-    """The tables in a CSV file with a row of names."""
+    """The tables in a CSV file with a row of names.
+
+    `time` is the column of time, s. `columns` are the columns by parameter; by default all columns
+    that have the name of a parameter.
+    """
     table = read_csv(path)
     if columns is None:
-        columns = {name: (name, 1.0, 0.0) for name in TIME_DEPENDENT if name in table}
+        columns = {name: ScaledColumn(name) for name in TIME_DEPENDENT if name in table}
         if not columns:
             raise InputError(f"{path}: must have a column of {', '.join(TIME_DEPENDENT)}")
-    for name in (time, *(column for column, _, _ in columns.values())):
+    for name in (time, *(column.name for column in columns.values())):
         check_known(f"column in {path}:", name, table)
     if table[time].size > _MAX_ROWS:
         raise InputError(f"{path}: {table[time].size} rows: must be at most {_MAX_ROWS}")
     tables = []
-    for name, (column, scale, offset) in columns.items():
-        values = scale * np.asarray(table[column], dtype=float) + offset
+    for name, column in columns.items():
+        values = column.scale * np.asarray(table[column.name], dtype=float) + column.offset
         rows = zip(table[time].tolist(), values.tolist(), strict=True)
         try:
             tables.append((name, time_table(name, rows)))
@@ -73,15 +86,17 @@ def over_time_to_dict(tables: OverTime) -> dict[str, list[list[float]]]:
 
 
 def _check_rows(rows: object) -> Any:
-    nested = isinstance(rows, list | tuple) and all(isinstance(row, list | tuple) for row in rows)
-    if not nested:
+    is_nested = isinstance(rows, list | tuple) and all(
+        isinstance(row, list | tuple) for row in rows
+    )
+    if not is_nested:
         raise InputError(f"{rows!r}: must be rows of time and value such as [[0, 10], [4, 60]]")
     return rows
 
 
-def _read_column(name: str, value: object) -> tuple[str, float, float]:
+def _read_column(name: str, value: object) -> ScaledColumn:
     if isinstance(value, str):
-        return value, 1.0, 0.0
+        return ScaledColumn(value)
     if not isinstance(value, Mapping) or not isinstance(value.get("column"), str):
         raise InputError(
             f'{name} = {value!r}: must be a column such as {{column = "p", scale = 12}}'
@@ -92,4 +107,4 @@ def _read_column(name: str, value: object) -> tuple[str, float, float]:
         check_file_number(f"{name}.{key}", value.get(key, default))
         for key, default in (("scale", 1.0), ("offset", 0.0))
     )
-    return str(value["column"]), scale, offset
+    return ScaledColumn(str(value["column"]), scale, offset)

@@ -12,11 +12,12 @@ DEFAULT_PRESET: Final = "base"
 
 _BASE: Final = Parameters()
 _COEXISTENCE: Final = _BASE.with_values({"F": 120.0})
-# Long enough for the second half to be settled to five digits.
+# Horizon, s, after whose first half the motion is settled to five digits.
 _COEXISTENCE_T_END: Final = 800.0
 
 
 def _offset_from_equilibrium(p: Parameters, offset: float) -> tuple[float, float, float, float]:
+    # A start (x, ẋ, y, ẏ) at rest, with y at an offset, m, from the equilibrium.
     point = equilibrium(System(p))
     return (point.x, 0.0, point.y + offset, 0.0)
 

@@ -14,13 +14,13 @@ def print_run(run: SceneTransient) -> None:
     if run.verified is None:
         print_transient(run.transient)
         return
-    until = f", verified up to t = {number(run.transient.t_end)} s" if run.parted else ""
+    until = f", verified up to t = {number(run.transient.t_end)} s" if run.diverges_at else ""
     title = f"Transient{until}"
     print_transient(run.transient, run.verified.estimate, run.verified.runs, title=title)
 
 
 def print_comparison(result: Comparison) -> None:
-    """Print the table of both cases, native and through the FMU."""
+    """Print the table of both cases, separation considered and ignored, native and by the FMU."""
     header = (
         "separation, path",
         "peak |y| m",

@@ -14,6 +14,7 @@ from fivtui.transient import OnSamples, Samples
 from .scene import Scene
 from .verified import SceneTransient, simulate_to
 
+# Rows of a trajectory.
 DEFAULT_POINTS: Final = 5001
 
 
@@ -28,18 +29,18 @@ class SceneResult:
 def run_scene(
     scene: Scene, *, points: int = DEFAULT_POINTS, progress: OnProgress | None = None
 ) -> SceneResult:
-    """Compute what the `outputs` of a scene require, nothing else."""
+    """Compute the `outputs` that a scene requires; a trajectory has `points` rows."""
     outputs = set(scene.outputs)
-    verdict = None
+    stability_result = None
     if "stability" in outputs:
-        verdict = stability(scene.parameters, separation=scene.separation)
+        stability_result = stability(scene.parameters, separation=scene.separation)
     run = None
     if outputs & {"transient", "trajectory"}:
         samples: Samples = "none"
         if "trajectory" in outputs:
             samples = np.linspace(0.0, scene.t_end, points)
         run = scene_transient(scene, samples=samples, progress=progress)
-    return SceneResult(verdict, run)
+    return SceneResult(stability_result, run)
 
 
 def scene_transient(

@@ -33,9 +33,10 @@ from fivtui.transient import (
 
 from .over_time import OverTime
 
-# Correlations of scattered quantities, by their names.
+# Correlations: names of two scattered quantities, and the coefficient.
 Correlation = tuple[tuple[str, str, float], ...]
 
+# Greatest lengths of name and description, characters.
 _MAX_NAME: Final = 255
 _MAX_DESCRIPTION: Final = 2000
 
@@ -182,7 +183,7 @@ def _check_line(key: str, text: str, max_length: int) -> None:
 
 
 def make_scene(source: Scene | Parameters | None, **changes: object) -> Scene:
-    """A scene, or parameters as a scene, with those changes that are not None."""
+    """A scene, or parameters as a scene, with the changes that are not None."""
     if not isinstance(source, Scene):
         p = Parameters() if source is None else check_parameters(source)
         source = Scene(name="unnamed", description="", parameters=p)

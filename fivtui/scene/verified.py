@@ -1,4 +1,8 @@
-"""Transients to error targets, verified by a finer run."""
+"""Transients to error targets: a finer run verifies each one.
+
+A target is the greatest allowed error of a quantity, such as a peak. Two runs diverge where their
+switches no longer correspond; from there on, errors are not estimated.
+"""
 
 import math
 from collections.abc import Mapping
@@ -28,15 +32,16 @@ from fivtui.transient import (
     uses_step,
 )
 
+# First and least step of fixed-step methods, as parts of the time scale √(m/stiffness).
 _FIRST_STEP: Final = 0.1
+_LEAST_STEP: Final = 1e-4
 # Factor from a step to the next finer one.
 _FINER_STEP: Final = 0.5
-_LEAST_STEP: Final = 1e-4
 
 
 @dataclass(frozen=True, slots=True)
 class Verified:
-    """A transient with the errors of its numbers."""
+    """A transient, its error targets and estimated errors, and the number of runs computed."""
 
     transient: Transient
     targets: Mapping[str, float]
@@ -60,25 +65,27 @@ class Verified:
 class SceneTransient:
     """The transient of a scene, with its errors if the scene has error targets.
 
-    `parted` is the point at which two runs diverge, if they do; the transient ends before it.
+    `diverges_at` is the point at which two runs diverge, if they do; the transient ends before it.
     """
 
     transient: Transient
     verified: Verified | None
-    parted: Divergence | None = None
+    diverges_at: Divergence | None = None
 
     def to_dict(self) -> dict[str, Any]:
         """The object that ``fivtui simulate --json`` prints."""
         accuracy = {} if self.verified is None else {"accuracy": self.verified.to_dict()}
         data = {**self.transient.to_dict(), **accuracy}
-        return data if self.parted is None else {"parted": asdict(self.parted), "before": data}
+        if self.diverges_at is None:
+            return data
+        return {"parted": asdict(self.diverges_at), "before": data}
 
 
 class DivergenceError(ComputationError):
     """Two runs diverge; `before` is the transient verified up to an earlier time, or None."""
 
-    def __init__(self, parted: Divergence, before: SceneTransient | None) -> None:
-        error = parted.error()
+    def __init__(self, diverges_at: Divergence, before: SceneTransient | None) -> None:
+        error = diverges_at.error()
         super().__init__(error.why, error.advice)
         self.before = before
 
@@ -97,6 +104,7 @@ def simulate_to(
     Runs that diverge give no estimate, even if their numbers agree by chance.
     """
     targets = check_accuracy(accuracy)
+    # The setting that is refined: the step of a fixed-step method, else the tolerance.
     scale, by_step = time_scale(request.parameters), uses_step(request.method)
 
     def run(setting: float, variant: Request = request) -> Transient:
@@ -104,8 +112,8 @@ def simulate_to(
         sample_callback = on_samples if variant is request else None
         return compute(replace(variant, **changes), progress=progress, on_samples=sample_callback)
 
-    def run_until(parted: Divergence, until: float, *settings: float) -> SceneTransient | None:
-        # The last two settings, up to a time before the runs diverge.
+    def run_until(until: float, diverges_at: Divergence, *settings: float) -> SceneTransient | None:
+        # Verify the transient up to a time before its runs diverge, with the last two settings.
         shorter = replace(request, t_end=until, samples="none")
         coarser, finer = (run(value, shorter) for value in settings)
         if find_divergence(coarser, finer) is not None:
@@ -113,7 +121,7 @@ def simulate_to(
         estimate = deviation(observation(coarser), observation(finer)).at_least(
             rounding_error(finer)
         )
-        return SceneTransient(finer, Verified(finer, targets, estimate, len(settings)), parted)
+        return SceneTransient(finer, Verified(finer, targets, estimate, len(settings)), diverges_at)
 
     setting = _FIRST_STEP * scale if by_step else first_tol(targets)
     finest = _LEAST_STEP * scale if by_step else TOL_RANGE[0]
@@ -124,13 +132,14 @@ def simulate_to(
         fine, runs = run(setting), runs + 1
         estimate = deviation(observation(coarse), observation(fine)).at_least(rounding_error(fine))
         missed = [name for name, error in targets.items() if estimate.of(name) > error]
-        parted = find_divergence(coarse, fine)
-        if not missed and parted is None:
+        diverges_at = find_divergence(coarse, fine)
+        if not missed and diverges_at is None:
             return Verified(fine, targets, estimate, runs)
         if setting <= finest:
-            if parted is not None:
-                until = _time_before_divergence(parted, fine.switch_times)
-                raise DivergenceError(parted, run_until(parted, until, previous, setting))
+            if diverges_at is not None:
+                until = _time_before_divergence(diverges_at, fine.switch_times)
+                before = run_until(until, diverges_at, previous, setting)
+                raise DivergenceError(diverges_at, before)
             name = missed[0]
             alternative = "" if request.method == "taylor" else " or the method taylor"
             raise ComputationError(
@@ -141,10 +150,12 @@ def simulate_to(
         coarse = fine
 
 
-def _time_before_divergence(parted: Divergence, switch_times: NDArray[np.float64]) -> float:
+def _time_before_divergence(diverges_at: Divergence, switch_times: NDArray[np.float64]) -> float:
     """A time before two runs diverge, midway between their last two common switches."""
-    shared_times = [0.0, *switch_times[switch_times < parted.t].tolist()]
-    return 0.5 * sum(shared_times[-2:]) if len(shared_times) > 2 else 0.5 * parted.t
+    common: list[float] = switch_times[switch_times < diverges_at.t].tolist()
+    if len(common) < 2:
+        return 0.5 * diverges_at.t
+    return 0.5 * sum(common[-2:])
 
 
 def find_divergence(coarse: Transient, fine: Transient) -> Divergence | None:
