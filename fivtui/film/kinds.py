@@ -1,4 +1,4 @@
-"""Kind of study: films."""
+"""The kind of study of a film."""
 
 from typing import Final
 

@@ -1,4 +1,8 @@
-"""Transients as plain data and in files, with units, provenance and full precision."""
+"""Transients as plain data and in files, with units, provenance and full precision.
+
+A trajectory file (CSV, NPZ or Parquet) has samples and the settings of the run, from which
+`load_transient` estimates the results. `store_transient` writes all results exactly, for sessions.
+"""
 
 import json
 from collections.abc import Mapping
@@ -7,6 +11,7 @@ from pathlib import Path
 from typing import Any, BinaryIO, Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fivtui.io import (
     Columns,
@@ -39,16 +44,19 @@ from .result import (
 )
 from .trajectory import COLUMNS, Trajectory, is_in_contact
 
+# Kind of data in the header of trajectory files.
 _TRAJECTORY: Final = "trajectory"
+# Names of arrays in stored files; "transient" has the data as JSON.
 _DATA: Final = "transient"
 _SWITCHES: Final = "switch_times"
 _CHANGES: Final = "changes"
-# Advice for results with infinite or undefined numbers.
-_NOT_FINITE_ADVICE: Final = "use a shorter horizon or parameters of less extreme size"
+# Keys of the data of a transient.
 _FIRST_MODE: Final = "first_mode"
 _DIGITS: Final = "final_digits"
 _SENSITIVITIES: Final = "sensitivities"
 _OVER_TIME: Final = "over_time"
+# Advice for results with infinite or undefined numbers.
+_NOT_FINITE_ADVICE: Final = "use a shorter horizon or parameters of less extreme size"
 # Types of the nested records in the data of a transient, by key.
 _RECORDS: Final = {
     "final": FinalState,
@@ -65,13 +73,13 @@ def transient_to_dict(transient: Transient) -> dict[str, Any]:
 
     Raises `ComputationError` if a number is not finite.
     """
-    transitions = dict(transient.events.transitions)
     data = {
         **_request_data(transient),
         **{name: getattr(transient, name)._asdict() for name in _RECORDS if name != "stats"},
-        "events": transient.events._asdict() | {"transitions": transitions},
         "stats": asdict(transient.stats),
     }
+    # JSON needs a dictionary in place of the mapping.
+    data["events"]["transitions"] = dict(transient.events.transitions)
     if transient.stop is not None:
         data["stop"] = transient.stop._asdict()
     if transient.sensitivities is not None:
@@ -83,6 +91,7 @@ def transient_to_dict(transient: Transient) -> dict[str, Any]:
 
 
 def _request_data(transient: Transient) -> dict[str, Any]:
+    # The settings of a run, as `_read_request` reads them.
     rows = {name: table.rows() for name, table in transient.over_time.items()}
     return {
         "parameters": transient.parameters.as_dict(),
@@ -125,7 +134,7 @@ def save_trajectory(transient: Transient, path: Path) -> None:
 
 
 def load_trajectory(path: Path) -> Trajectory:
-    """Read a trajectory from a file."""
+    """Read a trajectory from a file; raises `InputError` if it has none."""
     columns = read_columns(path, _TRAJECTORY, [column.name for column in COLUMNS])
     try:
         return _trajectory_from_columns(columns)
@@ -167,14 +176,18 @@ def load_transient(path: Path) -> Transient:
 
 
 def _assemble_from_samples(header: Mapping[str, Any], motion: Trajectory) -> Transient:
+    # The results of a run as estimated from its samples.
     method = str(header["method"])
     has_step = method in FMU_FLAVOURS or uses_step(method)
     request = _read_request(header, header.get("step") if has_step else None)
     separated = ~is_in_contact(motion.mode)
+    # Samples before a separation or reattachment.
     indices = np.flatnonzero(separated[1:] != separated[:-1])
     switches = _crossing_times(motion, indices)
     changes = _mode_changes(motion, switches)
-    switch_and_end_times = np.concatenate(([motion.t[0]], switches, [motion.t[-1]]))
+    # Intervals of contact and of separation alternate.
+    durations = np.diff(np.concatenate(([motion.t[0]], switches, [motion.t[-1]])))
+    separated_durations = durations[0 if separated[0] else 1 :: 2]
     run = build_transient(
         request,
         final=_final_state(motion),
@@ -182,7 +195,7 @@ def _assemble_from_samples(header: Mapping[str, Any], motion: Trajectory) -> Tra
         second_half=_extremes(motion, 0.5),
         switches=switches,
         separations=int(np.count_nonzero(separated[1:][indices])),
-        separated_time=float(np.diff(switch_and_end_times)[0 if separated[0] else 1 :: 2].sum()),
+        separated_time=float(separated_durations.sum()),
         stats=Stats(steps=motion.t.size - 1),
         first_mode=Mode(int(motion.mode[0])),
         trajectory=motion,
@@ -205,32 +218,28 @@ def _extremes(motion: Trajectory, start_fraction: float) -> Extremes:
     return Extremes(*map(float, limits))
 
 
-def _mode_changes(
-    motion: Trajectory, switches: np.ndarray[Any, np.dtype[np.float64]]
-) -> np.ndarray[Any, np.dtype[np.float64]]:
+def _mode_changes(motion: Trajectory, switches: NDArray[np.float64]) -> NDArray[np.float64]:
     # Changes of the mode between samples: separations and reattachments at the times `switches`,
     # all other changes midway between two samples.
     indices = np.flatnonzero(np.diff(motion.mode))
-    first, second = motion.mode[indices], motion.mode[indices + 1]
+    before, after = motion.mode[indices], motion.mode[indices + 1]
     times = 0.5 * (motion.t[indices] + motion.t[indices + 1])
-    times[is_in_contact(first) != is_in_contact(second)] = switches
-    return np.stack((times, first, second), axis=1)
+    times[is_in_contact(before) != is_in_contact(after)] = switches
+    return np.stack((times, before, after), axis=1)
 
 
-def _crossing_times(
-    motion: Trajectory, index: np.ndarray[Any, np.dtype[np.intp]]
-) -> np.ndarray[Any, np.dtype[np.float64]]:
-    # Times at which y crosses zero between samples of different mode, by linear interpolation.
-    before, after = motion.y[index], motion.y[index + 1]
+def _crossing_times(motion: Trajectory, indices: NDArray[np.intp]) -> NDArray[np.float64]:
+    # Times at which y crosses zero after the samples of these indices, by linear interpolation.
+    y_before, y_after = motion.y[indices], motion.y[indices + 1]
     with np.errstate(divide="ignore", invalid="ignore"):
-        theta = np.where(before == after, 0.5, before / (before - after))
-    times = motion.t[index] + np.clip(theta, 0.0, 1.0) * (motion.t[index + 1] - motion.t[index])
-    crossings: np.ndarray[Any, np.dtype[np.float64]] = times
-    return crossings
+        fractions = np.where(y_before == y_after, 0.5, y_before / (y_before - y_after))
+    steps = motion.t[indices + 1] - motion.t[indices]
+    times: NDArray[np.float64] = motion.t[indices] + np.clip(fractions, 0.0, 1.0) * steps
+    return times
 
 
 def store_transient(transient: Transient, path: Path) -> None:
-    """Write a transient without its solution, exactly, to an ``.npz`` file, which is replaced."""
+    """Write a transient without its dense solution, exactly, to an ``.npz`` file (replaced)."""
     data = {**transient_to_dict(transient), _FIRST_MODE: int(transient.first_mode)}
     arrays: dict[str, Any] = checked_trajectory(transient).to_columns()
     arrays |= {_DATA: np.array(json.dumps(data)), _SWITCHES: transient.switch_times}
@@ -249,7 +258,7 @@ def restore_transient(path: Path) -> Transient:
         with open_regular(path) as file, npz_arrays(file) as archive:
             arrays = {name: archive[name] for name in archive.files}
         data = json.loads(str(arrays[_DATA]))
-        request, derived = _read_request(data, data["step"]), data.get(_SENSITIVITIES)
+        request, sensitivities = _read_request(data, data["step"]), data.get(_SENSITIVITIES)
         return Transient(
             request.system,
             request.initial,
@@ -258,7 +267,7 @@ def restore_transient(path: Path) -> Transient:
             switch_times=arrays[_SWITCHES],
             first_mode=Mode(data[_FIRST_MODE]),
             trajectory=Trajectory(*(arrays[column.name] for column in COLUMNS)),
-            sensitivities=Sensitivities.from_dict(derived) if derived is not None else None,
+            sensitivities=None if sensitivities is None else Sensitivities.from_dict(sensitivities),
             changes=arrays.get(_CHANGES, NO_CHANGES),
         )
     except (InputError, ValueError, KeyError, TypeError):

@@ -1,4 +1,4 @@
-"""The transient among the studies."""
+"""The kind of study of a transient: how its files are recognised, read, stored and printed."""
 
 from typing import Final
 
@@ -9,7 +9,7 @@ from .settings.options import SimulateOptions
 
 files, report = lazy_modules(__name__, "files", "report")
 # Bytes per sample: seven columns of eight bytes.
-_BYTES: Final = 56
+_SAMPLE_BYTES: Final = 56
 
 RUN: Final = StudyKind(
     data="trajectory",
@@ -27,6 +27,6 @@ RUN: Final = StudyKind(
         ".npz",
         files.store_transient,
         files.restore_transient,
-        lambda run: 0 if run.trajectory is None else _BYTES * int(run.trajectory.t.size),
+        lambda run: 0 if run.trajectory is None else _SAMPLE_BYTES * int(run.trajectory.t.size),
     ),
 )

@@ -17,7 +17,8 @@ _RELATIVE_STEP: Final = 0.01
 class Method:
     """An integration method: its name, its meaning in help texts, and how it is created.
 
-    A method of fixed step has a step in place of a tolerance.
+    A method of fixed step has a step in place of a tolerance. `stepper` creates the integrator of a
+    request.
     """
 
     name: str
@@ -26,7 +27,7 @@ class Method:
     stepper: Callable[[Request], Stepper]
 
 
-# Flavours of the FMU by method; the step of these methods is the communication step.
+# Kinds of the FMU by method; the step of these methods is the communication step.
 FMU_FLAVOURS: Final[Mapping[str, str]] = {"fmu": "python", "fmu-native": "native"}
 
 
@@ -48,8 +49,8 @@ def fixed_step(request: Request) -> float:
     return _RELATIVE_STEP * time_scale(request.parameters)
 
 
-# The stepper of a request, or for families of methods the function that creates it. The modules of
-# the steppers are imported on first use.
+# `_taylor` creates the stepper of a request; for families of methods, a function returns the
+# function that creates it. The modules of the steppers are imported on first use.
 def _taylor(request: Request) -> Stepper:
     from fivtui.taylor import taylor_stepper
 

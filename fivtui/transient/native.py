@@ -1,4 +1,8 @@
-"""Computation of transients by any native method."""
+"""Computation of transients by any native method, that is without an FMU.
+
+The method ``taylor`` has three implementations (kernels) that agree to rounding: the exact solution
+of linear scenes, the compiled kernel in C, and interpreted Python.
+"""
 
 import dataclasses
 import math
@@ -23,20 +27,23 @@ from .result import Transient
 
 _KERNELS: Final = ("auto", "compiled", "interpreted", "exact")
 # Number of periods by which a run is continued after its end.
-_LATER_PERIODS: Final = 20
-# A run has settled if its amplitude changes by at most this fraction after its end, or is below
-# this fraction of the peak.
-_SETTLED: Final = 0.01
+_CONTINUED_PERIODS: Final = 20
+# A run has settled if its amplitude changes by at most this fraction after its end.
+_MAX_CHANGE: Final = 0.01
+# A motion is at rest if its amplitude is below this fraction of the peak.
 _REST_AMPLITUDE: Final = 1e-6
 # Tolerance and largest number of steps of the continuation.
-_LATER_TOL: Final = 1e-9
-_LATER_MAX_STEPS: Final = 20_000
+_CONTINUATION_TOL: Final = 1e-9
+_CONTINUATION_MAX_STEPS: Final = 20_000
 
 
 def integrate(
     request: Request, *, progress: OnProgress | None = None, on_samples: OnSamples | None = None
 ) -> Transient:
-    """Compute a transient with a native method."""
+    """Compute a transient with a native method.
+
+    `on_samples` receives consecutive parts of the trajectory during the run.
+    """
     check_known("method", request.method, METHODS)
     if request.step is not None:
         check_uses_step(request.method)
@@ -133,27 +140,29 @@ def later_amplitude(result: Transient) -> LaterAmplitude | None:
     """The amplitude after the end of a run that has not settled; None for a settled run.
 
     The motion is continued for at most 20 periods and at most the length of the run. The second
-    half of this time gives the amplitude.
+    half of this time gives the amplitude. None also if parameters change over time, or if the
+    continuation fails.
     """
     if result.over_time:
         return None
-    p, state, amplitude = result.parameters, result.final, result.steady.y_half_range
+    p, final, amplitude = result.parameters, result.final, result.steady.y_half_range
     period = 2.0 * math.pi * math.sqrt(p.m / horizontal_stiffness(p))
-    t_end = min(_LATER_PERIODS * period, result.t_end)
+    t_end = min(_CONTINUED_PERIODS * period, result.t_end)
     try:
-        motion = integrate(
+        continuation = integrate(
             Request(
                 result.system,
                 t_end=t_end,
-                tol=_LATER_TOL,
-                start=(state.x, state.vx, state.y, state.vy),
-                max_steps=_LATER_MAX_STEPS,
+                tol=_CONTINUATION_TOL,
+                start=(final.x, final.vx, final.y, final.vy),
+                max_steps=_CONTINUATION_MAX_STEPS,
             )
         )
     except (ComputationError, InputError):
         return None
-    later = motion.steady.y_half_range
-    size = max(amplitude, later)
-    if size < _REST_AMPLITUDE * result.peak.y_abs or abs(later - amplitude) <= _SETTLED * size:
+    later_amplitude = continuation.steady.y_half_range
+    greater = max(amplitude, later_amplitude)
+    is_at_rest = greater < _REST_AMPLITUDE * result.peak.y_abs
+    if is_at_rest or abs(later_amplitude - amplitude) <= _MAX_CHANGE * greater:
         return None
-    return LaterAmplitude(later, t_end)
+    return LaterAmplitude(later_amplitude, t_end)

@@ -1,4 +1,4 @@
-"""The rows of a transient's report, in the laboratory and on the command line."""
+"""The report of a transient: rows of name, value and note, in the laboratory and when printed."""
 
 from typing import Final
 
@@ -32,10 +32,13 @@ _SENSITIVITY_ROWS: Final = (
 def transient_rows(
     result: Transient, accuracy: str = "", errors: Deviation | None = None
 ) -> list[Row]:
-    """The rows of a report on a transient."""
+    """The rows of a report on a transient, with its errors as notes if they are known.
+
+    `accuracy` is the note of the method.
+    """
     peak, events, force, final = result.peak, result.events, result.contact_force, result.final
 
-    def note(quantity: str, default: str = "", unit: str = "relative") -> str:
+    def error_note(quantity: str, default: str = "", unit: str = "relative") -> str:
         return default if errors is None else f"± {errors.of(quantity):.1g} {unit}"
 
     range_note = "above 0: off the belt" if result.separation else "above 0: contact in tension"
@@ -45,12 +48,12 @@ def transient_rows(
         if later is None
         else f"; not settled: {number(later.y_half_range)} m {number(later.after)} s later"
     )
-    half_range_error = "" if errors is None else f", {note('half_range')}"
-    share = events.separated_time / result.t_end
+    half_range_error = "" if errors is None else f", {error_note('half_range')}"
+    separated_share = events.separated_time / result.t_end
     rows = [
         *(Row(f"{name} over time", table.describe()) for name, table in result.over_time.items()),
         Row("separation", "considered" if result.separation else "ignored"),
-        Row("peak |y|", f"{number(peak.y_abs)} m", note("peak", "exact")),
+        Row("peak |y|", f"{number(peak.y_abs)} m", error_note("peak", "exact")),
         Row("range of y", f"{number(peak.y_min)} to {number(peak.y_max)} m", range_note),
         Row("peak |x|", f"{number(peak.x_abs)} m"),
         Row(
@@ -59,9 +62,13 @@ def transient_rows(
             f"over the second half of the run{half_range_error}{unsettled}",
         ),
         Row("contact force", f"{number(force.min)} to {number(force.max)} N"),
-        Row("separations", str(events.separations), note("events", unit="s in their times")),
+        Row("separations", str(events.separations), error_note("events", unit="s in their times")),
         Row("reattachments", str(events.reattachments)),
-        Row("time off the belt", f"{number(events.separated_time)} s", f"{share:.1%} of the run"),
+        Row(
+            "time off the belt",
+            f"{number(events.separated_time)} s",
+            f"{separated_share:.1%} of the run",
+        ),
     ]
     p = result.parameters
     if p.v_belt is not None:
@@ -91,7 +98,7 @@ def transient_rows(
             f"{number(peak.vx_max)} m/s",
             "valid for faster belts" if p.v_belt is None else "",
         ),
-        *_final_rows(result, digits, note("final", state_note, f"relative, {at_end}")),
+        *_final_rows(result, digits, error_note("final", state_note, f"relative, {at_end}")),
         Row("method", _method_text(result), accuracy),
         Row("steps", str(result.stats.steps)),
     ]
@@ -101,6 +108,7 @@ def transient_rows(
 
 
 def _stop_rows(result: Transient) -> list[Row]:
+    # Rows of squeal, groan and final stick; none if the speed of the belt is constant.
     stop_times = result.stop
     if stop_times is None:
         return []
@@ -142,7 +150,7 @@ def print_transient(
     *,
     title: str = "Transient",
 ) -> None:
-    """Print the report of a transient, with its errors if `runs` runs have verified them."""
+    """Print the report of a transient, with its `errors` if `runs` runs have verified it."""
     verified = "" if errors is None else f"verified by {runs} runs"
     rows = transient_rows(result, verified, errors)
     print_list(title, [Row("parameters", parameter_line(result.parameters)), *rows])

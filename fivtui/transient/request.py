@@ -36,6 +36,7 @@ from .settings.checks import (
 if TYPE_CHECKING:
     from .trajectory import Trajectory
 
+# The output of a run: none, the motion as a function of time, a number of samples, or their times.
 Samples = Literal["none", "dense"] | int | Sequence[float] | NDArray[np.float64]
 Kernel = Literal["compiled", "interpreted", "exact"]
 KernelChoice = Literal["auto"] | Kernel
@@ -43,8 +44,9 @@ KernelChoice = Literal["auto"] | Kernel
 OnSamples = Callable[["Trajectory"], None]
 
 DEFAULT_TOL: Final = TAYLOR_TOL
-MAX_STEPS: Final = 20_000_000
 TOL_RANGE: Final = TAYLOR_TOL_RANGE
+# Default of the largest number of steps, and largest number of samples.
+MAX_STEPS: Final = 20_000_000
 _MAX_SAMPLES: Final = 100_000_000
 
 
@@ -72,6 +74,7 @@ class Request:
     times: NDArray[np.float64] | None = field(init=False)
 
     def __post_init__(self) -> None:
+        # Fields of a frozen dataclass are set by `object.__setattr__`.
         system, set_field = self.system, object.__setattr__
         p = check_parameters(system.parameters)
         course = Course(p, system.over_time) if system.over_time else None
@@ -109,7 +112,7 @@ class Request:
 
     @property
     def dense(self) -> bool:
-        """Whether all polynomials are kept."""
+        """Whether the result has the motion as a function of time."""
         return isinstance(self.samples, str) and self.samples == "dense"
 
 
@@ -122,7 +125,7 @@ def resolve_start(system: System, start: Start) -> State:
 def check_sensitivities(names: Sequence[str], p: Parameters) -> tuple[str, ...]:
     """Names of the parameters for sensitivities.
 
-    Raises `InputError` if a name is unknown or given twice, or its parameter is none.
+    Raises `InputError` if a name is unknown or given twice, or its parameter has no value.
     """
     names = check_names("sensitivities", names)
     for index, name in enumerate(names):
@@ -147,6 +150,7 @@ def check_max_steps(max_steps: object) -> int:
 
 
 def _sample_times(samples: Samples, t_end: float) -> NDArray[np.float64] | None:
+    # Sample times, s; None without samples. A number of samples includes the ends of the run.
     if isinstance(samples, str):
         check_known("samples", samples, ("none", "dense"))
         return None

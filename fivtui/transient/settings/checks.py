@@ -13,8 +13,10 @@ from fivtui.model import (
     parse_number,
 )
 
+# A start: at rest at the equilibrium for μ = 0, or the state (x, ẋ, y, ẏ) in m and m/s.
 Start = Literal["static"] | Sequence[float]
 
+# Largest magnitude of a number of a start, m or m/s.
 _MAX_START: Final = 1e9
 
 
@@ -35,11 +37,12 @@ START_SPECS: Final[Mapping[str, ParameterSpec]] = {
 STATIC: Final = "static"
 # Components of a start below this size are set to zero: their products would underflow.
 START_THRESHOLD: Final = 1e-150
+# Default and greatest horizon, s.
 DEFAULT_T_END: Final = 100.0
 MAX_T_END: Final = 1e7
 T_END_INTERVAL: Final = Interval(0.0, MAX_T_END, "s", lower_open=True)
 START_TEXT: Final = "static, or four finite numbers x,vx,y,vy in m and m/s"
-# The quantities whose error can be limited, with the measure of the error.
+# The quantities whose error can be limited, with their meaning and how the error is measured.
 QUANTITIES: Final[Mapping[str, str]] = {
     "final": "state at the end, relative to its greatest component",
     "peak": "peak of |y|, relative",

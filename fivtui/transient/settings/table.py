@@ -1,4 +1,8 @@
-"""The settings of a transient: one table for scene files, form and command line."""
+"""The settings of a transient: one table for scene files, form and command line.
+
+A row has a parser of text (form and command line), a check of values in scene files, an option of
+commands, and texts of help.
+"""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
@@ -39,6 +43,7 @@ _FILE_START_TEXT: Final = (
 
 
 def _choice_reader(kind: str, choices: Callable[[], Mapping[str, str]]) -> Callable[[str], str]:
+    # A parser that accepts the names of choices; messages call them by `kind`.
     def read_choice(text: str) -> str:
         check_known(kind, text, choices())
         return text
@@ -70,6 +75,7 @@ def _read_step(text: str) -> float | None:
 
 
 def _read_accuracy(text: str) -> Accuracy:
+    # Entries such as ``peak=1e-4``, separated by commas.
     errors = {}
     for entry in filter(None, (entry.strip() for entry in text.split(","))):
         name, _, error = (token.strip() for token in entry.partition("="))
@@ -133,8 +139,9 @@ class RunSetting:
 
     name: str
     meaning: str
-    # Parsers of the text in a form or option, and of a key with its value in a scene file.
+    # Parser of the text in a form or option.
     read: Callable[[str], Any]
+    # Check of a key and its value in a scene file; returns the value.
     check_file_value: Callable[[str, object], Any]
     option: Option
     to_text: Callable[[Any], str] = _number_text
@@ -146,7 +153,9 @@ class RunSetting:
     comment: str = ""
     symbol: str = ""
     unit: str = ""
+    # Rows of help: name and text.
     details: tuple[tuple[str, str], ...] = ()
+    # Text of the form for an empty field.
     when_empty: str = ""
 
     @property
