@@ -1,3 +1,5 @@
+"""Reduction of samples to columns, shares of intervals, and limits and ticks of axes."""
+
 import math
 from itertools import pairwise
 

@@ -1,3 +1,5 @@
+"""Single runs by the compiled kernel agree with those by interpreted code."""
+
 import math
 import sys
 
@@ -30,15 +32,15 @@ def assert_runs_agree(
     scale = {"x": length, "y": length, "vx": speed, "vy": speed, "t": interpreted.t_end}
     # Rounding decides whether very low separations occur.
     # Their duration is proportional to the square root of their height.
-    excursions = max(run.events.separations for run in (interpreted, compiled, tighter_run))
-    grazing = 1e-7 * length / speed * excursions if length > 0.0 else 0.0
+    separations = max(run.events.separations for run in (interpreted, compiled, tighter_run))
+    grazing_time = 1e-7 * length / speed * separations if length > 0.0 else 0.0
 
     def assert_value_agrees(unit: str, part: str, name: str) -> None:
         value, expected, tighter_value = (
             getattr(getattr(run, part), name) for run in (compiled, interpreted, tighter_run)
         )
         allowed = rtol * scale[unit] + 10.0 * abs(tighter_value - expected)
-        allowed += grazing if unit == "t" else 0.0
+        allowed += grazing_time if unit == "t" else 0.0
         # Subnormal numbers lack relative accuracy; the kernel's coefficients are scaled by 2⁻⁶⁴.
         allowed = max(allowed, sys.float_info.min * 2.0**64)
         assert value == pytest.approx(expected, rel=rtol, abs=allowed), name
@@ -97,32 +99,23 @@ def test_kernels_agree_over_many_orders_of_magnitude(p: Parameters, separation: 
 
 @given(moderate_parameters(), states(), st.floats(0.5, 20.0))
 def test_extremes_are_those_of_the_dense_output(p: Parameters, start: State, t_end: float) -> None:
-    r = simulate(p, t_end=t_end, start=start, samples="dense", kernel="compiled")
-    assert r.solution is not None
-    sampled_states = r.solution(np.linspace(0.0, t_end, 4001))
-    second_half = r.solution(np.linspace(0.5 * t_end, t_end, 4001))
-    half_spacing_squared = 0.5 * (t_end / 4000.0) ** 2
-    curvature_factor = (
-        2.0 * half_spacing_squared * (p.k1 + p.k2 + p.k3 + 3.0 * p.k_nl * r.peak.y_min**2) / p.m
-    )
-    sampling_error = (
-        curvature_factor * (r.peak.y_abs + r.peak.x_abs + r.peak.vx_max + 1.0) * (2.0 + p.mu) + 1e-9
-    )
+    run = simulate(p, t_end=t_end, start=start, samples="dense", kernel="compiled")
+    assert run.solution is not None
+    samples = run.solution(np.linspace(0.0, t_end, 4001))
+    second_half = run.solution(np.linspace(0.5 * t_end, t_end, 4001))
+    peak, spacing = run.peak, t_end / 4000.0
+    # Samples miss an extremum by at most the acceleration times the square of the spacing.
+    stiffness = p.k1 + p.k2 + p.k3 + 3.0 * p.k_nl * peak.y_min**2
+    size = peak.y_abs + peak.x_abs + peak.vx_max + 1.0
+    sampling_error = spacing**2 * stiffness / p.m * size * (2.0 + p.mu) + 1e-9
+    x_abs, y_half_range = np.abs(samples.x).max(), np.ptp(second_half.y) / 2.0
     for lower_bound, extreme, upper_bound in (
-        (sampled_states.y.max(), r.peak.y_max, sampled_states.y.max() + sampling_error),
-        (sampled_states.y.min() - sampling_error, r.peak.y_min, sampled_states.y.min()),
-        (
-            np.abs(sampled_states.x).max(),
-            r.peak.x_abs,
-            np.abs(sampled_states.x).max() + sampling_error,
-        ),
-        (sampled_states.vx.max(), r.peak.vx_max, sampled_states.vx.max() + 10.0 * sampling_error),
-        (
-            np.ptp(second_half.y) / 2.0,
-            r.steady.y_half_range,
-            np.ptp(second_half.y) / 2.0 + sampling_error,
-        ),
-        (sampled_states.P.max(), r.contact_force.max, math.inf),
+        (samples.y.max(), peak.y_max, samples.y.max() + sampling_error),
+        (samples.y.min() - sampling_error, peak.y_min, samples.y.min()),
+        (x_abs, peak.x_abs, x_abs + sampling_error),
+        (samples.vx.max(), peak.vx_max, samples.vx.max() + 10.0 * sampling_error),
+        (y_half_range, run.steady.y_half_range, y_half_range + sampling_error),
+        (samples.P.max(), run.contact_force.max, math.inf),
     ):
         assert (
             lower_bound - 1e-9 * (1.0 + abs(lower_bound))
@@ -169,10 +162,10 @@ def test_a_run_longer_than_every_buffer_keeps_all_its_switches() -> None:
 def test_a_run_that_ends_on_a_switch_has_no_separated_time() -> None:
     first_switch = float(simulate(Parameters(), kernel="compiled").switch_times[0])
     for kernel in KERNELS:
-        r = simulate(Parameters(), t_end=first_switch, kernel=kernel)
-        assert r.final.y == pytest.approx(0.0, abs=1e-12)
+        run = simulate(Parameters(), t_end=first_switch, kernel=kernel)
+        assert run.final.y == pytest.approx(0.0, abs=1e-12)
         # The horizon equals the time of the switch up to the spacing of floats.
-        assert r.events.separated_time == pytest.approx(0.0, abs=2e-15)
+        assert run.events.separated_time == pytest.approx(0.0, abs=2e-15)
 
 
 def test_switches_and_states_before_the_horizon_do_not_depend_on_it() -> None:

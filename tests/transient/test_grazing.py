@@ -1,4 +1,8 @@
-"""Runs miss no switch: grazing contacts, two crossings within a step, and rest at y = 0."""
+"""Runs miss no switch: grazing contacts, two crossings within a step, and rest at y = 0.
+
+A switch is a separation (y rises through 0) or a landing (y falls through 0). Near the switch, y
+reaches an extremum at a small height above or depth below 0.
+"""
 
 import itertools
 import math
@@ -15,13 +19,16 @@ from fivtui.model.slider_belt import State
 from fivtui.taylor.stepper import TaylorStepper
 from fivtui.transient.request import KernelChoice
 
-# Heights beyond the switch at y = 0 that the motion reaches, m.
+# Distances from the switch at y = 0 at which the motion turns round, m.
 DEPTHS = [10.0**-n for n in range(2, 13)]
 TOLERANCES = (1e-12, 1e-6)
 
 
 class ContactRecord(NamedTuple):
-    """Separations, landings and final vertical state of a run, whichever method computed it."""
+    """Separations, landings and final vertical state of a run, whichever method computed it.
+
+    Times in s; `first` is that of the first switch, NaN without a switch.
+    """
 
     separations: int
     reattachments: int
@@ -40,12 +47,16 @@ def run_singly(kernel: KernelChoice) -> RunMethod:
     ) -> list[ContactRecord]:
         records = []
         for p, start in zip(sets, starts, strict=True):
-            r = simulate(p, start=start, t_end=t_end, tol=tol, kernel=kernel)
-            e = r.events
-            first = math.nan if e.first is None else e.first
+            result = simulate(p, start=start, t_end=t_end, tol=tol, kernel=kernel)
+            events = result.events
             records.append(
                 ContactRecord(
-                    e.separations, e.reattachments, e.separated_time, first, r.final.y, r.final.vy
+                    separations=events.separations,
+                    reattachments=events.reattachments,
+                    separated_time=events.separated_time,
+                    first=math.nan if events.first is None else events.first,
+                    y=result.final.y,
+                    vy=result.final.vy,
                 )
             )
         return records
@@ -57,10 +68,11 @@ def run_as_batch(
     sets: Sequence[Parameters], starts: Sequence[State], t_end: float, tol: float
 ) -> list[ContactRecord]:
     table = np.array([p.values() for p in sets])
-    r = simulate_batch(table, start=np.array(starts), t_end=t_end, tol=tol)
-    assert r.failed.size == 0
-    e = r.events
-    columns = (e.separations, e.reattachments, e.separated_time, e.first, *r.final.T[2:])
+    batch = simulate_batch(table, start=np.array(starts), t_end=t_end, tol=tol)
+    assert batch.failed.size == 0
+    events = batch.events
+    _, _, y, vy = batch.final.T
+    columns = (events.separations, events.reattachments, events.separated_time, events.first, y, vy)
     return [
         ContactRecord(*row) for row in zip(*(column.tolist() for column in columns), strict=True)
     ]
@@ -77,17 +89,17 @@ each_tolerance = pytest.mark.parametrize("tol", TOLERANCES)
 
 # An undamped slider without coupling: y is a sine in contact and a parabola off the belt.
 UNCOUPLED = Parameters(m=1.0, k2=4.0, k3=0.0, c1=0.0, c2=0.0, F=8.0, k_nl=0.0, mu=0.7)
-# Angular frequency of y in contact, rad/s, and depth of the equilibrium below y = 0, m.
-OMEGA, SAG = 2.0, 2.0
+# Angular frequency √(k2/m) of y in contact, rad/s, and depth F/k2 of the equilibrium, m.
+OMEGA, REST_DEPTH = 2.0, 2.0
 
 
-def start_rising_to(depth: float, lead: float) -> State:
-    """A start from which y rises to its only maximum, `depth`, in the time `lead`."""
-    amplitude = SAG + depth
+def start_rising_to(height: float, lead: float) -> State:
+    """A start from which y rises to its only maximum, `height`, in the time `lead`."""
+    amplitude = REST_DEPTH + height
     return (
         0.0,
         0.0,
-        -SAG + amplitude * math.cos(OMEGA * lead),
+        -REST_DEPTH + amplitude * math.cos(OMEGA * lead),
         amplitude * OMEGA * math.sin(OMEGA * lead),
     )
 
@@ -101,25 +113,29 @@ LEADS = np.linspace(0.02, 1.4, 9).tolist()
 def test_a_contact_that_nearly_opens_stays_closed(integrate: RunMethod, tol: float) -> None:
     # At the loose tolerance errors exceed the smallest depths.
     depths = [depth for depth in DEPTHS if depth > 100.0 * tol or tol < 1e-9]
-    starts = [start_rising_to(-d, lead) for d, lead in itertools.product(depths[:-1], LEADS)]
+    cases = itertools.product(depths[:-1], LEADS)
+    starts = [start_rising_to(-depth, lead) for depth, lead in cases]
     for motion in integrate([UNCOUPLED] * len(starts), starts, 1.6, tol):
         assert (motion.separations, motion.reattachments, motion.separated_time) == (0, 0, 0.0)
 
 
 @each_run_method
 def test_a_contact_that_opens_slightly_separates_and_reattaches_once(integrate: RunMethod) -> None:
-    cases = list(itertools.product(DEPTHS, LEADS))
     # With a shorter lead the contact would have opened before the start.
-    cases = [(depth, lead) for depth, lead in cases if lead > 2.0 * math.sqrt(depth)]
-    starts = [start_rising_to(depth, lead) for depth, lead in cases]
-    for (depth, lead), motion in zip(
-        cases, integrate([UNCOUPLED] * len(cases), starts, 1.6, 1e-12), strict=True
-    ):
-        speed = OMEGA * math.sqrt(depth * (2.0 * SAG + depth))
+    cases = [
+        (height, lead)
+        for height, lead in itertools.product(DEPTHS, LEADS)
+        if lead > 2.0 * math.sqrt(height)
+    ]
+    starts = [start_rising_to(height, lead) for height, lead in cases]
+    motions = integrate([UNCOUPLED] * len(cases), starts, 1.6, 1e-12)
+    for (height, lead), motion in zip(cases, motions, strict=True):
+        # Speed at the switch, m/s, duration of the flight, s, and time of the separation, s.
+        speed = OMEGA * math.sqrt(height * (2.0 * REST_DEPTH + height))
         flight = 2.0 * speed * UNCOUPLED.m / UNCOUPLED.F
-        opening = lead - math.asin(speed / (OMEGA * (SAG + depth))) / OMEGA
-        # Depths are accurate only to rounding.
-        tolerance = 1e-10 + 2e-15 / depth
+        opening = lead - math.asin(speed / (OMEGA * (REST_DEPTH + height))) / OMEGA
+        # Heights are accurate only to rounding.
+        tolerance = 1e-10 + 2e-15 / height
         assert (motion.separations, motion.reattachments) == (1, 1)
         assert motion.separated_time == pytest.approx(flight, rel=tolerance)
         assert motion.first == pytest.approx(opening, abs=tolerance * flight + 1e-14)
@@ -127,37 +143,39 @@ def test_a_contact_that_opens_slightly_separates_and_reattaches_once(integrate: 
 
 @each_run_method
 def test_a_crest_exactly_at_the_switch_causes_no_lasting_separation(integrate: RunMethod) -> None:
-    for lead, motion in zip(
-        LEADS,
-        integrate([UNCOUPLED] * len(LEADS), [start_rising_to(0.0, at) for at in LEADS], 1.6, 1e-12),
-        strict=True,
-    ):
+    starts = [start_rising_to(0.0, lead) for lead in LEADS]
+    motions = integrate([UNCOUPLED] * len(LEADS), starts, 1.6, 1e-12)
+    for lead, motion in zip(LEADS, motions, strict=True):
         assert motion.separations == motion.reattachments <= 1
         assert motion.separated_time < 1e-6
-        assert motion.y == pytest.approx(SAG * (math.cos(OMEGA * (1.6 - lead)) - 1.0), abs=1e-11)
+        expected_y = REST_DEPTH * (math.cos(OMEGA * (1.6 - lead)) - 1.0)
+        assert motion.y == pytest.approx(expected_y, abs=1e-11)
 
 
 # The preload pulls the slider off the belt; its slower mode of vibration swings y down to the belt.
 LIFTED = Parameters(m=1.0, k1=3.0, k2=4.0, k3=4.0, c1=0.0, c2=0.0, F=-1.2, k_nl=50.0, mu=0.7)
+# Stiffnesses of the slider off the belt, N/m: of the coupling, and of x with the coupling.
+H, A = 0.5 * LIFTED.k3, LIFTED.k1 + 0.5 * LIFTED.k3
+# Equilibrium of y off the belt, m.
+LIFTED_REST_Y = -LIFTED.F / (H * LIFTED.k1 / A)
 
 
 def start_falling_to(depth: float, lead: float) -> tuple[State, float]:
     """A start from which y falls to its first minimum, -`depth`, and the angular frequency of y."""
-    h, a = 0.5 * LIFTED.k3, LIFTED.k1 + 0.5 * LIFTED.k3
-    squares, shapes = np.linalg.eigh([[a, -h], [-h, h]])
-    omega, (x_part, y_part) = math.sqrt(squares[0]), shapes[:, 0]
-    y_rest = -LIFTED.F / (h * LIFTED.k1 / a)
-    x_rest, amplitude = h * y_rest / a, y_rest + depth
-    x_part /= y_part
-    swing, speed = math.cos(omega * lead), -omega * math.sin(omega * lead)
-    y_state = (y_rest - amplitude * swing, amplitude * speed)
-    x_state = (x_rest - amplitude * x_part * swing, amplitude * x_part * speed)
+    squared_frequencies, shapes = np.linalg.eigh([[A, -H], [-H, H]])
+    omega, (x_part, y_part) = math.sqrt(squared_frequencies[0]), shapes[:, 0]
+    rest_x, amplitude = H * LIFTED_REST_Y / A, LIFTED_REST_Y + depth
+    x_ratio = x_part / y_part
+    cosine, slope = math.cos(omega * lead), -omega * math.sin(omega * lead)
+    x_state = (rest_x - amplitude * x_ratio * cosine, amplitude * x_ratio * slope)
+    y_state = (LIFTED_REST_Y - amplitude * cosine, amplitude * slope)
     return (*x_state, *y_state), omega
 
 
 @each_run_method
 def test_a_fall_that_ends_above_the_switch_does_not_land(integrate: RunMethod) -> None:
-    starts = [start_falling_to(-d, lead)[0] for d, lead in itertools.product(DEPTHS[:-1], LEADS)]
+    cases = itertools.product(DEPTHS[:-1], LEADS)
+    starts = [start_falling_to(-height, lead)[0] for height, lead in cases]
     for motion in integrate([LIFTED] * len(starts), starts, 3.0, 1e-12):
         assert (motion.separations, motion.reattachments) == (0, 0)
         assert motion.separated_time == pytest.approx(3.0, rel=1e-14)
@@ -165,9 +183,12 @@ def test_a_fall_that_ends_above_the_switch_does_not_land(integrate: RunMethod) -
 
 @each_run_method
 def test_a_fall_slightly_beyond_the_switch_lands_and_separates_once(integrate: RunMethod) -> None:
-    y_rest = -LIFTED.F / (0.5 * LIFTED.k3 * LIFTED.k1 / (LIFTED.k1 + 0.5 * LIFTED.k3))
-    cases = list(itertools.product(DEPTHS, LEADS))
-    cases = [(depth, lead) for depth, lead in cases if lead > 3.0 * math.sqrt(2.0 * depth)]
+    # With a shorter lead the slider would have landed before the start.
+    cases = [
+        (depth, lead)
+        for depth, lead in itertools.product(DEPTHS, LEADS)
+        if lead > 3.0 * math.sqrt(2.0 * depth)
+    ]
     starts_and_frequencies = [start_falling_to(depth, lead) for depth, lead in cases]
     motions = integrate(
         [LIFTED] * len(cases), [start for start, _ in starts_and_frequencies], 2.0, 1e-12
@@ -175,8 +196,8 @@ def test_a_fall_slightly_beyond_the_switch_lands_and_separates_once(integrate: R
     for (depth, lead), (_, omega), motion in zip(
         cases, starts_and_frequencies, motions, strict=True
     ):
-        amplitude = y_rest + depth
-        speed = omega * math.sqrt(depth * (2.0 * y_rest + depth))
+        amplitude = LIFTED_REST_Y + depth
+        speed = omega * math.sqrt(depth * (2.0 * LIFTED_REST_Y + depth))
         # Half the time in contact, from the landing to the minimum of y.
         half_contact = math.asin(speed / (omega * amplitude)) / omega
         tolerance = 1e-10 + 1e-14 / depth
@@ -185,8 +206,10 @@ def test_a_fall_slightly_beyond_the_switch_lands_and_separates_once(integrate: R
             lead - half_contact, abs=tolerance * half_contact + 1e-14
         )
         # Free fall, with a correction by the contact force of the order of the depth.
-        contact = 2.0 - motion.separated_time
-        assert contact == pytest.approx(2.0 * half_contact, rel=tolerance + 10.0 * depth, abs=1e-14)
+        contact_time = 2.0 - motion.separated_time
+        assert contact_time == pytest.approx(
+            2.0 * half_contact, rel=tolerance + 10.0 * depth, abs=1e-14
+        )
 
 
 def test_all_run_methods_agree_whether_the_nonlinear_scene_separates() -> None:
@@ -198,12 +221,13 @@ def test_all_run_methods_agree_whether_the_nonlinear_scene_separates() -> None:
         return (0.3, 0.1, -0.7, speed)
 
     def height(speed: float) -> float:
-        r = simulate(p, start=start(speed), t_end=t_end, separation=False, kernel="interpreted")
-        return r.peak.y_max
+        run = simulate(p, start=start(speed), t_end=t_end, separation=False, kernel="interpreted")
+        return run.peak.y_max
 
-    touching = brentq(height, 1.0, 6.0, xtol=1e-15, rtol=1e-15)
-    gain = (height(touching + 1e-3) - height(touching - 1e-3)) / 2e-3
-    speeds = [touching + sign * depth / gain for depth in DEPTHS for sign in (1.0, -1.0)]
+    # The start speed at which y just reaches 0, and the derivative of the height by the speed.
+    touching_speed = brentq(height, 1.0, 6.0, xtol=1e-15, rtol=1e-15)
+    slope = (height(touching_speed + 1e-3) - height(touching_speed - 1e-3)) / 2e-3
+    speeds = [touching_speed + sign * depth / slope for depth in DEPTHS for sign in (1.0, -1.0)]
     heights = [height(speed) for speed in speeds]
     starts = [start(speed) for speed in speeds]
     motions_by_method = [

@@ -1,3 +1,5 @@
+"""The callback `on_samples` receives the trajectory in parts during the run."""
+
 from typing import Any
 
 import numpy as np

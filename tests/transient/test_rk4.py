@@ -1,3 +1,5 @@
+"""The reference method RK4: its order, its agreement with Taylor steps, and its refusals."""
+
 from functools import cache
 from itertools import pairwise
 
@@ -17,7 +19,7 @@ T_END = 4.0  # s
 
 
 def end_state(step: float, *, separation: bool = True, bisect: bool = True) -> np.ndarray:
-    # From well above the belt: an early landing, several switches within the horizon.
+    # From well above the belt: the slider lands early and switches several times before T_END.
     integrator = RungeKutta4(
         [Parameters()], [(0.1, 0.0, 0.5, 1.0)], step=step, separation=separation, bisect=bisect
     )
@@ -27,6 +29,7 @@ def end_state(step: float, *, separation: bool = True, bisect: bool = True) -> n
 
 
 def orders(errors: list[float]) -> list[float]:
+    # Orders of convergence from errors at steps that halve.
     return [
         float(np.log2(coarse_error / fine_error)) for coarse_error, fine_error in pairwise(errors)
     ]
@@ -34,6 +37,7 @@ def orders(errors: list[float]) -> list[float]:
 
 @cache
 def errors(*, separation: bool, bisect: bool) -> list[float]:
+    # Errors of the final state at steps that halve.
     exact = simulate(
         Parameters(), t_end=T_END, start=(0.1, 0.0, 0.5, 1.0), separation=separation
     ).final

@@ -63,18 +63,19 @@ def test_deviations_are_computed_only_over_part_of_a_long_run(
     p: Parameters, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     run = simulate(p, t_end=20_000.0)
-    spans: list[float] = []
+    durations: list[float] = []
 
-    def record_span(request: Request, seeds: Any) -> Any:
-        spans.append(request.t_end)
+    def record_duration(request: Request, seeds: Any) -> Any:
+        durations.append(request.t_end)
         return SimpleNamespace(derivatives=np.eye(4), final=request.initial)
 
-    monkeypatch.setattr("fivtui.transient.derivatives.digits.vary", record_span)
+    monkeypatch.setattr("fivtui.transient.derivatives.digits.vary", record_duration)
     assert final_digits(run) is not None
-    share = sum(spans) / run.t_end
-    assert share < 1.0
-    assert share * run.stats.steps <= 20_000.0 * (1.0 + 1e-12)
-    assert sum(spans) * max(1.0 / time_scale(p), p.c1 / p.m, p.c2 / p.m) <= 12_000.0 * (1.0 + 1e-12)
+    fraction = sum(durations) / run.t_end
+    fastest_rate = max(1.0 / time_scale(p), p.c1 / p.m, p.c2 / p.m)
+    assert fraction < 1.0
+    assert fraction * run.stats.steps <= 20_000.0 * (1.0 + 1e-12)
+    assert sum(durations) * fastest_rate <= 12_000.0 * (1.0 + 1e-12)
 
 
 @pytest.mark.parametrize("t_end", [1000.0, 5000.0])

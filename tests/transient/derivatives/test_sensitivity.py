@@ -63,11 +63,10 @@ def test_without_a_compiled_kernel_sensitivities_are_interpreted() -> None:
     assert run.stats.kernel == "interpreted"
     assert run.sensitivities is not None
     assert compiled.sensitivities is not None
-    interpreted_values, compiled_values = (
-        flat_derivatives(run.sensitivities["mu"]),
-        flat_derivatives(compiled.sensitivities["mu"]),
+    compiled_derivatives = flat_derivatives(compiled.sensitivities["mu"])
+    assert flat_derivatives(run.sensitivities["mu"]) == pytest.approx(
+        compiled_derivatives, rel=1e-9, abs=1e-12
     )
-    assert interpreted_values == pytest.approx(compiled_values, rel=1e-9, abs=1e-12)
 
 
 @settings(max_examples=20)
@@ -85,9 +84,8 @@ def test_changes_of_the_static_start_agree_with_differences(p: Parameters) -> No
                 )
                 for offset in (0, 1, 2)
             ]
-            difference = (
-                (4.0 * np.array(starts[1]) - 3.0 * np.array(starts[0]) - starts[2]) / 2 / nudge
-            )
+            first, second, third = map(np.array, starts)
+            difference = (4.0 * second - 3.0 * first - third) / 2 / nudge
             change = static_start_change(System(p, separation), name)
             assert change == pytest.approx(difference, rel=1e-5, abs=1e-7), name
 
@@ -139,30 +137,23 @@ def test_decayed_deviations_are_zero_and_cost_no_time() -> None:
     run = simulate(Parameters(m=1e-3, mu=0.2), t_end=10.0, sensitivities=["mu"])
     assert run.sensitivities is not None
     assert run.sensitivities.growth == 0.0
-    rest, rest_of_greater_mu = (
-        equilibrium(System(run.parameters)),
-        equilibrium(System(Parameters(m=1e-3, mu=0.2 + 1e-6))),
-    )
-    expected = (
-        (rest_of_greater_mu.x - rest.x) / 1e-6,
-        0.0,
-        (rest_of_greater_mu.y - rest.y) / 1e-6,
-        0.0,
-    )
+    rest = equilibrium(System(run.parameters))
+    moved_rest = equilibrium(System(Parameters(m=1e-3, mu=0.2 + 1e-6)))
+    expected = ((moved_rest.x - rest.x) / 1e-6, 0.0, (moved_rest.y - rest.y) / 1e-6, 0.0)
     assert run.sensitivities["mu"].final == pytest.approx(expected, rel=1e-5, abs=1e-9)
 
 
 def test_progress_rises_through_the_run_and_its_derivatives() -> None:
-    shares: list[float] = []
+    fractions: list[float] = []
 
-    def progress(share: float) -> bool:
-        shares.append(share)
+    def record_fraction(fraction: float) -> bool:
+        fractions.append(fraction)
         return True
 
     plain = simulate(t_end=50.0)
-    run = simulate(t_end=50.0, sensitivities=["mu"], progress=progress)
-    assert shares == sorted(shares)
-    assert shares[-1] > 0.5
+    run = simulate(t_end=50.0, sensitivities=["mu"], progress=record_fraction)
+    assert fractions == sorted(fractions)
+    assert fractions[-1] > 0.5
     assert run.final == plain.final
     assert run.stats.kernel == plain.stats.kernel
 
