@@ -1,4 +1,7 @@
-"""Hashes of the bits of random runs: one for each kind of run and seed."""
+"""Hashes of the bits of random runs: one for each kind of run and seed.
+
+A block of runs is drawn from a seed; its hash changes if a bit of a result changes.
+"""
 
 import hashlib
 import itertools
@@ -19,11 +22,14 @@ from fivtui import ComputationError, Parameters, build_fmu, simulate, simulate_b
 from tests.net.text import SECTION
 from tests.support.fmu_instance import FmuInstance
 
+# Number of runs in a block, and their horizon, s; runs over time are shorter.
 RUNS: Final = 50
 T_END: Final = 15.0
+_T_END_OVER_TIME: Final = 6.0
+_FMU_STEPS: Final = 40
 # Values are drawn as multiples of the base set, without library functions, which vary by platform.
 _BASE: Final = Parameters().as_dict()
-_STARTS: Final = ("x", "vx", "y", "vy")
+_STATES: Final = ("x", "vx", "y", "vy")
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,6 +43,7 @@ class Scene:
 
 def draw_scene(rng: random.Random, *, belt: bool = False, law: bool = False) -> Scene:
     """A random run, optionally on a belt of finite speed and with a friction law."""
+    # Some values and components of the start are exactly zero.
     values = {name: value * rng.uniform(0.3, 3.0) for name, value in _BASE.items()}
     values |= {"F": rng.uniform(-50.0, 300.0), "mu": rng.uniform(0.0, 1.5)}
     values["k3"] *= rng.random() < 0.9
@@ -55,10 +62,12 @@ def draw_scene(rng: random.Random, *, belt: bool = False, law: bool = False) -> 
 def record_bits() -> str:
     """Hashes of the blocks of every kind of run."""
     lines = []
-    for kind, (count, run) in KINDS.items():
-        for seed in range(count):
+    for kind, (block_count, block_numbers) in KINDS.items():
+        for seed in range(block_count):
             # Zeros of both signs count as equal, and so do all NaN.
-            numbers = [value + 0.0 if value == value else math.nan for value in run(seed)]
+            numbers = [
+                math.nan if math.isnan(value) else value + 0.0 for value in block_numbers(seed)
+            ]
             digest = hashlib.sha256(struct.pack(f"<{len(numbers)}d", *numbers)).hexdigest()
             lines += [f"{SECTION}{kind}, {RUNS} runs, seed {seed}", f"bits {digest[:20]}"]
     return "\n".join(lines) + "\n"
@@ -76,28 +85,31 @@ def _single_runs(
 def _runs_over_time(seed: int) -> Iterator[float]:
     rng = random.Random(seed)
     for index in range(RUNS):
-        scene = draw_scene(rng, belt=index % 4 > 0, law=index % 4 == 3)
+        # Of four runs three are on a belt, one of them with a friction law.
+        on_belt, has_law = index % 4 > 0, index % 4 == 3
+        scene = draw_scene(rng, belt=on_belt, law=has_law)
         tables = {"F": _draw_table(rng, 90.0)}
         if rng.random() < 0.5:
             tables["mu"] = _draw_table(rng, 0.9)
-        if index % 4 and rng.random() < 0.8:
+        if on_belt and rng.random() < 0.8:
             tables["v_belt"] = _draw_table(rng, 2.5)
-        static = scene.values["mu"] if index % 4 == 0 else 1.6
+        # The static coefficient exceeds all values of μ.
         values = {**scene.values, "mu": min(scene.values["mu"], 0.9)}
-        values |= {"mu_s": static} if index % 4 else {}
-        shorter = {"over_time": tables, "t_end": 6.0}
-        yield from _run_numbers(Scene(values, scene.separation, scene.start), shorter)
+        values |= {"mu_s": 1.6} if on_belt else {}
+        options = {"over_time": tables, "t_end": _T_END_OVER_TIME}
+        yield from _run_numbers(Scene(values, scene.separation, scene.start), options)
 
 
 def _draw_table(rng: random.Random, high: float) -> list[tuple[float, float]]:
-    # Ramps, and occasionally a jump.
+    # A table over time with ramps, and occasionally a jump, of values up to `high`.
     rows: list[tuple[float, float]] = []
-    for t in sorted(rng.uniform(0.0, 6.0) for _ in range(rng.randint(1, 4))):
+    for t in sorted(rng.uniform(0.0, _T_END_OVER_TIME) for _ in range(rng.randint(1, 4))):
         rows += [(t, rng.uniform(0.0, high)) for _ in range(1 + (rng.random() < 0.3))]
     return rows
 
 
 def _run_numbers(scene: Scene, options: Mapping[str, Any]) -> Iterator[float]:
+    # The numbers of a run's result; infinity for a run that fails.
     options = {"t_end": T_END, **options}
     try:
         run = simulate(
@@ -145,26 +157,30 @@ def _fmu_steps(seed: int, *, belt: bool = False, law: bool = False) -> Iterator[
     with FmuInstance(Path(_fmu_folder().name)) as instance:
         for _ in range(RUNS):
             scene = draw_scene(rng, belt=belt, law=law)
-            start = {f"{n}_start": x for n, x in zip(_STARTS, scene.start, strict=True)}
+            start = {
+                f"{name}_start": value for name, value in zip(_STATES, scene.start, strict=True)
+            }
             values = {**scene.values, **start, "start_static": False, "finite_belt": belt}
             instance.begin(tol=1e-10, **values, separation=scene.separation)
-            for _ in range(40):
+            for _ in range(_FMU_STEPS):
                 # Preload steps and ramps, and occasionally a jump of the friction.
                 if rng.random() < 0.2:
                     instance.set(F=rng.uniform(-20.0, 150.0))
                 instance.slope(F=rng.uniform(-20.0, 20.0))
                 instance.step(rng.uniform(0.01, 0.2))
-                yield from instance.get(*_STARTS, "P", "mode", "friction_slider")
+                yield from instance.get(*_STATES, "P", "mode", "friction_slider")
             instance.fmi.reset()
             instance.t = 0.0
 
 
 def _kinds(
-    name: str, run: Callable[..., Iterable[float]], counts: tuple[int, int, int]
+    name: str, run: Callable[..., Iterable[float]], block_counts: tuple[int, int, int]
 ) -> Iterator[tuple[str, tuple[int, Callable[[int], Iterable[float]]]]]:
-    yield name, (counts[0], run)
-    yield f"{name} on belts", (counts[1], partial(run, belt=True))
-    yield f"{name} on belts with a friction law", (counts[2], partial(run, belt=True, law=True))
+    # The kinds with a fast belt, on belts of finite speed, and with a friction law.
+    fast_belt_count, belt_count, law_count = block_counts
+    yield name, (fast_belt_count, run)
+    yield f"{name} on belts", (belt_count, partial(run, belt=True))
+    yield f"{name} on belts with a friction law", (law_count, partial(run, belt=True, law=True))
 
 
 # Kinds of runs: the number of blocks, and the function that yields a block's numbers.

@@ -75,6 +75,7 @@ def reproducible() -> Iterator[None]:
 
 
 def _run_and_describe(line: str, folder: Path) -> Iterator[str]:
+    # Exit code, output and changed files of a command line that runs in the folder.
     states_before = _file_states(folder)
     out, error = io.StringIO(), io.StringIO()
     with contextlib.redirect_stdout(out), contextlib.redirect_stderr(error):
@@ -82,10 +83,8 @@ def _run_and_describe(line: str, folder: Path) -> Iterator[str]:
     yield f"exit {code}"
     printed = out.getvalue()
     if printed.startswith(("{", "[")):
-        lines = data_lines(json.loads(printed))
-        yield from masked("\n".join(lines), folder).splitlines()
-    else:
-        yield from masked(printed, folder).splitlines()
+        printed = "\n".join(data_lines(json.loads(printed)))
+    yield from masked(printed, folder).splitlines()
     if errors := masked(error.getvalue(), folder):
         yield from (f"stderr: {line}" for line in errors.splitlines())
     states_after = _file_states(folder)
@@ -98,5 +97,6 @@ def _run_and_describe(line: str, folder: Path) -> Iterator[str]:
 
 
 def _file_states(folder: Path) -> dict[Path, tuple[int, int]]:
+    # Time of change and inode of every file; a file written anew differs in one of them.
     paths = (path for path in folder.rglob("*") if path.is_file())
     return {path: (path.stat().st_mtime_ns, path.stat().st_ino) for path in paths}

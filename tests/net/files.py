@@ -1,4 +1,7 @@
-"""Content of written files as lines: tables by column, pictures by size and text."""
+"""Content of written files as lines: tables by column, pictures by size and text.
+
+A reader, selected by the suffix, yields the lines of a file.
+"""
 
 import csv
 import html
@@ -91,7 +94,9 @@ def _svg(path: Path) -> Iterator[str]:
 
 
 def _png(path: Path) -> Iterator[str]:
-    yield "size {} x {}".format(*struct.unpack(">II", path.read_bytes()[16:24]))
+    # Width and height follow the signature and the name of the first chunk.
+    width, height = struct.unpack(">II", path.read_bytes()[16:24])
+    yield f"size {width} x {height}"
 
 
 def _gif(path: Path) -> Iterator[str]:
@@ -127,11 +132,11 @@ def _archive(path: Path) -> Iterator[str]:
 
 def _entries(archive: zipfile.ZipFile) -> list[str]:
     # Sources in an FMU are not for users: record only their folder.
-    names = (name.split("/") for name in archive.namelist())
-    summarized_folders = ("resources", "sources")
-    return sorted(
-        {f"{name[0]}/…" if name[0] in summarized_folders else "/".join(name) for name in names}
-    )
+    entries = set()
+    for name in archive.namelist():
+        folder, _, _ = name.partition("/")
+        entries.add(f"{folder}/…" if folder in ("resources", "sources") else name)
+    return sorted(entries)
 
 
 def xml_lines(text: str) -> Iterator[str]:

@@ -16,8 +16,9 @@ INPUTS: Final = Path(__file__).parent / "inputs"
 BELT: Final = Parameters(v_belt=1.0, mu_s=0.9)
 LAW: Final = Parameters(v_belt=1.0, mu_s=0.9, v_s=0.4)
 PRELOADED: Final = Parameters(F=120.0)
+# Parameters over time, and the values of parameters in maps and sweeps.
 _TABLES: Final = {"F": [(0.0, 10.0), (2.0, 60.0)], "v_belt": [(0.0, 3.0), (3.0, 0.0)]}
-_ROWS: Final = {"F": [20.0, 60.0], "mu": [0.3, 0.7]}
+_AXES: Final = {"F": [20.0, 60.0], "mu": [0.3, 0.7]}
 
 
 def _validation() -> Any:
@@ -63,19 +64,19 @@ RESULTS: Final[Mapping[str, Callable[[Path], Any]]] = {
     ),
     "stability": lambda _: fivtui.stability(),
     "stability with a friction law": lambda _: fivtui.stability(LAW),
-    "map": lambda _: fivtui.stability_map(None, _ROWS),
+    "map": lambda _: fivtui.stability_map(None, _AXES),
     "map of critical friction": lambda _: fivtui.stability_map(
         None, {"F": [20.0, 60.0], "m": [1.0, 5.0]}, "critical-mu"
     ),
     "safety map": lambda _: fivtui.safety_map(None, {"F": [60.0, 120.0], "k_nl": [50.0, 100.0]}),
-    "coexistence map": lambda _: fivtui.safety_map(None, _ROWS, "coexistence"),
+    "coexistence map": lambda _: fivtui.safety_map(None, _AXES, "coexistence"),
     "safe friction": lambda _: fivtui.safe_friction(PRELOADED),
     "attractors": lambda _: fivtui.attractors(PRELOADED),
     "basin": lambda _: fivtui.basin(PRELOADED, {"y0": [-1.0, -0.8], "vy0": [0.0, 1.0, 2.0]}),
     "continuation": lambda _: fivtui.continuation(PRELOADED, "mu", [0.4, 0.6]),
     "branch": lambda _: fivtui.branch(PRELOADED, "mu", low=0.6, high=0.8),
     "boundary": lambda _: fivtui.boundary(None, "hopf", {"F": (60.0, 120.0), "mu": (0.3, 0.8)}),
-    "sweep": lambda _: fivtui.sweep(vary=_ROWS, t_end=5.0),
+    "sweep": lambda _: fivtui.sweep(vary=_AXES, t_end=5.0),
     "sweep on belts": lambda _: fivtui.sweep(
         BELT, vary={"v_belt": [0.5, 2.0]}, separation="both", t_end=3.0
     ),

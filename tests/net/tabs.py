@@ -54,11 +54,8 @@ async def _tab_lines(size: tuple[int, int]) -> list[str]:
                     # Texts are wrapped once, possibly before the width of a new tab is known.
                     await until_still(pilot, 2)
                     app.screen.post_message(RunsChanged())
-                    lines += [
-                        line
-                        for view in await _views(pilot)
-                        for line in (f"{SECTION}{title}: {tab.title}{view[0]}", *view[1])
-                    ]
+                    for view_title, view_lines in await _views(pilot):
+                        lines += [f"{SECTION}{title}: {tab.title}{view_title}", *view_lines]
     return lines
 
 

@@ -1,4 +1,7 @@
-"""Recordings as text in sections, without run-dependent parts, compared number by number."""
+"""Recordings as text in sections, without run-dependent parts, compared number by number.
+
+A section begins with a line ``$ title``; fresh output is compared with the recorded section.
+"""
 
 import json
 import math
@@ -21,7 +24,13 @@ ABSOLUTE_TOLERANCE: Final = 1e-10
 MAX_NUMBERS: Final = 24
 MAX_ITEMS: Final = 6
 SECTION: Final = "$ "
+# In the report of differences: unequal lines per section, width of their excerpts, and characters
+# before the first difference.
+_MAX_REPORTED_LINES: Final = 4
+_EXCERPT_WIDTH: Final = 160
+_EXCERPT_LEAD: Final = 60
 
+# Patterns of text that varies, with their replacements.
 _MASKS: Final = (
     (re.escape(__version__), "<version>"),
     (r"\b[0-9a-f]{8}(-[0-9a-f]{4}){3}-[0-9a-f]{12}\b", "<guid>"),
@@ -35,6 +44,7 @@ _MASKS: Final = (
     # Rows of a trade-off: mask the CPU time and the marks of the best settings.
     (r"(?m)^(\S.*? (?:tol|step)=\S+) +\S+(.*? [+-]\d+)(?: +[FPHE]+)?$", r"\1 <time>\2"),
 )
+# Names whose values differ between runs or machines.
 _VARYING: Final = re.compile(
     r"(^|_)(cpu|wall)_(s|ms)$|^cpu_time|best_for$|^(fivtui|numpy|scipy|version|transients)$"
 )
@@ -74,7 +84,11 @@ def column_line(name: str, values: Sequence[Any]) -> str:
     shown = [_as_text(values[index]) for index in _selected_indices(len(values), MAX_NUMBERS)]
     line = f"{name} [{len(values)}]: {' '.join(shown)}"
     if len(values) > MAX_NUMBERS:
-        numbers = [abs(v) for v in values if isinstance(v, (int, float)) and math.isfinite(v)]
+        numbers = [
+            abs(value)
+            for value in values
+            if isinstance(value, (int, float)) and math.isfinite(value)
+        ]
         line += f" sum of sizes {math.fsum(numbers)!r}"
     return line
 
@@ -91,9 +105,10 @@ def _as_text(value: Any) -> str:
 
 
 def _selected_indices(count: int, limit: int) -> list[int]:
+    # Indices of at most `limit` evenly spaced items, with the first and the last.
     if count <= limit:
         return list(range(count))
-    return sorted({round(k * (count - 1) / (limit - 1)) for k in range(limit)})
+    return sorted({round(index * (count - 1) / (limit - 1)) for index in range(limit)})
 
 
 def sections_of(text: str) -> dict[str, list[str]]:
@@ -116,45 +131,52 @@ def same_line(recorded: str, fresh: str) -> bool:
     """Whether two lines have equal words, and numbers within the tolerance."""
     if recorded == fresh:
         return True
-    texts = _NUMBER.findall(recorded), _NUMBER.findall(fresh)
-    normalized = (" ".join(_NUMBER.sub("#", line).split()) for line in (recorded, fresh))
+    recorded_texts, fresh_texts = _NUMBER.findall(recorded), _NUMBER.findall(fresh)
+    normalized = {" ".join(_NUMBER.sub("#", line).split()) for line in (recorded, fresh)}
     # Numbers of different width shift the text beside them; otherwise blanks must agree.
-    if texts[0] == texts[1] or len(texts[0]) != len(texts[1]) or len({*normalized}) > 1:
+    if (
+        recorded_texts == fresh_texts
+        or len(recorded_texts) != len(fresh_texts)
+        or len(normalized) > 1
+    ):
         return False
-    pairs = [(float(a), float(b)) for a, b in zip(*texts, strict=True)]
-    finite = [abs(number) for pair in pairs for number in pair if math.isfinite(number)]
-    floor = LINE_TOLERANCE * max(finite, default=0.0)
+    pairs = list(zip(map(float, recorded_texts), map(float, fresh_texts), strict=True))
+    finite_sizes = [abs(number) for pair in pairs for number in pair if math.isfinite(number)]
+    tolerance = LINE_TOLERANCE * max(finite_sizes, default=0.0)
     return all(
-        math.isclose(a, b, rel_tol=RELATIVE_TOLERANCE, abs_tol=floor)
-        or max(abs(a), abs(b)) < ABSOLUTE_TOLERANCE
-        for a, b in pairs
+        math.isclose(old, new, rel_tol=RELATIVE_TOLERANCE, abs_tol=tolerance)
+        or max(abs(old), abs(new)) < ABSOLUTE_TOLERANCE
+        for old, new in pairs
     )
 
 
 def differences(recorded: str, fresh: str) -> list[str]:
     """Differences between two recordings: titles of sections and their lines."""
-    before, after = sections_of(recorded), sections_of(fresh)
+    old_sections, new_sections = sections_of(recorded), sections_of(fresh)
     report = []
-    for title in dict.fromkeys([*before, *after]):
-        if title not in after:
+    for title in dict.fromkeys([*old_sections, *new_sections]):
+        if title not in new_sections:
             report += [title, "    no longer there"]
-        elif title not in before:
+        elif title not in old_sections:
             report += [title, "    not recorded"]
         else:
-            lines = zip_longest(before[title], after[title], fillvalue="(no line)")
+            lines = zip_longest(old_sections[title], new_sections[title], fillvalue="(no line)")
             unequal = [(old, new) for old, new in lines if not same_line(old, new)]
             # Lines that differ only by a shift come last.
             unequal.sort(key=lambda pair: pair[0].split() == pair[1].split())
             report += [title] if unequal else []
-            for old, new in unequal[:4]:
+            for old, new in unequal[:_MAX_REPORTED_LINES]:
                 report += _difference_excerpt(old, new)
-            if len(unequal) > 4:
-                report.append(f"    {len(unequal) - 4} further lines differ")
+            if len(unequal) > _MAX_REPORTED_LINES:
+                report.append(f"    {len(unequal) - _MAX_REPORTED_LINES} further lines differ")
     return report
 
 
 def _difference_excerpt(old: str, new: str) -> list[str]:
     # A long line is shown from shortly before the first difference.
-    index = next((k for k, (a, b) in enumerate(zip(old, new, strict=False)) if a != b), 0)
-    begin = max(index - 60, 0) if max(len(old), len(new)) > 160 else 0
-    return [f"  - {old[begin : begin + 160]}", f"  + {new[begin : begin + 160]}"]
+    pairs = enumerate(zip(old, new, strict=False))
+    first_difference = next((index for index, (before, after) in pairs if before != after), 0)
+    is_long = max(len(old), len(new)) > _EXCERPT_WIDTH
+    begin = max(first_difference - _EXCERPT_LEAD, 0) if is_long else 0
+    end = begin + _EXCERPT_WIDTH
+    return [f"  - {old[begin:end]}", f"  + {new[begin:end]}"]
