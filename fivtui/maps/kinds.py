@@ -13,10 +13,16 @@ if TYPE_CHECKING:
     from .result import StabilityMap
 
 (files,) = lazy_modules(__name__, "files")
-_BYTES: Final = 8
+_BYTES_PER_NUMBER: Final = 8
+
+
+def _stored_size(result: "StabilityMap") -> int:
+    # Bytes of a table with two columns of parameters and one for each quantity.
+    return (2 + len(result.quantities)) * _BYTES_PER_NUMBER * result.grid.size
 
 
 def _command(result: "StabilityMap") -> Command:
+    # The command that computes a map.
     over = tuple(
         f"{name}={range_text(name, axis)}"
         for name, axis in zip(result.names, result.axes, strict=True)
@@ -36,7 +42,5 @@ MAP: Final = StudyKind(
     header=frozenset({"parameters", "separation"}),
     json_keys=frozenset({"over", "values"}),
     command=_command,
-    stored=Storage(
-        ".npz", size=lambda result: (2 + len(result.quantities)) * _BYTES * result.grid.size
-    ),
+    stored=Storage(".npz", size=_stored_size),
 )

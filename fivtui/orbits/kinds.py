@@ -47,6 +47,7 @@ BASIN: Final = StudyKind(
 
 
 def _branch_command(result: "CycleBranch") -> Command:
+    # The command that follows a branch; `InputError` if no option gives its start.
     if result.origin == "file" or result.doubled:
         raise InputError("branch: no command repeats it: no option gives the cycle it begins at")
     vary = f"{result.name}={result.low!r}:{result.high!r}"

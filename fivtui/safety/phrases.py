@@ -7,7 +7,10 @@ if TYPE_CHECKING:
     from .verdict import SafeFriction
 
 
+# Why a search has no motions.
 _TOO_SLOW: Final = "motions die out too slowly to be followed within the limit of steps"
+# Greatest number of events that the phrase about continuation names.
+_NAMED_EVENTS: Final = 6
 
 
 def _mu_text(value: float) -> str:
@@ -81,7 +84,9 @@ def _continuation_text(result: "SafeFriction") -> str:
         return f"none: {basis.not_followed}"
     hopf_branch = basis.branches[0]
     mus = [point.value for point in hopf_branch.points]
-    events = ", ".join(f"{event.kind} {event.value:.4g}" for event in hopf_branch.events[:6])
+    events = ", ".join(
+        f"{event.kind} {event.value:.4g}" for event in hopf_branch.events[:_NAMED_EVENTS]
+    )
     return f"{len(mus)} limit cycles from the Hopf point, μ up to {max(mus):.4g}: {events}"
 
 
@@ -96,16 +101,20 @@ def _search_text(result: "SafeFriction") -> str:
     text = f"{share}{final_round.starts} starts at {levels} die out"
     if final_round.undecided:
         text += f"; the limit of steps left {final_round.undecided} undecided"
-    entries = [attractor for attractor in result.others if attractor.found_by == "global search"]
-    cycle_mus = [attractor.mu for attractor in entries if attractor.kind == "limit cycle"]
-    if cycle_mus:
-        text += f"; limit cycles from {_mu_text(min(cycle_mus))} were found and followed"
-    motion_mus = [attractor.mu for attractor in entries if attractor.kind == "other motion"]
-    if motion_mus:
-        text += f"; from {_mu_text(min(motion_mus))} on motions persist that are not limit cycles"
-    growth_mus = [attractor.mu for attractor in entries if attractor.kind == "unbounded growth"]
-    if growth_mus:
-        text += f"; from {_mu_text(min(growth_mus))} on motions grow without bounds"
+    # The least μ of each kind of attractor that the search found.
+    least_mus: dict[str, float] = {}
+    for attractor in result.others:
+        if attractor.found_by == "global search":
+            least_mu = least_mus.get(attractor.kind, math.inf)
+            least_mus[attractor.kind] = min(least_mu, attractor.mu)
+    if "limit cycle" in least_mus:
+        text += f"; limit cycles from {_mu_text(least_mus['limit cycle'])} were found and followed"
+    if "other motion" in least_mus:
+        mu_text = _mu_text(least_mus["other motion"])
+        text += f"; from {mu_text} on motions persist that are not limit cycles"
+    if "unbounded growth" in least_mus:
+        mu_text = _mu_text(least_mus["unbounded growth"])
+        text += f"; from {mu_text} on motions grow without bounds"
     if basis.growth_at_any_size is not None:
         text += (
             ": with a linear contact spring (k_nl = 0) all motions above some size do; this size "

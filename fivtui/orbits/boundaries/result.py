@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 BoundaryKind = Literal["hopf", "fold", "touch"]
 
 BOUNDARIES: Final[tuple[BoundaryKind, ...]] = ("hopf", "fold", "touch")
-# Events that a result prints.
+# Greatest number of events in the summary of a result.
 _PRINTED_EVENTS: Final = 8
 _LYAPUNOV: Final = Column("lyapunov", "1/(m^2 s)", "first Lyapunov coefficient of a Hopf point")
 
@@ -147,7 +147,10 @@ class Boundary(TableResult, Plottable):
         return [
             ("scene", scene),
             ("over", ", ".join(f"{name} {low:g} to {high:g}" for name, (low, high) in ranges)),
-            (f"curves of {self.kind}", ", ".join(f"{len(c.points)} points" for c in self.curves)),
+            (
+                f"curves of {self.kind}",
+                ", ".join(f"{len(curve.points)} points" for curve in self.curves),
+            ),
             *rows,
         ]
 
@@ -158,8 +161,11 @@ class Boundary(TableResult, Plottable):
         for curve in self.curves:
             for end, point in zip(curve.ends, (curve.points[0], curve.points[-1]), strict=True):
                 if end in (End.LOST, End.LONG):
-                    values = zip(self.names, point.values, strict=True)
-                    reasons.append(f"{end} at {', '.join(f'{n} = {v:.6g}' for n, v in values)}")
+                    texts = (
+                        f"{name} = {value:.6g}"
+                        for name, value in zip(self.names, point.values, strict=True)
+                    )
+                    reasons.append(f"{end} at {', '.join(texts)}")
         return f"a curve {' and '.join(reasons)}" if reasons else None
 
     @property
@@ -169,10 +175,14 @@ class Boundary(TableResult, Plottable):
     def _table(self) -> Table:
         points = self.points
         values = np.array([point.values for point in points]).T
-        parts = np.repeat(np.arange(len(self.curves)), [len(curve.points) for curve in self.curves])
+        point_counts = [len(curve.points) for curve in self.curves]
+        curve_numbers = np.repeat(np.arange(len(self.curves)), point_counts)
         return {
-            **{PARAMETERS[n].column: column for n, column in zip(self.names, values, strict=True)},
-            Column("part", "1", "number of the curve"): parts,
+            **{
+                PARAMETERS[name].column: column
+                for name, column in zip(self.names, values, strict=True)
+            },
+            Column("part", "1", "number of the curve"): curve_numbers,
             **attribute_table(points, (*MEASURES, _LYAPUNOV)),
             **multiplier_table(points),
             **start_table(points, "of a state of the motion"),

@@ -161,9 +161,9 @@ def follow_both_ways(
 
 @dataclass(frozen=True, slots=True)
 class _Node(Generic[P]):
-    # A point, the values of the tests there, its size and its features.
+    # A point, the values of the tests for events there, its size and its features.
     point: P
-    values: dict[EventKind, float]
+    test_values: dict[EventKind, float]
     size: float
     features: FloatArray
 
@@ -173,6 +173,7 @@ class _StepTooLongError(Exception):
 
 
 def _angle(first: PointOnCurve, second: PointOnCurve) -> float:
+    # Angle between the tangents, rad.
     return float(np.arccos(min(max(float(first.tangent @ second.tangent), -1.0), 1.0)))
 
 
@@ -217,7 +218,7 @@ class Follower(Generic[P]):
                 if beyond is None:
                     end = self._curve.loss_reason(node.point)
                     continue
-                # The curve turns back where the pattern changes.
+                # The node is a corner at which the curve turns back and the pattern changes.
                 events[len(points) - 1] = self._curve.pattern_event(node.point, beyond)
                 step = float(np.linalg.norm(beyond.unknowns - node.point.unknowns))
                 points.append(beyond)
@@ -245,7 +246,7 @@ class Follower(Generic[P]):
             previous = node if recentred is successor.point else None
             node = self._node(recentred) if previous is None else successor
             if event is not None:
-                node.values[event] = 0.0
+                node.test_values[event] = 0.0
             points.append(node.point)
         return CurvePart(tuple(points), events, end)
 
@@ -257,12 +258,14 @@ class Follower(Generic[P]):
         return [part.points[-1] for part in parts if part.end is End.EVENT]
 
     def _node(self, point: P, event: EventKind | None = None) -> _Node[P]:
-        values = {kind: test(point) for kind, test in self._curve.tests.items()}
+        test_values = {kind: test(point) for kind, test in self._curve.tests.items()}
         if event is not None:
-            values[event] = 0.0
-        return _Node(point, values, self._curve.size(point), self._curve.features(point))
+            # Rounding must not give the test of a located event a sign.
+            test_values[event] = 0.0
+        return _Node(point, test_values, self._curve.size(point), self._curve.features(point))
 
     def _starts_at_bound(self, start: P) -> bool:
+        # Whether the curve leaves the range at its first point.
         return any(
             start.unknowns[index] == (high if start.tangent[index] > 0 else low)
             for index, low, high in self._curve.bounds
@@ -313,7 +316,10 @@ class Follower(Generic[P]):
     def _hides_folds(self, node: _Node[P], successor: _Node[P]) -> bool:
         # Whether the slope of the parameter has two zeros in the step. A parabola approximates the
         # slope: it has the same values at both ends of the step, and the same mean.
-        begin_slope, end_slope = node.values[EventKind.FOLD], successor.values[EventKind.FOLD]
+        begin_slope, end_slope = (
+            node.test_values[EventKind.FOLD],
+            successor.test_values[EventKind.FOLD],
+        )
         if not begin_slope * end_slope > 0.0:
             return False
         change = successor.point.unknowns - node.point.unknowns
@@ -330,30 +336,34 @@ class Follower(Generic[P]):
         return bool(0.0 < vertex < 1.0 and least_slope < 0.0)
 
     def _find_pattern_change(
-        self, node: _Node[P], new: P, until: tuple[EventKind, ...]
+        self, node: _Node[P], target: P, until: tuple[EventKind, ...]
     ) -> tuple[_Node[P], EventKind | None, End | None]:
-        # The first point of the new pattern, or the first event before it. If the motion jumps
-        # between the patterns, the last point of the old one.
-        point, pattern = node.point, self._curve.pattern
-        old = point
-        length = float(point.tangent @ (new.unknowns - point.unknowns))
-        while (gap := float(point.tangent @ (new.unknowns - old.unknowns))) > _RESOLUTION * length:
-            # Guesses along the tangent at the last point of the old pattern keep Newton's method
-            # on its side.
-            direction = old.tangent / float(point.tangent @ old.tangent)
-            middle = self._curve.correct(old.unknowns + 0.5 * gap * direction, point, point.tangent)
+        # The first point of the target's pattern, or the first event before it. If the motion jumps
+        # between the patterns, the last point of the node's pattern.
+        start, pattern = node.point, self._curve.pattern
+        # Bisect between the last point of one pattern and the first point of the other.
+        before, after = start, target
+        length = float(start.tangent @ (after.unknowns - start.unknowns))
+        while True:
+            gap = float(start.tangent @ (after.unknowns - before.unknowns))
+            if not gap > _RESOLUTION * length:
+                break
+            # Guesses along the tangent at `before` keep Newton's method on its side.
+            direction = before.tangent / float(start.tangent @ before.tangent)
+            guess = before.unknowns + 0.5 * gap * direction
+            middle = self._curve.correct(guess, start, start.tangent)
             if middle is None:
                 raise _StepTooLongError
-            if pattern(middle) == pattern(point):
-                old = middle
+            if pattern(middle) == pattern(start):
+                before = middle
             else:
-                new = middle
-        event_node, event = self._find_first_event(node, self._node(old), until)
+                after = middle
+        event_node, event = self._find_first_event(node, self._node(before), until)
         if event is not None:
             return event_node, event, None
-        if float(np.linalg.norm(new.unknowns - old.unknowns)) > _JUMP_DISTANCE * node.size:
+        if float(np.linalg.norm(after.unknowns - before.unknowns)) > _JUMP_DISTANCE * node.size:
             return event_node, None, End.JUMPS
-        return self._node(new), self._curve.pattern_event(point, new), None
+        return self._node(after), self._curve.pattern_event(start, after), None
 
     def _point_beyond_corner(self, corner: _Node[P]) -> P | None:
         # A point of a different pattern beyond a corner at which the curve turns back along the
@@ -372,6 +382,7 @@ class Follower(Generic[P]):
         return not all(low <= unknowns[index] <= high for index, low, high in self._curve.bounds)
 
     def _end_after(self, node: _Node[P], successor: _Node[P], count: int) -> End | None:
+        # The reason to end at the successor, the point number `count` + 1; None to continue.
         unknowns = successor.point.unknowns
         if not all(low < unknowns[index] < high for index, low, high in self._curve.bounds):
             return End.BOUND
@@ -403,10 +414,10 @@ class Follower(Generic[P]):
         # be by a shorter step; others are left out where they cannot be located.
         events: list[tuple[float, EventKind, P]] = []
         for kind, test in self._curve.tests.items():
-            if node.values[kind] * successor.values[kind] < 0.0:
+            if node.test_values[kind] * successor.test_values[kind] < 0.0:
                 try:
                     distance, point = self._locate_zero(
-                        node.point, successor.point, test, node.values[kind]
+                        node.point, successor.point, test, node.test_values[kind]
                     )
                 except _StepTooLongError:
                     if kind in until:
@@ -420,7 +431,7 @@ class Follower(Generic[P]):
         _, first_kind, first_point = events[0]
         for _, kind, point in events[1:]:
             # Rounding may swap close events: check which one lies before the other.
-            if node.values[kind] * self._curve.tests[kind](first_point) < 0.0:
+            if node.test_values[kind] * self._curve.tests[kind](first_point) < 0.0:
                 first_kind, first_point = kind, point
         return self._node(first_point), first_kind
 
@@ -459,22 +470,24 @@ class Follower(Generic[P]):
 
     def _closes_curve(self, start: _Node[P], node: _Node[P], successor: _Node[P]) -> bool:
         # Whether a step passes the first point of the curve in the same direction.
-        first, begin = start.features, node.features
-        chord = successor.features - begin
+        offset = start.features - node.features
+        chord = successor.features - node.features
         length = float(np.linalg.norm(chord))
-        share = float((first - begin) @ chord) / (length * length) if length > 0.0 else -1.0
+        # The share of the step at which it is nearest to the first point.
+        share = float(offset @ chord) / (length * length) if length > 0.0 else -1.0
         if not 0.0 < share <= 1.0:
             return False
-        if float(np.linalg.norm(first - begin - share * chord)) > _CLOSING_DISTANCE * length:
+        if float(np.linalg.norm(offset - share * chord)) > _CLOSING_DISTANCE * length:
             return False
         point = node.point
         guess = point.unknowns + share * (successor.point.unknowns - point.unknowns)
         guess[self._parameter_index] = start.point.unknowns[self._parameter_index]
         normal = np.eye(len(guess))[self._parameter_index]
         nearest = self._curve.correct(guess, point, normal, point.tangent)
-        return nearest is not None and bool(
-            np.abs(self._curve.features(nearest) - first).max() < _SAME_POINT * np.abs(first).max()
-        )
+        if nearest is None:
+            return False
+        deviation = np.abs(self._curve.features(nearest) - start.features).max()
+        return bool(deviation < _SAME_POINT * np.abs(start.features).max())
 
 
 def _interpolate(

@@ -17,11 +17,13 @@ if TYPE_CHECKING:
 
 Origin = Literal["hopf", "cycle", "file"]
 
-# Events that a result prints.
+# Greatest number of events in the summary of a result.
 _PRINTED_EVENTS: Final = 8
-# Names of the events in the column `event`.
+# Names of events, in the order of their numbers in the column `event`.
 EVENTS: Final = ("none", *EventKind)
+# Multipliers of a cycle besides the one along it, which is 1.
 _MULTIPLIER_COUNT: Final = 3
+# Columns of quantities of a cycle, named after its attributes.
 MEASURES: Final = (
     Column("period", "s", "period of the limit cycle"),
     Column("y_min", "m", "lowest point"),
@@ -213,7 +215,8 @@ class CycleBranch(TableResult, Plottable):
             **self._branch_data(),
             "points": to_data(self.points),
             "events": [
-                {k: v for k, v in event.items() if v != ""} for event in to_data(self.events)
+                {key: value for key, value in event.items() if value != ""}
+                for event in to_data(self.events)
             ],
         }
 
@@ -243,7 +246,9 @@ class CycleLike(Protocol):
 
 def attribute_table(records: Sequence[object], columns: Iterable[Column]) -> Table:
     """Columns of the attributes of records; each column is named after its attribute."""
-    return {c: np.array([getattr(record, c.name) for record in records]) for c in columns}
+    return {
+        column: np.array([getattr(record, column.name) for record in records]) for column in columns
+    }
 
 
 def multiplier_table(cycles: Sequence[CycleLike]) -> Table:
