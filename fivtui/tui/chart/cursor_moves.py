@@ -1,8 +1,8 @@
 """Positions and moves of the cursors of a chart. Imports no Textual.
 
-The active cursor is the one that keys move. It stands at a sample of x, at a point of a chart whose
-y is no function of x (a plane), or at a value along a curve, such as a time. Axis positions run
-from 0 to 1 over the visible part of an axis.
+The active cursor is the one that keys move. Usually it stands at a sample of x. In a plane, where y
+is no function of x, it stands at a point; along a curve it stands at a value, such as a time. Axis
+positions run from 0 to 1 over the visible part of an axis.
 """
 
 from typing import Final

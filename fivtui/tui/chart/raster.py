@@ -80,11 +80,11 @@ def _clip_lines(x: FloatArray, y: FloatArray) -> FloatArray:
     with np.errstate(divide="ignore", invalid="ignore"):
         for start, change in ((x0, dx), (y0, dy)):
             at_low, at_high = (0.0 - start) / change, (1.0 - start) / change
-            first, last = np.minimum(at_low, at_high), np.maximum(at_low, at_high)
+            enter, leave = np.minimum(at_low, at_high), np.maximum(at_low, at_high)
             constant = change == 0.0
             visible &= ~constant | ((start >= 0.0) & (start <= 1.0))
-            entering = np.where(constant, entering, np.maximum(entering, first))
-            leaving = np.where(constant, leaving, np.minimum(leaving, last))
+            entering = np.where(constant, entering, np.maximum(entering, enter))
+            leaving = np.where(constant, leaving, np.minimum(leaving, leave))
     visible &= entering <= leaving
     entering, leaving = entering[visible], leaving[visible]
     x0, y0, dx, dy = x0[visible], y0[visible], dx[visible], dy[visible]

@@ -1,6 +1,7 @@
 """Opens and saves files: asks for paths in dialogs, and reads and writes in threads."""
 
 import os
+import re
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
@@ -270,7 +271,7 @@ def _remove_folder(text: str, folder: str) -> str:
 
 def download_name(path: Path) -> str:
     """The name under which a browser downloads a file: ASCII letters, digits, and ``-_.``."""
-    return "".join(c if (c.isascii() and c.isalnum()) or c in "-_." else "-" for c in path.name)
+    return re.sub(r"[^a-zA-Z0-9_.-]", "-", path.name)
 
 
 def _is_scene(path: Path) -> bool:

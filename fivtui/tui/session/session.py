@@ -106,7 +106,11 @@ class Session(Editing):
     def add_recent(self, path: str) -> None:
         """Add a scene file to the recent files, as the first."""
         absolute_path = Path(path).absolute()
-        other_paths = [other for other in self.recent if Path(other).absolute() != absolute_path]
+        other_paths = [
+            recent_path
+            for recent_path in self.recent
+            if Path(recent_path).absolute() != absolute_path
+        ]
         self.recent = (path, *other_paths)[:MAX_RECENT]
 
     def field_error(self, name: str) -> str:

@@ -72,24 +72,24 @@ def fitting_titles(titles: Sequence[str], current: int, width: int) -> list[str]
     """The titles that fit beside the current one; "" for hidden titles, which arrows indicate."""
     last_tab = len(titles) - 1
 
-    def labels(first: int, last: int) -> list[str]:
-        # The titles from the tab `first` to the tab `last`, with arrows.
-        shown_titles = [""] * first + list(titles[first : last + 1]) + [""] * (last_tab - last)
-        if first > 0:
-            shown_titles[first] = f"{_ARROWS[0]}{shown_titles[first]}"
-        if last < last_tab:
-            shown_titles[last] = f"{shown_titles[last]}{_ARROWS[1]}"
+    def labels(start: int, end: int) -> list[str]:
+        # The titles of the tabs with indices from `start` to `end`, with arrows.
+        shown_titles = [""] * start + list(titles[start : end + 1]) + [""] * (last_tab - end)
+        if start > 0:
+            shown_titles[start] = f"{_ARROWS[0]}{shown_titles[start]}"
+        if end < last_tab:
+            shown_titles[end] = f"{shown_titles[end]}{_ARROWS[1]}"
         return shown_titles
 
-    first = last = current
+    start = end = current
     while True:
         # Add the next tab if it fits, or else the previous one.
-        if last < last_tab and _total_width(labels(first, last + 1)) <= width:
-            last += 1
-        elif first > 0 and _total_width(labels(first - 1, last)) <= width:
-            first -= 1
+        if end < last_tab and _total_width(labels(start, end + 1)) <= width:
+            end += 1
+        elif start > 0 and _total_width(labels(start - 1, end)) <= width:
+            start -= 1
         else:
-            return labels(first, last)
+            return labels(start, end)
 
 
 def _total_width(labels: Sequence[str]) -> int:
@@ -116,8 +116,8 @@ class TabBook(TabbedContent):
         self._fit_titles()
 
     def _fit_titles(self) -> None:
-        titles = [spec.title for spec in self.specs]
-        current = next((n for n, spec in enumerate(self.specs) if spec.id == self.active), 0)
+        titles, ids = [spec.title for spec in self.specs], [spec.id for spec in self.specs]
+        current = ids.index(self.active) if self.active in ids else 0
         width = self.size.width - _CORNER_COLUMNS
         fitting = fitting_titles(titles, current, width)
         for spec, title in zip(self.specs, fitting, strict=True):

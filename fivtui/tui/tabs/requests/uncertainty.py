@@ -20,9 +20,9 @@ TITLES: Final = {
     "y_half_range": "±y",
     "P_max": "P",
 }
-# Columns of the table of Sobol indices: the quantity and input, the first-order index (the share of
-# the variance that the input causes alone), the total index (also with others), the share in a
-# linear model, and a bar.
+# Columns of the table of Sobol indices. The first-order index is the share of the variance that an
+# input causes alone, the total index that with others. The last columns are the share in a linear
+# model, and a bar.
 COLUMNS: Final = ("quantity", "input", "alone", "with others", "if linear", "0 … 1")
 SAMPLES: Final = 4096
 # Columns of a bar from 0 to 1.
