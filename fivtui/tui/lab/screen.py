@@ -44,8 +44,7 @@ from .keys import LAB_KEYS
 from .live_control import LiveController
 from .notices import NoticeView
 from .run_actions import RunActions
-from .run_bar import NO_RUN_TEXT, RunBar
-from .run_list import RunsPane
+from .run_list import NO_RUN_TEXT, RunBar, RunsPane
 from .search_control import SearchController
 from .verdict.gauge_control import GaugeController
 from .verdict.view import VerdictView
@@ -80,6 +79,7 @@ class LabScreen(EditActions, RunActions):
         self._search = SearchController(self)
         self._live = LiveController(self)
         self._gauges = GaugeController(self)
+        # Whether the current tab will be updated after the next frame.
         self._is_tab_outdated = False
 
     def compose(self) -> ComposeResult:
@@ -159,12 +159,12 @@ class LabScreen(EditActions, RunActions):
 
     def show_verdict(self) -> None:
         """Display the stability of the edited scene, and the attractors beside it."""
-        view = self.query_one(VerdictView)
+        verdict_view = self.query_one(VerdictView)
         try:
             result = self.session.stability()
         except (InputError, ComputationError) as error:
             reason = ": invalid input" if isinstance(error, InputError) else ""
-            view.show("invalid", [f"NO VERDICT{reason}"], [str(error)])
+            verdict_view.show("invalid", [f"NO VERDICT{reason}"], [str(error)])
             self._search.stop()
             self._gauges.stop()
             self.session.attractors = None
@@ -172,11 +172,12 @@ class LabScreen(EditActions, RunActions):
             stable = verdict(result) == "STABLE"
             attractors = self._search.attractors(result.system, stable=stable)
             self.session.attractors = attractors
+            # A high screen has room for two gauges.
             gauges = self._gauges.gauges(result, attractors, both=self.has_class("-tall"))
             lines = stability_summary(result, attractors)
             if self.session.over_time:
                 lines[0] = f"at t = 0: {lines[0]}"
-            view.show(verdict_kind(result, attractors), lines, gauges)
+            verdict_view.show(verdict_kind(result, attractors), lines, gauges)
 
     @on(Resize)
     def _update_gauges(self) -> None:
@@ -196,10 +197,9 @@ class LabScreen(EditActions, RunActions):
     def _show_newest_run(self) -> None:
         newest, live_status = self.session.runs.newest, self.session.live.status
         bar = self.query_one(RunBar)
-        failed = newest is not None and newest.state is RunState.FAILED
-        if failed and newest is not None and not self.session.is_outdated(newest):
-            # Show the error of the run: its scene has no live curve.
-            live_status = ""
+        if newest is not None and newest.state is RunState.FAILED:
+            # Show the error of the run unless the scene was edited: its scene has no live curve.
+            live_status = live_status if self.session.is_outdated(newest) else ""
         if live_status and self.tab_book.active == _LIVE_TAB and self.session.runs.active is None:
             bar.show(None, live_status)
         elif newest is not None:

@@ -18,7 +18,7 @@ class FieldEdited(Message):
 
 @dataclass
 class FieldStepped(Message):
-    """The user changed a number by a step up (+1) or down (-1)."""
+    """The user changed a number by a step up (+1) or down (-1); if `fine`, by a tenth of it."""
 
     name: str
     direction: int
@@ -44,7 +44,10 @@ class LiveRequested(Message):
 
 @dataclass
 class RunActionRequested(Message):
-    """The user wants an action on a run; `action` is the name of a method of `RunActions`."""
+    """The user wants an action on the run `number`.
+
+    `action` is load, show, overlay, baseline, delete, colour or marker.
+    """
 
     number: int
     action: str

@@ -103,7 +103,7 @@ def test_a_phase_portrait_has_velocity_over_displacement(motions: list[PlottedRu
         chart = phase_chart(quantity, motions, (1.0, 2.0))
         assert (chart.x_label, chart.y_label) == labels
         assert chart.note == "t 1 to 2 s"
-        assert [(g.value, g.label, g.vertical) for g in chart.guides] == (
+        assert [(guide.value, guide.label, guide.vertical) for guide in chart.guides] == (
             [(0.0, "y = 0", True)] if quantity == "y" else []
         )
         trace = chart.traces[1]
@@ -122,12 +122,12 @@ def test_a_spectrum_has_its_peak_at_the_frequency_in_hertz(motions: list[Plotted
     chart = spectrum_chart([motion], (40.0, 80.0))
     assert (chart.x_label, chart.y_label) == ("f (Hz)", "|y| (m)")
     assert chart.x_range == pytest.approx((0.0, 10.0), rel=1e-4)
-    assert [(g.label, g.vertical) for g in chart.guides] == [
+    assert [(guide.label, guide.vertical) for guide in chart.guides] == [
         ("f₁", True),
         ("2f₁", True),
         ("3f₁", True),
     ]
-    assert [g.value for g in chart.guides] == pytest.approx([1.25, 2.5, 3.75], rel=1e-4)
+    assert [guide.value for guide in chart.guides] == pytest.approx([1.25, 2.5, 3.75], rel=1e-4)
     assert chart.note == "f₁ 1.25 Hz, period 0.8 s, t 40 to 80 s"
     (trace,) = chart.traces
     for frequency, amplitude in ((0.0, 0.7), (1.25, 0.4), (2.5, 0.05)):
@@ -240,9 +240,10 @@ def test_a_grid_of_a_sweep_has_its_values_at_their_coordinates() -> None:
         assert chart.note.endswith("considered" if case else "ignored")
         assert backdrop.x.tolist() == [20.0, 40.0, 60.0]
         assert backdrop.y.tolist() == [0.1, 0.9]
-        for i, force in enumerate((20.0, 40.0, 60.0)):
-            for j, mu in enumerate((0.1, 0.9)):
-                assert backdrop.values[i, j] == pytest.approx(output_value(1, case, force, mu))
+        for x_index, force in enumerate((20.0, 40.0, 60.0)):
+            for y_index, mu in enumerate((0.1, 0.9)):
+                value = backdrop.values[x_index, y_index]
+                assert value == pytest.approx(output_value(1, case, force, mu))
         assert np.all(np.diff(backdrop.levels[:, 0]) >= 0)
         (current,) = chart.traces
         assert (current.x.tolist(), current.y.tolist()) == ([30.0], [0.4])
@@ -269,11 +270,12 @@ def test_a_map_shows_values_boundary_and_point_at_their_coordinates() -> None:
     backdrop = chart.backdrop
     assert backdrop is not None
     assert backdrop.label == chart.note == "growth rate (1/s)"
-    for i, j in ((2, 1), (20, 4), (29, 0)):
-        expected = own_slider.growth_rate(mu=float(mu[i]), F=float(force[j]))
-        assert backdrop.values[i, j] == pytest.approx(expected, abs=1e-7)
-        shade = backdrop.shades[backdrop.levels[i, j]]
-        assert shade[1] == ("unstable" if expected > 0.0 else "stable")
+    for point in ((2, 1), (20, 4), (29, 0)):
+        x_index, y_index = point
+        expected = own_slider.growth_rate(mu=float(mu[x_index]), F=float(force[y_index]))
+        assert backdrop.values[point] == pytest.approx(expected, abs=1e-7)
+        shade = backdrop.shades[backdrop.levels[point]]
+        assert shade.style == ("unstable" if expected > 0.0 else "stable")
     boundary, current = chart.traces
     for preload in force.tolist():
         critical = own_slider.critical_mu(F=preload)
