@@ -89,10 +89,10 @@ async def test_a_sweep_is_read_shown_and_opened(pilot: Pilot[None], written_file
         await read_result(pilot, name, f"sweep read from {name}")
         await until_shown(pilot, f"8 transients, read from {name}")
     assert "peak, separation considered" in text_of(pilot)
-    view = chart_of(pilot, "sweep-chart")
-    assert view.chart is not None
-    assert view.chart.x_label == "μ"
-    view.focus()
+    chart_view = chart_of(pilot, "sweep-chart")
+    assert chart_view.chart is not None
+    assert chart_view.chart.x_label == "μ"
+    chart_view.focus()
     await pilot.press("c", "shift+right", "enter")
     runs = app_of(pilot).session.runs
     await until(pilot, lambda: runs.displayed is not None)
@@ -124,13 +124,13 @@ async def test_sweeps_over_two_names_and_incomplete_ones_are_shown(
     run_command("sweep", *two_axes, "--t-end=10", "--out", "two.csv")
     await read_result(pilot, "two.csv", "sweep read from two.csv")
     await until_shown(pilot, "number of separations, separation ignored")
-    view = chart_of(pilot, "sweep-chart")
-    view.focus()
+    chart_view = chart_of(pilot, "sweep-chart")
+    chart_view.focus()
     await pilot.press("plus", "left")
     await read_result(pilot, "sweep.csv", "sweep read from sweep.csv")
-    assert (view.view.x, view.view.y) == (None, None)
+    assert (chart_view.view.x, chart_view.view.y) == (None, None)
     await read_result(pilot, "two.csv", "sweep read from two.csv")
-    view.focus()
+    chart_view.focus()
     await pilot.press("c", "enter")
     runs = app_of(pilot).session.runs
     await until(pilot, lambda: runs.displayed is not None)

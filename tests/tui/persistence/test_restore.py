@@ -88,8 +88,8 @@ async def test_the_previous_screen_is_restored(
         for action in ("overlay", "colour", "baseline"):
             pilot.app.screen.post_message(RunActionRequested(1, action))
         await until(pilot, lambda: session.runs.baseline is first)
-        view = chart_of(pilot, "plot-y")
-        view.focus()
+        chart_view = chart_of(pilot, "plot-y")
+        chart_view.focus()
         await pilot.press("plus", "right", "y", "2")
         await show_tab(pilot, "alt+3")
         pilot.app.screen.query_one("#vary", Input).value = "mu=0.2:0.8:4"

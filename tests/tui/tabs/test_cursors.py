@@ -145,11 +145,11 @@ async def test_chosen_limits_persist_are_marked_and_name_a_new_run_outside_of_th
     pilot: Pilot[None],
 ) -> None:
     await run_to_end(pilot)
-    view = chart_of(pilot, "plot-y")
-    view.focus()
+    chart_view = chart_of(pilot, "plot-y")
+    chart_view.focus()
     assert "zoom" not in text_of(pilot)
     await pilot.press("g", "tab", *"-12:12", "enter")
-    await until(pilot, lambda: view.view.y == Axis(-12.0, 12.0))
+    await until(pilot, lambda: chart_view.view.y == Axis(-12.0, 12.0))
     await until_shown(pilot, "y (m) zoom y")
     assert "outside" not in text_of(pilot)
     # A larger motion exceeds the limits.
@@ -163,7 +163,7 @@ async def test_chosen_limits_persist_are_marked_and_name_a_new_run_outside_of_th
     state = session_state(app_of(pilot).session, "")
     assert state.views["plot-y"].newest_run == 1
     # Limits chosen while the run is visible give no notice, unless all of it is outside.
-    view.focus()
+    chart_view.focus()
     await pilot.press("shift+up")
     await until(pilot, lambda: "outside" not in text_of(pilot))
     await pilot.press("g", "tab", *["backspace"] * 20, *"200:300", "enter")

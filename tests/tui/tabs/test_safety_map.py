@@ -166,9 +166,9 @@ async def test_the_map_tab_offers_safe_friction_and_refuses_it_over_friction(
     await until_shown(pilot, "11253 points")
     await pilot.click("#value-safe-mu")
     await until_shown(pilot, "8 points")
-    view = chart_of(pilot, "map-chart")
-    assert view.chart is not None
-    assert view.chart.note == "safe μ"
+    chart_view = chart_of(pilot, "map-chart")
+    assert chart_view.chart is not None
+    assert chart_view.chart.note == "safe μ"
     await pilot.click("#value-coexistence")
     range_input.value = "F=100:120:3 mu=0.3:0.9:5"
     range_input.focus()

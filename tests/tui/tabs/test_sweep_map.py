@@ -206,8 +206,8 @@ async def test_a_sweep_can_be_started_and_stopped_and_its_points_opened(
     await pilot.press("enter")
     await until_shown(pilot, "42 transients")
     assert "peak, separation considered" in text_of(pilot)
-    view = chart_of(pilot, "sweep-chart")
-    view.focus()
+    chart_view = chart_of(pilot, "sweep-chart")
+    chart_view.focus()
     await pilot.press("c", "shift+right", "enter")
     runs = app_of(pilot).session.runs
     await until(pilot, lambda: runs.displayed is not None)
@@ -229,26 +229,26 @@ async def test_a_map_follows_the_form_and_its_points_can_be_opened(pilot: Pilot[
     await until_shown(pilot, "11253 points")
     assert "░" in text_of(pilot)
     session = app_of(pilot).session
-    view = chart_of(pilot, "map-chart")
-    old_chart = view.chart
+    chart_view = chart_of(pilot, "map-chart")
+    old_chart = chart_view.chart
     session.set_text("c1", "0.8")
     await pilot.press("shift+f2", "f2")
-    await until(pilot, lambda: view.chart is not old_chart and view.chart is not None)
-    view.focus()
-    old_chart = view.chart
+    await until(pilot, lambda: chart_view.chart is not old_chart and chart_view.chart is not None)
+    chart_view.focus()
+    old_chart = chart_view.chart
     await pilot.press("plus", "plus")
-    await until(pilot, lambda: view.chart is not old_chart and view.chart is not None)
-    await until(pilot, lambda: view.chart.backdrop.x[0] > 0.1)  # type: ignore[union-attr]
+    await until(pilot, lambda: chart_view.chart is not old_chart and chart_view.chart is not None)
+    await until(pilot, lambda: chart_view.chart.backdrop.x[0] > 0.1)  # type: ignore[union-attr]
     await pilot.press("r")
-    await until(pilot, lambda: view.chart.backdrop.x[0] == 0.0)  # type: ignore[union-attr]
+    await until(pilot, lambda: chart_view.chart.backdrop.x[0] == 0.0)  # type: ignore[union-attr]
     await pilot.press("v")
     # A map of μ_c has its own ranges, as μ_c does not depend on μ.
     await until_shown(pilot, "5673 points")
-    assert view.chart is not None
-    assert view.chart.y_label.startswith("k_nl")
+    assert chart_view.chart is not None
+    assert chart_view.chart.y_label.startswith("k_nl")
     await pilot.press("v")
     await until_shown(pilot, "F (N) unstable modes")
-    view.focus()
+    chart_view.focus()
     await pilot.press("c", "left")
     await until(pilot, lambda: "μ 0." in flat_text_of(pilot))
     await pilot.press("enter")

@@ -52,8 +52,8 @@ async def test_stability_is_shown_live_over_mu_and_in_the_plane(pilot: Pilot[Non
     assert "μ 0.7" in text_of(pilot)
     await type_into(pilot, "k_nl", "50")
     await until_shown(pilot, "μ_c 0.2975")
-    view = chart_of(pilot, "growth")
-    view.focus()
+    chart_view = chart_of(pilot, "growth")
+    chart_view.focus()
     await pilot.press("v")
     await until_shown(pilot, "Im λ (rad/s)")
     assert text_of(pilot).count("◆") >= 4
@@ -61,7 +61,7 @@ async def test_stability_is_shown_live_over_mu_and_in_the_plane(pilot: Pilot[Non
     await until_shown(pilot, "damping ratio")
     assert "frequency distance" in flat_text_of(pilot)
     await pilot.click("#view-over-mu")
-    view.focus()
+    chart_view.focus()
     await pilot.press("c", "shift+left", "enter")
     await until(pilot, lambda: app_of(pilot).session.runs.displayed is not None)
     texts = app_of(pilot).session.texts
@@ -96,16 +96,16 @@ async def test_the_transient_has_views_and_every_plot_its_keys(
     pilot: Pilot[None],
 ) -> None:
     await run_to_end(pilot)
-    view = chart_of(pilot, "plot-y")
-    view.focus()
+    chart_view = chart_of(pilot, "plot-y")
+    chart_view.focus()
     await pilot.press("c", "right")
     await until_shown(pilot, "t 51")
     await pilot.press("escape", "y")
-    assert view.view.log_y
+    assert chart_view.view.log_y
     await pilot.press("y", "g", *"10:2x", "enter")
     await until_shown(pilot, "not a number")
     await pilot.press("backspace", "0", "enter")
-    await until(pilot, lambda: view.view.x is not None)
+    await until(pilot, lambda: chart_view.view.x is not None)
     x = chart_of(pilot, "plot-P").view.x
     assert x is not None
     assert (x.low, x.high) == (10.0, 20.0)
@@ -115,15 +115,15 @@ async def test_the_transient_has_views_and_every_plot_its_keys(
     await until_shown(pilot, "f₁")
     assert "period 1." in flat_text_of(pilot)
     await pilot.click("#view-time")
-    assert view.view.x is not None
+    assert chart_view.view.x is not None
     await pilot.hover("#plot-y", offset=(20, 3))
     await until_shown(pilot, "run 1 ")
     await pilot.mouse_down("#plot-y", offset=(20, 3))
     await pilot.hover("#plot-y", offset=(30, 3))
     await pilot.mouse_up("#plot-y", offset=(30, 3))
-    await until(pilot, lambda: view.view.x is not None and view.view.x.low < 10.0)
-    await pilot.click("#plot-y", offset=(view.size.width - 1, 0))
-    await until(pilot, lambda: view.view.x is None)
+    await until(pilot, lambda: chart_view.view.x is not None and chart_view.view.x.low < 10.0)
+    await pilot.click("#plot-y", offset=(chart_view.size.width - 1, 0))
+    await until(pilot, lambda: chart_view.view.x is None)
 
 
 @INTERPRETED
@@ -134,10 +134,12 @@ async def test_a_run_grows_in_the_plot_until_it_is_stopped(
     await pilot.press("f5")
     active = app_of(pilot).session.runs.active
     assert active is not None
-    view = chart_of(pilot, "plot-y")
-    await until(pilot, lambda: view.chart is not None and view.chart.traces[0].x.size > 100)
-    first_size = view.chart.traces[0].x.size  # type: ignore[union-attr]
-    await until(pilot, lambda: view.chart.traces[0].x.size > first_size)  # type: ignore[union-attr]
+    chart_view = chart_of(pilot, "plot-y")
+    await until(
+        pilot, lambda: chart_view.chart is not None and chart_view.chart.traces[0].x.size > 100
+    )
+    first_size = chart_view.chart.traces[0].x.size  # type: ignore[union-attr]
+    await until(pilot, lambda: chart_view.chart.traces[0].x.size > first_size)  # type: ignore[union-attr]
     assert "off belt" in text_of(pilot)
     await pilot.press("f5")
     await until(pilot, lambda: active.state is runs.RunState.STOPPED)
