@@ -34,22 +34,22 @@ BASE = PRESETS["base"]
 INSTANCE_CODE = """
 import sys
 from pathlib import Path
-from tests.tui.persistence.test_slots import a_state
+from tests.tui.persistence.test_slots import state_with_map
 from fivtui.tui.persistence.autosave import Autosave
 autosave = Autosave(Path(sys.argv[1]))
 autosave.load()
-autosave.save(a_state(sys.argv[2]))
+autosave.save(state_with_map(sys.argv[2]))
 print(autosave.number, flush=True)
 sys.stdin.read()
 """
 
 
-def a_state(F: str) -> State:
-    """A session with preload `F` and a map."""
+def state_with_map(preload: str) -> State:
+    """The state of a session with a preload F, and a map named after it."""
     session = Session()
-    session.set_text("F", F)
+    session.set_text("F", preload)
     over = {"mu": np.linspace(0.0, 1.0, 3), "F": np.linspace(10.0, 20.0, 2)}
-    session.studies["map"] = DisplayedStudy(stability_map(BASE.parameters, over), F)
+    session.studies["map"] = DisplayedStudy(stability_map(BASE.parameters, over), preload)
     return session_state(session, "")
 
 
@@ -72,8 +72,8 @@ def check_map_and_read_preload(autosave: Autosave, state: State) -> str:
 
 
 @contextmanager
-def start_instance(path: Path, F: str) -> Iterator[subprocess.Popen[str]]:
-    command = [sys.executable, "-c", INSTANCE_CODE, str(path), F]
+def start_instance(path: Path, preload: str) -> Iterator[subprocess.Popen[str]]:
+    command = [sys.executable, "-c", INSTANCE_CODE, str(path), preload]
     pipe = subprocess.PIPE
     with subprocess.Popen(command, stdin=pipe, stdout=pipe, text=True) as process:
         yield process
@@ -85,13 +85,13 @@ def read_session_number(process: subprocess.Popen[str]) -> str:
     return process.stdout.readline().strip()
 
 
-def store_session(path: Path, F: str, time: float) -> None:
-    """Start, store a session, and close it with modification time `at`."""
+def store_session(path: Path, preload: str, time: float) -> None:
+    """Start and store a session, and close it with the modification time `time`."""
     autosave = Autosave(path)
     autosave.load()
-    autosave.save(a_state(F))
+    autosave.save(state_with_map(preload))
     slot = slot_of(path, autosave.number)
-    autosave.close(a_state(F))
+    autosave.close(state_with_map(preload))
     for file in (slot.path, slot.lock_path):
         os.utime(file, (time, time))
 
@@ -103,8 +103,8 @@ def test_two_simultaneous_instances_have_separate_sessions(tmp_path: Path) -> No
         own_session = Autosave(path)
         assert own_session.load() is None
         assert (own_session.number, [slot.number for slot in own_session.other_slots]) == (2, [1])
-        own_session.save(a_state("22"))
-        own_session.close(a_state("23"))
+        own_session.save(state_with_map("22"))
+        own_session.close(state_with_map("23"))
         with pytest.raises(InputError, match="is in use by another fivtui"):
             Autosave(path).open(1)
         process.send_signal(signal.SIGKILL)
@@ -125,12 +125,12 @@ def test_two_simultaneous_instances_have_separate_sessions(tmp_path: Path) -> No
 def test_the_last_used_session_is_restored_and_all_others_can_be_opened(tmp_path: Path) -> None:
     path = tmp_path / "session.json"
     first, second = Autosave(path), Autosave(path)
-    for autosave, F in ((first, "11"), (second, "22")):
+    for autosave, preload in ((first, "11"), (second, "22")):
         autosave.load()
-        autosave.save(a_state(F))
-    for autosave, F, time in ((first, "11", 100.0), (second, "22", 300.0)):
+        autosave.save(state_with_map(preload))
+    for autosave, preload, time in ((first, "11", 100.0), (second, "22", 300.0)):
         slot = slot_of(path, autosave.number)
-        autosave.close(a_state(F))
+        autosave.close(state_with_map(preload))
         for file in (slot.path, slot.lock_path):
             os.utime(file, (time, time))
     autosave, state = load_session(path)
@@ -163,9 +163,9 @@ def test_the_results_of_a_renamed_session_stay(content: str, tmp_path: Path) -> 
     path.write_text(content)
     autosave = Autosave(path)
     assert autosave.load() is None
-    autosave.save(a_state("22"))
-    autosave.save(a_state("33"))
-    autosave.close(a_state("44"))
+    autosave.save(state_with_map("22"))
+    autosave.save(state_with_map("33"))
+    autosave.close(state_with_map("44"))
     # After repair by hand everything is restored.
     (tmp_path / "session.damaged-1.json").write_text(original)
     (tmp_path / "session.damaged-1.json").replace(path)
@@ -186,8 +186,8 @@ def test_a_session_of_a_newer_version_stays_unchanged(tmp_path: Path) -> None:
     (notice,) = autosave.notices
     assert "written by a newer fivtui" in notice
     assert f"it stays in {path}, its results in {tmp_path / 'results'}" in notice
-    autosave.save(a_state("22"))
-    autosave.close(a_state("23"))
+    autosave.save(state_with_map("22"))
+    autosave.close(state_with_map("23"))
     assert path.read_text() == newer_content
     # Later starts of this program use its own session.
     second_session, state = load_session(path)
@@ -220,13 +220,13 @@ def test_without_a_lock_a_session_is_read_and_not_changed(
         ):
             check_map_and_read_preload(autosave, state)
         result.write_bytes(contents[result])
-        autosave.save(a_state("22"))
+        autosave.save(state_with_map("22"))
         assert os.strerror(number) in autosave.save_error
         assert {file: file.read_bytes() for file in contents} == contents
     # The session is written once the lock is available, unless another process used it meanwhile.
     second, _ = load_session(path)
-    second.close(a_state("33"))
-    autosave.save(a_state("44"))
+    second.close(state_with_map("33"))
+    autosave.save(state_with_map("44"))
     assert "another fivtui has written it since" in autosave.save_error
     assert stored_preload(path) == "33"
 
@@ -241,7 +241,7 @@ def test_a_full_disk_is_reported_and_loses_nothing(
     def raise_no_space(_: int) -> None:
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
-    state = a_state("22")
+    state = state_with_map("22")
     with monkeypatch.context() as patched:
         patched.setattr("fivtui.io.writing.os.fsync", raise_no_space)
         autosave.save(state)
@@ -261,7 +261,7 @@ def test_a_result_that_cannot_be_written_is_reported_and_written_later(
     path = tmp_path / "session.json"
     store_session(path, "11", 100.0)
     autosave, _ = load_session(path)
-    state = a_state("22")
+    state = state_with_map("22")
     (tmp_path / "results").rename(tmp_path / "gone")
     (tmp_path / "results").write_text("in the way")
     autosave.save(state)
@@ -278,9 +278,9 @@ def test_a_state_folder_that_cannot_be_created_is_reported(tmp_path: Path) -> No
     autosave = Autosave(tmp_path / "file" / "fivtui" / "session.json")
     assert autosave.load() is None
     assert "cannot be made a folder" in autosave.save_error
-    autosave.save(a_state("1"))
+    autosave.save(state_with_map("1"))
     assert "cannot be made a folder" in autosave.save_error
-    autosave.close(a_state("2"))
+    autosave.close(state_with_map("2"))
 
 
 def test_a_session_that_was_not_saved_is_reported_at_the_end(
