@@ -174,7 +174,7 @@ def _clean(stem: str) -> str:
 
 
 def run_export(export_kind: str, run: Run | None) -> Export:
-    """A run's figure or trajectory. Raises `InputError` if there is no result."""
+    """A run's figure or trajectory; raises `InputError` if there is no result."""
     if run is None or run.result is None:
         raise InputError(_NO_RUN)
     stem = f"{run.scene.name}-{run.number}"
@@ -182,7 +182,10 @@ def run_export(export_kind: str, run: Run | None) -> Export:
 
 
 def study_export(export_kind: str, kind: str, result: Any, stem: str, subject: str = "") -> Export:
-    """The figure or the data of a study's result; `stem` is the suggested file name."""
+    """The figure or the data of the result of a study.
+
+    `export_kind` is a key of `KINDS`, `kind` the kind of study, `stem` the suggested file name.
+    """
     study_kind, subject = study(kind), subject or f"the {kind}"
     if export_kind == FIGURE:
         return figure_export(subject, stem, lambda: study_kind.figure(result))
