@@ -86,7 +86,7 @@ class Picture:
 def draw(chart: Chart, view: View, width: int, height: int, *, reserved: int = 0) -> Picture:
     """Draw a chart in `width` by `height` characters; `reserved` columns of line 1 stay blank."""
     bottom_rows = len(chart.strips) + int(chart.x_axis)
-    axes = view.axes(chart)
+    x_axis, y_axis = view.axes(chart)
     cursors = (view.cursors.first, view.cursors.second)
     cursor_points = [points_at(chart, view, position) for position in cursors]
     lines, needed_lines = _wrap_spans(*heading_spans(chart, view, *cursor_points), width, reserved)
@@ -95,7 +95,7 @@ def draw(chart: Chart, view: View, width: int, height: int, *, reserved: int = 0
     del lines[max(most_needed, height - bottom_rows - _MIN_ROWS, 1) :]
     top_row = len(lines)
     columns, rows = max(width - MARGIN, 1), max(height - top_row - bottom_rows, 1)
-    canvas = _Canvas(columns, rows, axes)
+    canvas = _Canvas(columns, rows, x_axis, y_axis)
     if chart.backdrop is not None:
         canvas.draw_backdrop(chart.backdrop)
     canvas.draw_guides(chart)
@@ -108,25 +108,25 @@ def draw(chart: Chart, view: View, width: int, height: int, *, reserved: int = 0
     # The first cursor is drawn over the second.
     for index in (1, 0):
         canvas.draw_cursor(index, chart, cursors[index], cursor_points[index])
-    ticks, labels = axes[1].ticks(max(rows // _ROWS_PER_TICK, 2))
-    margin = _row_labels(axes[1], ticks, labels, rows)
+    ticks, labels = y_axis.ticks(max(rows // _ROWS_PER_TICK, 2))
+    margin = _row_labels(y_axis, ticks, labels, rows)
     for label, row in zip(margin, canvas.rows(), strict=True):
         lines.append([(label, "tick"), *row])
     for strip in chart.strips:
-        shares = covered_shares(strip.intervals, (axes[0].low, axes[0].high), columns)
+        shares = covered_shares(strip.intervals, (x_axis.low, x_axis.high), columns)
         label_span = (strip.label[:MARGIN].rjust(MARGIN), "tick")
         lines.append([label_span, *canvas.strip_spans(shade_text(shares), chart, cursors)])
     if chart.x_axis:
-        lines.append(_column_labels(axes[0], chart.x_label, columns))
+        lines.append(_column_labels(x_axis, chart.x_label, columns))
     return Picture(lines[:height], PlotArea(MARGIN, top_row, columns, rows))
 
 
 class _Canvas:
     # The cells of the plot area: code points of characters, and indices of style names.
 
-    def __init__(self, columns: int, rows: int, axes: tuple[Axis, Axis]) -> None:
+    def __init__(self, columns: int, rows: int, x_axis: Axis, y_axis: Axis) -> None:
         self._columns, self._rows = columns, rows
-        self._axes = axes
+        self._x_axis, self._y_axis = x_axis, y_axis
         self._characters = np.full((rows, columns), _BLANK, dtype=np.uint32)
         self._styles = np.zeros((rows, columns), dtype=np.intp)
         self._style_names = ["plot"]
@@ -140,10 +140,11 @@ class _Canvas:
         return self._style_names.index(name)
 
     def draw_backdrop(self, backdrop: Backdrop) -> None:
-        x, y = self._axes
-        columns, rows = range(self._columns), range(self._rows)
-        cell_x = np.array([x.value((column + 0.5) / self._columns) for column in columns])
-        cell_y = np.array([y.value(1.0 - (row + 0.5) / self._rows) for row in rows])
+        # Coordinates of the middle of the columns and rows.
+        x_positions = (np.arange(self._columns) + 0.5) / self._columns
+        y_positions = 1.0 - (np.arange(self._rows) + 0.5) / self._rows
+        cell_x = np.array([self._x_axis.value(position) for position in x_positions.tolist()])
+        cell_y = np.array([self._y_axis.value(position) for position in y_positions.tolist()])
         x_indices, y_indices = _nearest(backdrop.x, cell_x), _nearest(backdrop.y, cell_y)
         levels = backdrop.levels[x_indices[None, :], y_indices[:, None]]
         shades = [(ord(shade.character), self._style_id(shade.style)) for shade in backdrop.shades]
@@ -158,7 +159,7 @@ class _Canvas:
         style = self._style_id("guide")
         labels = self._guide_labels
         for guide in chart.guides:
-            axis = self._axes[0 if guide.vertical else 1]
+            axis = self._x_axis if guide.vertical else self._y_axis
             position = float(axis.positions([guide.value])[0])
             if not 0.0 <= position <= 1.0:
                 continue
@@ -191,8 +192,8 @@ class _Canvas:
 
     def _trace_positions(self, trace: Trace) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         # Axis positions (0 to 1) of the points, reduced to the resolution of the plot.
-        x, y = reduce_trace(trace, self._axes[0], DOTS_X * self._columns)
-        return self._axes[0].positions(x), self._axes[1].positions(y)
+        x, y = reduce_trace(trace, self._x_axis, DOTS_X * self._columns)
+        return self._x_axis.positions(x), self._y_axis.positions(y)
 
     def draw_curves(self, traces: Sequence[tuple[int, Trace]]) -> None:
         """Draw lines and dots; cells that several traces share alternate in stripes."""
@@ -257,11 +258,11 @@ class _Canvas:
         for index, trace in view.visible_traces(chart):
             if trace.look != "line" or not trace.x.size:
                 continue
-            target_x = self._axes[0].value((index + 0.5) / count)
+            target_x = self._x_axis.value((index + 0.5) / count)
             sample = int(np.searchsorted(trace.x, target_x)) if trace.ordered else trace.x.size - 1
             sample = min(sample, trace.x.size - 1)
-            x = float(self._axes[0].positions([trace.x[sample]])[0])
-            y = float(self._axes[1].positions([trace.y[sample]])[0])
+            x = float(self._x_axis.positions([trace.x[sample]])[0])
+            y = float(self._y_axis.positions([trace.y[sample]])[0])
             if 0.0 <= x <= 1.0 and 0.0 <= y <= 1.0:
                 row, column = self._cells_at(np.array([x]), np.array([y]))
                 self._characters[row, column] = ord(trace_mark(trace, index))
@@ -291,11 +292,11 @@ class _Canvas:
                 self._styles[row, column] = style
 
     def _column_at(self, x: float) -> int | None:
-        position = float(self._axes[0].positions([x])[0])
+        position = float(self._x_axis.positions([x])[0])
         return _cell_index(position, self._columns) if 0.0 <= position <= 1.0 else None
 
     def _row_at(self, y: float) -> int | None:
-        height = float(self._axes[1].positions([y])[0])
+        height = float(self._y_axis.positions([y])[0])
         return self._rows - 1 - _cell_index(height, self._rows) if 0.0 <= height <= 1.0 else None
 
     def strip_spans(

@@ -1,7 +1,8 @@
 """A gauge: the zones of a parameter in which the slider is safe or squeals, and the edited value.
 
-In a zone `SAFE` no disturbance leads to squeal, in `KNOCK` a large one does, in `SQUEALS` any. In
-`SMALL` small disturbances die out and large ones were not searched; `NONE` has no equilibrium.
+In a zone `SAFE` no disturbance was found to lead to squeal; in `KNOCK` a large one does, in
+`SQUEALS` any. In `SMALL` small disturbances die out, and large ones were not searched. In `NONE`
+there is no equilibrium.
 """
 
 import math
@@ -32,6 +33,7 @@ _LARGEST_OFFSET: Final = 6
 # Ranges end at these multiples of a power of ten, and at 1.5 times the value or beyond.
 _RANGE_ENDS: Final = (1.0, 1.5, 2.0, 3.0, 5.0, 7.5, 10.0)
 _MIN_END_RATIO: Final = 1.5
+# Relative rounding error of the end of a range.
 _ROUNDING: Final = 1e-12
 _STYLES: Final = {
     Zone.SAFE: "$text-success",
@@ -47,6 +49,7 @@ _GLYPHS: Final = {
     Zone.SMALL: "·",
     Zone.NONE: " ",
 }
+# Labels of zones, the longest first; labels of `SMALL` during the search.
 _LABELS: Final = {
     Zone.SAFE: ("safe",),
     Zone.KNOCK: (str(Zone.KNOCK), "after a knock", "knock"),
