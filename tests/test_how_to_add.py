@@ -325,7 +325,7 @@ MODE: Final = (
     Edit(
         "fivtui/kernel/motion.h",
         r"    w->field\.d_x = .*\n",
-        r"\g<0>    V twice = choose(is_off & (w->preload < 0.0), splat(2.0), splat(1.0));\n"
+        r"\g<0>    V twice = choose(is_separated & (w->preload < 0.0), splat(2.0), splat(1.0));\n"
         r"    w->field.damping_y = w->drag * twice;\n",
     ),
     Edit(

@@ -96,7 +96,7 @@ def _integrate(request: Request, max_steps: int) -> RunColumns:
         steps=steps,
         separations=events.separations,
         reattachments=events.reattachments,
-        separated=events.separated_time,
+        separated_time=events.separated_time,
         first=np.nan if events.first is None else events.first,
         last=np.nan if events.last is None else events.last,
         # Batches use only the peak of |x| and the range of y in the second half of the run.
@@ -105,8 +105,8 @@ def _integrate(request: Request, max_steps: int) -> RunColumns:
         x_max=peak.x_abs,
         y_max=peak.y_max,
         vx_max=peak.vx_max,
-        y_low=0.0,
-        y_high=2.0 * run.steady.y_half_range,
+        second_half_min=0.0,
+        second_half_max=2.0 * run.steady.y_half_range,
     )
 
 

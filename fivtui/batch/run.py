@@ -313,8 +313,7 @@ class _BatchRun:
             **results._asdict(),
             "y_abs": np.maximum(results.y_max, -results.y_min),
             "x_abs": np.maximum(results.x_max, -results.x_min),
-            "y_half_range": 0.5 * (results.y_high - results.y_low),
-            "separated_time": results.separated,
+            "y_half_range": 0.5 * (results.second_half_max - results.second_half_min),
         }
         for name, part in self._parts.items():
             if name == "final":

@@ -1,5 +1,6 @@
-/* One run on a belt of finite speed, or with tables of F, μ and the belt's speed. Where the belt is
-   faster than the slider it has the same bits as `single.c`. */
+/* One run on a belt of finite speed, or with a table of F, μ and the belt's speed over time. While
+   the belt is faster than the slider it has the same bits as `single.c`. A change is a change of
+   mode. */
 
 #define LANES 1
 #define FINITE 1
@@ -8,9 +9,11 @@
 #include "variant.h"
 
 /* Columns of a call after those of a result: numbers of rows in the buffers, the stick time so far,
-   s, and counts of changes at mode before · MODES + mode after. A change has CHANGE_COLUMNS. */
+   s, and counts of changes at mode before · MODES + mode after. */
 enum { R_CHANGES = RESULTS, R_SEGMENTS, R_SAMPLES, R_STICK_TIME, R_SWITCH_COUNTS };
-#define CHANGE_COLUMNS 3
+
+/* Columns of a change: its time, and the modes before and after it. */
+enum { C_T, C_BEFORE, C_AFTER, CHANGE_COLUMNS };
 
 /* Columns of a row of the table over time: its time, values and slopes from that time, and the
    speed of the belt just before the next row. */
@@ -19,20 +22,23 @@ enum {
         ROW_COLUMNS
 };
 
-/* `stick_start` is the last change of mode. `rows` belongs to the caller, and is NULL without a
-   table over time; `course` is that of the first row. */
+/* `sampled` is the number of samples so far, `last_change` the time of the last change. `rows` are
+   those of the table from the current time on; the table belongs to the caller, and is NULL without
+   parameters over time. `course` has the parameters from the first row on. */
 typedef struct {
     Run run;
     Belt belt;
     int64_t sampled;
-    double stick_time, stick_start, switch_counts[MODES * MODES];
+    double stick_time, last_change, switch_counts[MODES * MODES];
     const double *rows;
     int64_t row_count;
     Course course;
 } BeltRun;
 
-/* The run in the caller's memory, aligned to a cache line: this speeds up vectors. */
+/* Bytes of a cache line of the processor. */
 #define CACHE_LINE 64
+
+/* The run in the caller's memory, aligned to a cache line: this speeds up vectors. */
 INLINE BeltRun *aligned_run(void *memory)
 {
     return (BeltRun *)(((uintptr_t)memory + (CACHE_LINE - 1)) & ~(uintptr_t)(CACHE_LINE - 1));
@@ -41,7 +47,7 @@ INLINE BeltRun *aligned_run(void *memory)
 INLINE void clear_counts(BeltRun *self)
 {
     self->sampled = 0;
-    self->stick_time = self->stick_start = 0.0;
+    self->stick_time = self->last_change = 0.0;
     memset(self->switch_counts, 0, sizeof self->switch_counts);
 }
 
@@ -69,18 +75,21 @@ INLINE int compute_belt_step(BeltRun *self, StepEnd *step_end, StepCut *cut, int
     return 1;
 }
 
+/* The parameters from a row of the table on. */
 INLINE Course row_course(const double *row)
 {
-    return (Course){{row[L_F], row[L_F_SLOPE]}, {row[L_MU], row[L_MU_SLOPE]},
-                    {row[L_MU_S], row[L_MU_S_SLOPE]}, {row[L_V], row[L_V_SLOPE]}, row[L_BEGIN]};
+    return (Course){.force = {row[L_F], row[L_F_SLOPE]}, .friction = {row[L_MU], row[L_MU_SLOPE]},
+                    .mu_static = {row[L_MU_S], row[L_MU_S_SLOPE]},
+                    .speed = {row[L_V], row[L_V_SLOPE]}, .start = row[L_BEGIN]};
 }
 
+/* The time of the next row; infinite after the last one. */
 INLINE double row_end(const BeltRun *self)
 {
     return self->row_count > 1 ? self->rows[ROW_COLUMNS + L_BEGIN] : INFINITE;
 }
 
-/* The same for a run with a table over time. */
+/* As `compute_belt_step`, for a run with a table over time. */
 INLINE int compute_driven_step(BeltRun *self, StepEnd *step_end, StepCut *cut, int64_t *next_mode)
 {
     Run *run = &self->run;
@@ -103,6 +112,7 @@ INLINE int compute_driven_step(BeltRun *self, StepEnd *step_end, StepCut *cut, i
     return 1;
 }
 
+/* Accept the step; at a row of the table continue with the row's course. */
 INLINE StepFlags finish_driven_step(BeltRun *self, const StepEnd *step_end, StepCut cut,
                                     int64_t next_mode)
 {
@@ -182,14 +192,18 @@ EXPORT int64_t NAME(belt_advance)(void *memory, double *changes, int64_t max_cha
             store_segment(w, groups, step_end.t, (int)mode, segments + stored++ * columns);
         StepFlags flags = self->rows ? finish_driven_step(self, &step_end, cut, next_mode)
                                      : accept_belt_step(&self->belt, w, &step_end, cut, next_mode);
-        status = flags.finished ? DONE : flags.stalled ? STALLED : RUNNING;
+        if (flags.finished)
+            status = DONE;
+        else if (flags.stalled)
+            status = STALLED;
         if (self->belt.mode != mode) {
             double *change = changes + CHANGE_COLUMNS * change_count++;
-            change[0] = step_end.t, change[1] = (double)mode, change[2] = (double)self->belt.mode;
+            change[C_T] = step_end.t;
+            change[C_BEFORE] = (double)mode, change[C_AFTER] = (double)self->belt.mode;
             self->switch_counts[mode * MODES + self->belt.mode] += 1.0;
             if (mode == STICK)
-                self->stick_time += step_end.t - self->stick_start;
-            self->stick_start = step_end.t;
+                self->stick_time += step_end.t - self->last_change;
+            self->last_change = step_end.t;
         }
     }
     self->sampled = sampled;
@@ -198,7 +212,7 @@ EXPORT int64_t NAME(belt_advance)(void *memory, double *changes, int64_t max_cha
     result[R_SEGMENTS] = (double)stored;
     result[R_SAMPLES] = (double)sampled;
     result[R_STICK_TIME] = self->stick_time
-        + (self->belt.mode == STICK ? w->t - self->stick_start : 0.0);
+        + (self->belt.mode == STICK ? w->t - self->last_change : 0.0);
     memcpy(result + R_SWITCH_COUNTS, self->switch_counts, sizeof self->switch_counts);
     return status;
 }

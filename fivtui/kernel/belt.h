@@ -1,6 +1,7 @@
 /* A slider on a belt of finite speed: its modes, their guards and the next modes, by the table in
-   `fivtui.model.modes`. With LANES = 1 this header also has the steps of a single run; `belts.h`
-   has those of blocks of runs. */
+   `fivtui.model.modes`. A guard is positive while its mode lasts; the belt holds a slider that
+   sticks by the holding force f, while |f| ≤ μ_s P. With LANES = 1 this header also has the steps
+   of a single run; `belts.h` has those of blocks of runs (`Block` in `motion.h`, here `w`). */
 
 #ifndef FIVTUI_BELT_H
 #define FIVTUI_BELT_H
@@ -13,16 +14,18 @@
 #include "run.h"
 #endif
 
-/* Constants of `fivtui.taylor.belt`. */
+/* Constants of `fivtui.taylor.belt`: distance of simultaneous roots relative to the step, and
+   shortest step of a creeping motion relative to t. */
 #define SIMULTANEOUS 0x1p-40
 #define UNRESOLVED 0x1p-50
 /* Coefficients of a guard, filled up with zeros. */
 #define GUARD_ROWS (ROWS + 2)
 
-/* A belt: field and friction law of each mode, start of the next step, parameters at the start of a
-   step (v_s = 0 for constant friction) and their rates, and the mode. `smooth` says that friction
-   does not jump at v_r = 0, `finite` that the speed is finite, `by_speed` that friction follows a
-   law. Margins of the hold within the relative `hold_tolerance` count as zero. */
+/* A belt: field and friction law of each mode, exponential at the start of the next step,
+   parameters at the start of a step (v_s = 0 for constant friction), √(stiffness/m), rates of
+   parameters, and the mode. `smooth` says that friction does not jump at v_r = 0, `finite` that the
+   speed is finite, `by_speed` that friction follows a law. Guards of stick within `hold_tolerance`,
+   relative to their terms, count as zero. */
 typedef struct {
 #if LANES == 1
     Field fields[MODES];
@@ -37,11 +40,22 @@ typedef struct {
 
 INLINE int is_sliding(int64_t mode) { return mode == FORWARD || mode == BACKWARD; }
 
+/* Sign of v_r and of friction in a mode on a belt of finite speed; 0 without sliding. */
+INLINE double friction_sign(int64_t mode)
+{
+    if (mode == FORWARD)
+        return 1.0;
+    return mode == BACKWARD ? -1.0 : 0.0;
+}
+
+/* A function of time and its first two derivatives are in arrays of this length. */
+#define DERIVATIVES 3
+
 /* Whether a function is or becomes negative: the sign of the first of its value and derivatives
-   that exceeds rounding; the value has the relative tolerance `hold_tolerance`. */
+   that exceeds rounding, relative to `sizes`; the value has the tolerance `hold_tolerance`. */
 INLINE int is_falling(double hold_tolerance, const double *derivatives, const double *sizes)
 {
-    for (int n = 0; n < 3; n++) {
+    for (int n = 0; n < DERIVATIVES; n++) {
         double zero = (n == 0 ? hold_tolerance : BALANCED) * sizes[n];
         if (__builtin_fabs(derivatives[n]) > maximum(zero, LEAST))
             return derivatives[n] < 0.0;
@@ -57,7 +71,8 @@ INLINE void multiply_by_line(double value, double slope, const double *function,
     result[2] = 2.0 * slope * function[1] + value * function[2];
 }
 
-/* The mode in contact: `_mode_on_belt` in `fivtui.model.slider_belt`. */
+/* The mode in contact: `_contact_mode` in `fivtui.model.slider_belt`. A slider at the speed of the
+   belt sticks unless P, μ_s P − f or μ_s P + f is or becomes negative. */
 NOINLINE int64_t mode_on_belt(const Belt *belt, double x, double vx, double y, double vy)
 {
     const double *p = belt->p, v = p[P_V_BELT], a = horizontal_stiffness(p),
@@ -69,40 +84,43 @@ NOINLINE int64_t mode_on_belt(const Belt *belt, double x, double vx, double y, d
         return vx < v ? FORWARD : BACKWARD;
     double force = spring_force(p, y), kt = tangent_stiffness(p, y);
     double ay = vertical_acceleration(p, x, y, vy, force - load_of(p));
-    double bend = tangent_slope(p, y) * vy * vy, damper_rate = p[P_C1] * rates->v_belt;
-    const double held[3] = {holding_force(p, x, y, rates->v_belt),
-                            holding_force_rate(p, rates->v_belt, v, vy),
-                            holding_force_rate(p, 0.0, rates->v_belt, ay)};
-    const double forces[3] = {force, -kt * vy, -kt * ay - bend};
-    /* The preload also contributes rounding errors. */
+    double slope_term = tangent_slope(p, y) * vy * vy, damper_rate = p[P_C1] * rates->v_belt;
+    const double held[DERIVATIVES] = {holding_force(p, x, y, rates->v_belt),
+                                      holding_force_rate(p, rates->v_belt, v, vy),
+                                      holding_force_rate(p, 0.0, rates->v_belt, ay)};
+    const double forces[DERIVATIVES] = {force, -kt * vy, -kt * ay - slope_term};
+    /* Sizes are sums of absolute terms, to which rounding is relative. They include the preload,
+       whose rounding enters y. */
     const double load = __builtin_fabs(load_of(p)),
-        rate = load / total_stiffness(p) * belt->frequency;
-    const double force_sizes[3] = {__builtin_fabs(force) + load, kt * (__builtin_fabs(vy) + rate),
-                                 kt * (__builtin_fabs(ay) + load / p[P_M]) + __builtin_fabs(bend)};
-    const double held_sizes[3] = {
+        vy_scale = load / total_stiffness(p) * belt->frequency;
+    const double force_sizes[DERIVATIVES] = {
+        __builtin_fabs(force) + load,
+        kt * (__builtin_fabs(vy) + vy_scale),
+        kt * (__builtin_fabs(ay) + load / p[P_M]) + __builtin_fabs(slope_term)};
+    const double held_sizes[DERIVATIVES] = {
         p[P_C1] * v + __builtin_fabs(p[P_M] * rates->v_belt) + __builtin_fabs(a * x)
             + __builtin_fabs(h * y),
         __builtin_fabs(damper_rate) + a * v + __builtin_fabs(h * vy),
         __builtin_fabs(a * rates->v_belt) + __builtin_fabs(h * ay)};
-    double grips[3], sizes[3], margin[3];
+    double grips[DERIVATIVES], sizes[DERIVATIVES], margin[DERIVATIVES];
     multiply_by_line(belt->p[P_MU_S], __builtin_fabs(rates->mu_static), force_sizes, sizes);
-    for (int n = 0; n < 3; n++)
+    for (int n = 0; n < DERIVATIVES; n++)
         sizes[n] = held_sizes[n] + sizes[n];
     if (is_falling(belt->hold_tolerance, forces, force_sizes))
         return is_falling(belt->hold_tolerance, held, sizes) ? BACKWARD : FORWARD;
     multiply_by_line(belt->p[P_MU_S], rates->mu_static, forces, grips);
-    for (int n = 0; n < 3; n++)
+    for (int n = 0; n < DERIVATIVES; n++)
         margin[n] = grips[n] - held[n];
     if (is_falling(belt->hold_tolerance, margin, sizes))
         return FORWARD;
-    for (int n = 0; n < 3; n++)
+    for (int n = 0; n < DERIVATIVES; n++)
         margin[n] = grips[n] + held[n];
     return is_falling(belt->hold_tolerance, margin, sizes) ? BACKWARD : STICK;
 }
 
-/* Half the acceleration of a slider that begins to slide; `half` is that of the expansion. Where
-   friction balances the other forces it is that of the belt: a rounding error would make the slider
-   stick again at once. */
+/* Half the acceleration of a slider that begins to slide, `half` as expanded. Where friction
+   balances the other forces, or the slider would pass the belt, it is half that of the belt: a
+   rounding error would make the slider stick again at once. */
 INLINE double start_half_acceleration(const Belt *belt, double x, double y, double half)
 {
     const double *p = belt->p;
@@ -114,7 +132,8 @@ INLINE double start_half_acceleration(const Belt *belt, double x, double y, doub
     int forward = belt->mode == FORWARD;
     double margin = forward ? grip - held : grip + held;
     int balanced = belt->smooth && __builtin_fabs(margin) <= BALANCED * size;
-    return balanced || (forward ? half > belt_half : half < belt_half) ? belt_half : half;
+    int passes_belt = forward ? half > belt_half : half < belt_half;
+    return balanced || passes_belt ? belt_half : half;
 }
 
 /* A guard over a step: its polynomial in the time since the start, and its value at the end. */
@@ -124,63 +143,67 @@ typedef struct {
 
 /* At the start of a mode its guard is zero and rises, except for rounding. If it does not rise,
    replace it by the guard divided by time. */
-INLINE void normalize_guard(Guard *g, double h)
+INLINE void normalize_guard(Guard *guard, double h)
 {
-    if (g->c[0] > 0.0)
+    double *c = guard->c;
+    if (c[0] > 0.0)
         return;
-    g->c[0] = 0.0, g->c[1] = maximum(g->c[1], 0.0);
-    if (g->c[1] == 0.0) {
-        memmove(g->c, g->c + 1, (GUARD_ROWS - 1) * sizeof *g->c);
-        g->end /= h;
+    c[0] = 0.0, c[1] = maximum(c[1], 0.0);
+    if (c[1] == 0.0) {
+        memmove(c, c + 1, (GUARD_ROWS - 1) * sizeof *c);
+        guard->end /= h;
     }
 }
 
 /* Set the guard `sign` v_r of one lane. */
 INLINE void set_speed_guard(const Belt *belt, const Block *w, int lane, int groups, double sign,
-                            Guard *g)
+                            Guard *guard)
 {
-    double rate = belt->rates.v_belt;
+    double *c = guard->c, v = belt->p[P_V_BELT], rate = belt->rates.v_belt;
     for (int n = 0; n <= 4 * groups; n++)
-        g->c[n] = -sign * (n + 1) * get_lane(w->xs + n + 1, lane);
-    g->c[0] = sign * (belt->p[P_V_BELT] - get_lane(w->xs + 1, lane)), g->c[1] += sign * rate;
-    memset(g->c + 4 * groups + 1, 0, (GUARD_ROWS - 1 - 4 * groups) * sizeof *g->c);
-    g->end = sign * (belt->p[P_V_BELT] + rate * get_lane(&w->h, lane) - get_lane(&w->vx, lane));
+        c[n] = -sign * (n + 1) * get_lane(w->xs + n + 1, lane);
+    c[0] = sign * (v - get_lane(w->xs + 1, lane)), c[1] += sign * rate;
+    memset(c + 4 * groups + 1, 0, (GUARD_ROWS - 1 - 4 * groups) * sizeof *c);
+    guard->end = sign * (v + rate * get_lane(&w->h, lane) - get_lane(&w->vx, lane));
 }
 
-/* Whether `sign` v_r stays positive for certain while the belt's speed changes from v to end_v. */
+/* Whether `sign` v_r stays positive for certain while the belt's speed changes from v to end_v.
+   Both speeds are compared times h. */
 INLINE M keeps_sliding(const Block *w, int groups, V sign, V v, V end_v)
 {
-    Ends p = {w->xs[0], w->x, w->xs[1] * w->h, w->vx * w->h, w->x_error, w->x_error};
+    Ends x = ends_of_x(w);
     V error = weighted_bound(CUBIC_SLOPE_BOUND, w->xs, groups, w->h);
-    V max_vx = vmax(vmax(sign * p.start_slope, sign * p.end_slope), sign * middle_slope(&p));
-    return vmin(sign * v, sign * end_v) * w->h > max_vx + error;
+    V max_slope = vmax(vmax(sign * x.start_slope, sign * x.end_slope), sign * middle_slope(&x));
+    return vmin(sign * v, sign * end_v) * w->h > max_slope + error;
 }
 
 /* Set the guards μ_s P − f and μ_s P + f of one lane; f is the holding force of the belt. Eq. 5
-   gives P from the expansion of y. */
+   gives P from the expansion of y. Coefficients of P, μ_s P and f are `force`, `grip` and
+   `held`. */
 INLINE void set_hold_guards(const Belt *belt, const Block *w, int lane, int groups,
                             Guard *forward_guard, Guard *backward_guard)
 {
     const Rates *rates = &belt->rates;
     const double *p = belt->p, a = horizontal_stiffness(p), h = coupling_stiffness(p), m = p[P_M];
-    const double span = get_lane(&w->h, lane), mu_change = rates->mu_static * span;
+    const double duration = get_lane(&w->h, lane), mu_change = rates->mu_static * duration;
     double force[GUARD_ROWS], grip[GUARD_ROWS], held[GUARD_ROWS];
     for (int n = 0; n < 4 * groups; n++) {
         double y = get_lane(w->ys + n, lane);
-        double inertia = belt->p[P_C2] * get_lane(w->ys + n + 1, lane) + m * (n + 2)
-            * get_lane(w->ys + n + 2, lane);
-        force[n] = (n + 1) * inertia + h * y, grip[n] = p[P_MU_S] * force[n], held[n] = -h * y;
+        double damper_and_inertia = p[P_C2] * get_lane(w->ys + n + 1, lane)
+            + m * (n + 2) * get_lane(w->ys + n + 2, lane);
+        force[n] = (n + 1) * damper_and_inertia + h * y;
+        grip[n] = p[P_MU_S] * force[n], held[n] = -h * y;
     }
     /* Where the slider sticks x is of the second degree. */
-    force[0] = spring_force(belt->p, get_lane(w->ys, lane)), force[1] += rates->F;
-    for (int n = 1; n < 3; n++) {
+    const int x_rows = 3;
+    force[0] = spring_force(p, get_lane(w->ys, lane)), force[1] += rates->F;
+    for (int n = 1; n < x_rows; n++) {
         double x = get_lane(w->xs + n, lane);
-        force[n] -= h * x, grip[n] = belt->p[P_MU_S] * force[n], held[n] += a * x;
+        force[n] -= h * x, grip[n] = p[P_MU_S] * force[n], held[n] += a * x;
     }
-    grip[0] = belt->p[P_MU_S] * force[0],
-        held[0] = holding_force(belt->p, get_lane(w->xs, lane), get_lane(w->ys, lane),
-                                belt->rates.v_belt);
-    held[1] += belt->p[P_C1] * rates->v_belt;
+    grip[0] = p[P_MU_S] * force[0];
+    held[0] = holding_force(p, get_lane(w->xs, lane), get_lane(w->ys, lane), rates->v_belt);
+    held[1] += p[P_C1] * rates->v_belt;
     if (mu_change != 0.0)
         for (int n = 1; n < 4 * groups; n++)
             grip[n] += rates->mu_static * force[n - 1];
@@ -188,40 +211,41 @@ INLINE void set_hold_guards(const Belt *belt, const Block *w, int lane, int grou
     memset(backward_guard, 0, sizeof *backward_guard);
     for (int n = 0; n < 4 * groups; n++)
         forward_guard->c[n] = grip[n] - held[n], backward_guard->c[n] = grip[n] + held[n];
-    double y = get_lane(&w->y, lane),
-        end_grip = (belt->p[P_MU_S] + mu_change) * spring_force(belt->p, y);
-    double end_held = holding_force(belt->p, get_lane(&w->x, lane), y, belt->rates.v_belt)
-        + belt->p[P_C1] * rates->v_belt * span;
+    double y = get_lane(&w->y, lane), end_grip = (p[P_MU_S] + mu_change) * spring_force(p, y);
+    double end_held = holding_force(p, get_lane(&w->x, lane), y, rates->v_belt)
+        + p[P_C1] * rates->v_belt * duration;
     forward_guard->end = end_grip - end_held, backward_guard->end = end_grip + end_held;
 }
 
-/* Bounds of the hold: least μ_s, stiffnesses, the holding force for y = 0 at both ends, and the
-   greatest distance of that force from its chord. */
+/* Bounds over a step in which the slider sticks: least μ_s, stiffnesses, the holding force for y =
+   0 at both ends, and the greatest distance of that force from its chord. */
 typedef struct {
     V mu_s, k2, k_nl, h, start, end, chord_error;
 } Hold;
 
-/* Whether the belt holds the slider for certain against forward and backward slip. */
+/* Whether the belt holds the slider for certain over the step against forward and backward slip. */
 typedef struct {
     M forward, backward;
 } HeldSides;
 
 INLINE HeldSides keeps_holding(const Block *w, const Hold *bounds)
 {
-    Ends p = {w->ys[0], w->y, w->ys[1] * w->h, w->vy * w->h, w->y_error, w->y_error};
-    Range y = value_range(&p);
+    Ends ends = ends_of_y(w);
+    Range y = value_range(&ends);
+    /* The least contact force. */
     V force = -bounds->k2 * y.high - bounds->k_nl * y.high * y.high * y.high;
-    /* The worst y depends on whether contact or coupling is stiffer. */
+    /* The y of the least margin depends on whether contact or coupling is stiffer. */
     V worst_y = choose(bounds->mu_s * bounds->k2 >= bounds->h, y.high, y.low);
     V margin = bounds->mu_s * force - bounds->chord_error;
     return (HeldSides){margin > vmax(bounds->start, bounds->end) - bounds->h * worst_y,
                        margin > bounds->h * y.high - vmin(bounds->start, bounds->end)};
 }
 
-/* The guard that cuts a step: none, y = 0, v_r = 0, or the end of the hold. */
+/* The guard that cuts a step: none, y = 0, v_r = 0, or |f| = μ_s P. */
 typedef enum { NOT_CUT, CUT_AT_SWITCH, CUT_AT_SPEED, CUT_AT_HOLD } StepCut;
 
-/* Time at which the hold ends, from the times of both guards; sets the next mode. */
+/* Time at which stick ends, from the times at which both guards fall to zero; sets the next
+   mode. */
 INLINE double first_release_time(double forward_time, double backward_time, int64_t *mode)
 {
     int backward = backward_time < forward_time * (1.0 - SIMULTANEOUS);
@@ -238,23 +262,25 @@ INLINE int ends_step(double fall, double h, StepCut cut)
 #if LANES == 1
 
 /* Time at which a guard falls to zero in the step; infinite if it does not. */
-INLINE double guard_fall_time(Guard *g, double h, int groups)
+INLINE double guard_fall_time(Guard *guard, double h, int groups)
 {
-    normalize_guard(g, h);
-    Tangent end = tangent_at(g->c, groups, h);
-    double error = weighted_bound(CUBIC_BOUND, g->c, groups, h);
-    return find_first_switch(g->c, groups, 1.0, &h, g->end, end.slope, error, 1) ? h : INFINITE;
+    const unsigned lanes = 1;
+    const double side = 1.0;
+    normalize_guard(guard, h);
+    const double *c = guard->c, slope = tangent_at(c, groups, h).slope;
+    const double error = weighted_bound(CUBIC_BOUND, c, groups, h);
+    return find_first_switch(c, groups, side, &h, guard->end, slope, error, lanes) ? h : INFINITE;
 }
 
 /* The time at which v_r falls to zero. */
 NOINLINE double speed_fall_time(const Belt *belt, const Block *w, int groups, double sign)
 {
-    Guard g;
-    set_speed_guard(belt, w, 0, groups, sign, &g);
-    return guard_fall_time(&g, w->h, groups);
+    Guard guard;
+    set_speed_guard(belt, w, 0, groups, sign, &guard);
+    return guard_fall_time(&guard, w->h, groups);
 }
 
-/* The time at which the hold ends, without the sides in `held`; sets the next mode. */
+/* The time at which stick ends, by the guards not in `held`; sets the next mode. */
 NOINLINE double hold_fall_time(const Belt *belt, const Block *w, int groups, const HeldSides *held,
                                int64_t *mode)
 {
@@ -282,24 +308,27 @@ INLINE double first_fall_time(const Belt *belt, const Block *w, int groups, int 
     if (is_sliding(belt->mode)) {
         if (slides)
             return INFINITE;
-        double sign = belt->mode == FORWARD ? 1.0 : -1.0, v = belt->p[P_V_BELT];
+        double sign = friction_sign(belt->mode), v = belt->p[P_V_BELT];
         return keeps_sliding(w, groups, sign, v, v + belt->rates.v_belt * w->h)
                    ? INFINITE
                    : speed_fall_time(belt, w, groups, sign);
     }
     if (belt->mode != STICK)
         return INFINITE;
-    const double *p = belt->p, speed = belt->rates.v_belt;
-    const Hold hold = {minimum(p[P_MU_S], p[P_MU_S] + belt->rates.mu_static * w->h), p[P_K2],
-                       p[P_K_NL], coupling_stiffness(p), holding_force(p, w->xs[0], 0.0, speed),
-                       holding_force(p, w->x, 0.0, speed) + p[P_C1] * speed * w->h,
-                       0.125 * horizontal_stiffness(p) * __builtin_fabs(speed) * (w->h * w->h)};
+    const double *p = belt->p, acceleration = belt->rates.v_belt;
+    const Hold hold = {
+        .mu_s = minimum(p[P_MU_S], p[P_MU_S] + belt->rates.mu_static * w->h),
+        .k2 = p[P_K2], .k_nl = p[P_K_NL], .h = coupling_stiffness(p),
+        .start = holding_force(p, w->xs[0], 0.0, acceleration),
+        .end = holding_force(p, w->x, 0.0, acceleration) + p[P_C1] * acceleration * w->h,
+        .chord_error =
+            0.125 * horizontal_stiffness(p) * __builtin_fabs(acceleration) * (w->h * w->h)};
     const HeldSides held = keeps_holding(w, &hold);
     return held.forward && held.backward ? INFINITE
         : hold_fall_time(belt, w, groups, &held, next_mode);
 }
 
-/* Shorten the step to the first zero of a guard; `next_mode` is set where the hold ends. */
+/* Shorten the step to the first zero of a guard; sets `next_mode` where stick ends. */
 INLINE StepCut cut_step(const Belt *belt, Block *w, int groups, int slides, int64_t *next_mode)
 {
     StepCut cut = may_switch(w) && cut_at_switch(w, groups) ? CUT_AT_SWITCH : NOT_CUT;
@@ -349,7 +378,8 @@ INLINE int expand_belt_step(const Belt *belt, Block *w, double tol, int order, i
     return slides;
 }
 
-/* Compute e for the start of the next step, while the processor also computes the extremes. */
+/* Compute exp(−v/v_s) for the start of the next step, while the processor also computes the
+   extremes. */
 INLINE void prepare_exponential(Belt *belt, const Block *w)
 {
     const Law *law = belt->laws + belt->mode;
@@ -363,11 +393,11 @@ INLINE void prepare_exponential(Belt *belt, const Block *w)
 INLINE StepFlags accept_belt_step(Belt *belt, Block *w, const StepEnd *step_end, StepCut cut,
                                   int64_t next_mode)
 {
-    double stalled = w->stalled, shortest = w->max_step * (SHORTEST_FLIGHT / LONGEST_STEP);
+    double stalled_before = w->stalled, shortest = w->max_step * (SHORTEST_FLIGHT / LONGEST_STEP);
     const int is_creeping = belt->laws[belt->mode].per_speed > 0.0 && w->h < w->t * UNRESOLVED;
     StepFlags flags = accept_step(w, step_end, cut == CUT_AT_SWITCH, 1, INFINITE);
     if (((cut == CUT_AT_SPEED || cut == CUT_AT_HOLD) && w->h < shortest) || is_creeping) {
-        w->stalled = stalled + 1.0;
+        w->stalled = stalled_before + 1.0;
         flags.stalled = w->stalled > MAX_STALLED;
     }
     if (cut == CUT_AT_HOLD)
@@ -380,6 +410,7 @@ INLINE StepFlags accept_belt_step(Belt *belt, Block *w, const StepEnd *step_end,
 #endif
 
 #if LANES == 1
+/* Set a field from the coefficients of a mode. */
 INLINE void set_belt_field(Field *f, const Coefficients *c)
 {
     f->a_x = c->xx, f->a_y = c->yx, f->b_x = c->xy, f->b_y = c->yy;
@@ -400,16 +431,16 @@ INLINE void begin_belt(Belt *belt, const Block *w, int lane, const double *p, in
     belt->frequency = get_lane(&w->frequency, lane);
     belt->by_speed = belt->p[P_V_S] > 0.0;
 #if LANES == 1
-    belt->next_start = (LawStart){0.0, 1.0};
+    belt->next_start = (LawStart){.exponent = 0.0, .e = 1.0};
     for (int mode = 0; mode < MODES; mode++) {
         const Coefficients c = coefficients_in(mode, p);
         set_belt_field(belt->fields + mode, &c);
         if (!belt->by_speed)
             continue;
-        double sign = mode == FORWARD ? 1.0 : mode == BACKWARD ? -1.0 : 0.0;
-        belt->laws[mode] = (Law){sign, p[P_MU], belt->p[P_MU_S] - p[P_MU],
-                                 sign != 0.0 ? 1.0 / p[P_V_S] : 0.0,
-                                 mode == SEPARATED ? 0.0 : p[P_K2] / p[P_M]};
+        double sign = friction_sign(mode);
+        belt->laws[mode] = (Law){.sign = sign, .mu = p[P_MU], .fall = belt->p[P_MU_S] - p[P_MU],
+                                 .per_speed = sign != 0.0 ? 1.0 / p[P_V_S] : 0.0,
+                                 .contact = mode == SEPARATED ? 0.0 : p[P_K2] / p[P_M]};
         belt->fields[mode].b_x = mode == STICK ? 0.0 : separated_coefficients(p).xy;
     }
 #endif

@@ -7,7 +7,7 @@
 
    A deviation oscillates at the system's frequencies even if the motion is slow. So each step of
    the motion is divided into substeps, on which the deviations are expanded. A vector has eight
-   deviations. LANES is 1. */
+   deviations. LANES is 1: V is a double. */
 
 #ifndef FIVTUI_DEVIATIONS_H
 #define FIVTUI_DEVIATIONS_H
@@ -16,10 +16,12 @@
 #include "motion.h"
 
 #define MAX_DEVIATIONS 16
-#define MAX_VECTORS (MAX_DEVIATIONS / 8)
+#define VECTOR_SIZE 8
+#define MAX_VECTORS (MAX_DEVIATIONS / VECTOR_SIZE)
 /* Largest ratio of the last terms of a substep to its first ones, and the number of first terms. */
 #define NEGLIGIBLE 0x1p-54
 #define FIRST_TERMS 9
+/* Factor by which a substep is shortened until it is short enough, and how often at most. */
 #define SHORTENING 0.8
 #define MAX_SHORTENINGS 64
 
@@ -43,6 +45,7 @@ INLINE Eight eight_fma_by(Eight a, double s, Eight c)
 }
 #endif
 
+/* The greater absolute value of each pair. */
 INLINE Eight eight_max_abs(Eight a, Eight b)
 {
     typedef long long Mask8 __attribute__((vector_size(64), aligned(8), may_alias));
@@ -56,17 +59,19 @@ typedef struct {
     Eight x, vx, y, vy;
 } Deviation;
 
-/* Derivatives ′ of the coefficients of a field. */
+/* Derivatives ′ of the coefficients of a field (`Field` in `expansion.h`), one for each
+   deviation. */
 typedef struct {
     Eight a_x, a_y, b_x, b_y, damping_x, damping_y, d_x, d_y, load;
 } FieldChange;
 
-/* Taylor coefficients over a substep: of the motion, y² and y³ (y and these have PADDED leading
-   zeros), and of deviations. */
+/* Taylor coefficients of the motion over a substep, and of y² and y³; all but x have PADDED leading
+   zeros, so that sums of products need no bounds. */
 typedef struct {
     double x[PADDED], y[2 * PADDED], square[2 * PADDED], cube[2 * PADDED];
 } Motion;
 
+/* Taylor coefficients of deviations over a substep. */
 typedef struct {
     Eight x[ROWS], y[ROWS];
 } Series;
@@ -86,11 +91,11 @@ INLINE void set_field_change(FieldChange *target, int column, const double *p, c
 /* The product of two polynomials with PADDED leading zeros. */
 INLINE void multiply(const double *a, const double *b, double *product)
 {
-    Eight sums[PADDED / 8] = {{0.0}};
+    Eight sums[PADDED / VECTOR_SIZE] = {{0.0}};
     UNROLL for (int i = 0; i < ROWS; i++)
-        UNROLL for (int n = 0; n < PADDED / 8; n++)
-            sums[n] = eight_fma_by(*(const Eight *)(b + PADDED + 8 * n - i), a[PADDED + i],
-                                   sums[n]);
+        UNROLL for (int n = 0; n < PADDED / VECTOR_SIZE; n++)
+            sums[n] = eight_fma_by(*(const Eight *)(b + PADDED + VECTOR_SIZE * n - i),
+                                   a[PADDED + i], sums[n]);
     memset(product, 0, PADDED * sizeof *product);
     memcpy(product + PADDED, sums, sizeof sums);
 }
@@ -119,7 +124,8 @@ INLINE int is_finite_motion(const Motion *m)
     return is_finite_number(size);
 }
 
-/* Expand deviations; the newest coefficients come last in the sums. */
+/* Expand deviations by the variational equations above; `push` is their right-hand side for the
+   n-th coefficient. The newest coefficients come last in the sums. */
 NOINLINE void expand_deviations(Series *s, const Deviation *start, const Motion *m, const Field *f,
                                 const FieldChange *c, int cubic)
 {
@@ -172,12 +178,13 @@ INLINE Deviation deviation_at(const Series *s, double t)
 INLINE int all_finite(Eight a)
 {
     double sum = 0.0;
-    for (int i = 0; i < 8; i++)
+    for (int i = 0; i < VECTOR_SIZE; i++)
         sum += a[i] - a[i];
     return sum == 0.0;
 }
 
-/* Whether the last terms of a substep of length h are negligible. */
+/* Whether the last two terms of a substep of length h are negligible relative to its first
+   terms. */
 INLINE int is_short(const Eight *first, const Eight *last, double h)
 {
     Eight scale = first[0];
@@ -189,7 +196,7 @@ INLINE int is_short(const Eight *first, const Eight *last, double h)
     Eight tail = eight_max_abs(last[0] * power, last[1] * (power * h));
     /* Tiny deviations may lose digits. */
     int is_too_long = 0;
-    for (int i = 0; i < 8; i++)
+    for (int i = 0; i < VECTOR_SIZE; i++)
         is_too_long |= (scale[i] > LEAST) & (tail[i] > scale[i] * NEGLIGIBLE);
     return !is_too_long;
 }
@@ -200,18 +207,20 @@ NOINLINE double substep_length(const Series *s, int vectors, double remaining)
 {
     double h = remaining;
     int shortenings = 0;
-    for (int g = 0; g < vectors; g++) {
+    for (int i = 0; i < vectors; i++) {
+        const Eight *x = s[i].x, *y = s[i].y;
         Eight first[FIRST_TERMS], last[2];
         for (int n = 0; n < FIRST_TERMS; n++)
-            first[n] = eight_max_abs(s[g].x[n], s[g].y[n]);
+            first[n] = eight_max_abs(x[n], y[n]);
         for (int n = 0; n < 2; n++)
-            last[n] = eight_max_abs(s[g].x[ROWS - 2 + n], s[g].y[ROWS - 2 + n]);
-        if (!all_finite(s[g].x[ROWS - 1] + s[g].y[ROWS - 1]))
+            last[n] = eight_max_abs(x[ROWS - 2 + n], y[ROWS - 2 + n]);
+        if (!all_finite(x[ROWS - 1] + y[ROWS - 1]))
             return 0.0;
         for (; !is_short(first, last, h); h *= SHORTENING)
             if (shortenings++ == MAX_SHORTENINGS)
                 return 0.0;
     }
+    /* The number of equal parts of at most this length. */
     double count = (double)(int64_t)(remaining / h);
     return remaining / (count * h < remaining ? count + 1.0 : maximum(count, 1.0));
 }
@@ -235,12 +244,13 @@ INLINE Pair accelerations(const Field *f, double x, double vx, double y, double 
 INLINE void apply_saltation(Deviation *d, const double *jump, const double *gradient, Eight change,
                             double rate)
 {
-    if (jump[0] == 0.0 && jump[1] == 0.0 && jump[2] == 0.0 && jump[3] == 0.0)
+    if (jump[S_X] == 0.0 && jump[S_VX] == 0.0 && jump[S_Y] == 0.0 && jump[S_VY] == 0.0)
         return;
-    Eight shift = eight_fma_by(d->x, gradient[0], eight_fma_by(d->vx, gradient[1], change));
-    shift = eight_fma_by(d->y, gradient[2], eight_fma_by(d->vy, gradient[3], shift)) * (1.0 / rate);
-    d->x = eight_fma_by(shift, jump[0], d->x), d->vx = eight_fma_by(shift, jump[1], d->vx);
-    d->y = eight_fma_by(shift, jump[2], d->y), d->vy = eight_fma_by(shift, jump[3], d->vy);
+    Eight shift = eight_fma_by(d->x, gradient[S_X], eight_fma_by(d->vx, gradient[S_VX], change));
+    shift = eight_fma_by(d->y, gradient[S_Y], eight_fma_by(d->vy, gradient[S_VY], shift));
+    shift = shift * (1.0 / rate);
+    d->x = eight_fma_by(shift, jump[S_X], d->x), d->vx = eight_fma_by(shift, jump[S_VX], d->vx);
+    d->y = eight_fma_by(shift, jump[S_Y], d->y), d->vy = eight_fma_by(shift, jump[S_VY], d->vy);
 }
 
 #endif

@@ -1,5 +1,6 @@
 /* The motion while F, μ and the belt's speed change linearly with time, on a belt of finite speed
-   or one that is always faster than the slider. LANES is 1. */
+   or one that is always faster than the slider. A course has these parameters as functions of time.
+   LANES is 1: the block `w` has one run. */
 
 #ifndef FIVTUI_DRIVEN_H
 #define FIVTUI_DRIVEN_H
@@ -53,14 +54,16 @@ NOINLINE void expand_driven(const Belt *belt, V *x, V *y, int order)
     const double *p = belt->p;
     const int in_contact = belt->mode != SEPARATED, by_speed = law->per_speed > 0.0;
     const double sign = belt->mode == BACKWARD ? -1.0 : 1.0, rate = law->sign * law->per_speed;
+    /* Linear functions of time: μ, F and μ_s − μ, by which μ(v) = μ + (μ_s − μ) e falls. */
     const double force[2] = {load_of(p), rates->F}, mu[2] = {p[P_MU], rates->mu};
-    /* μ(v) = μ + (μ_s − μ) e */
     const double fall[2] = {law->fall, rates->mu_static - rates->mu};
+    /* Coefficients of y², P, e = exp(−v/v_s), μ(v), and ẍ less the acceleration of the belt. */
     double square[ROWS], contact[ROWS], e[ROWS], mu_of_v[ROWS], slip_rate[ROWS];
     for (int n = 0; n < order; n++) {
         square[n] = product(y, y, n);
         contact[n] = in_contact ? -p[P_K2] * y[n] - p[P_K_NL] * product(y, square, n) : 0.0;
         double friction = mu[0] * contact[n] + (n > 0 ? mu[1] * contact[n - 1] : 0.0);
+        /* e satisfies ė = rate · slip_rate · e. */
         if (by_speed) {
             e[n] = n > 0 ? rate * product(slip_rate, e, n - 1) / n
                          : exponential(-speed_by_law(belt, law, x[1]) * law->per_speed);
@@ -76,7 +79,6 @@ NOINLINE void expand_driven(const Belt *belt, V *x, V *y, int order)
         if (belt->mode == STICK)
             x[n + 2] = n == 0 ? 0.5 * rates->v_belt : 0.0;
         y[n + 2] = (contact[n] - load - p[P_C2] * (n + 1.0) * y[n + 1] + coupling_force) / factor;
-        /* n-th coefficient of ẍ less the acceleration of the belt. */
         slip_rate[n] = x[n + 2] * (n + 1.0) * (n + 2.0) - (n == 0 ? rates->v_belt : 0.0);
     }
 }
@@ -98,17 +100,19 @@ INLINE void expand_driven_step(const Belt *belt, Block *w, double tol, int order
         w->xs[2] = start_half_acceleration(belt, w->xs[0], w->ys[0], w->xs[2]);
     set_step_length(w, tol, order / 4);
     if (law->per_speed > 0.0) {
-        /* v_r also changes with the speed of the belt. */
-        const double half = w->xs[2];
+        /* v_r also changes with the speed of the belt: for a moment xs is the motion relative to
+           it. */
+        const double half_acceleration = w->xs[2];
         M slides;
         w->xs[2] -= 0.5 * belt->rates.v_belt;
         w->h = limit_step(w->h, w->xs, law, speed_by_law(belt, law, w->xs[1]), order / 4, &slides);
-        w->xs[2] = half;
+        w->xs[2] = half_acceleration;
     }
     w->h = minimum(w->h, max_step);
 }
 
-/* 1 if the motion continues off the belt, −1 in contact: `_is_off` in the model. */
+/* 1 if the motion continues off the belt, −1 in contact: `_separates` in
+   `fivtui.model.slider_belt`. */
 INLINE double driven_side(const Belt *belt, const Block *w)
 {
     if (!(w->separation > 0.0))
@@ -117,8 +121,12 @@ INLINE double driven_side(const Belt *belt, const Block *w)
         return w->y > 0.0 ? 1.0 : -1.0;
     double force = lifting_force(w->coupling, w->preload, w->x);
     double force_rate = w->coupling * w->vx - belt->rates.F;
-    double third = __builtin_fabs(force_rate) > LEAST ? force_rate : -(w->coupling * w->x);
-    double direction = w->vy != 0.0 ? w->vy : force != 0.0 ? force : third;
+    /* The sign of the first of four derivatives of y that is not zero. */
+    double direction = w->vy;
+    if (direction == 0.0)
+        direction = force;
+    if (direction == 0.0)
+        direction = __builtin_fabs(force_rate) > LEAST ? force_rate : -(w->coupling * w->x);
     return direction > 0.0 ? 1.0 : -1.0;
 }
 
@@ -126,9 +134,10 @@ INLINE double driven_side(const Belt *belt, const Block *w)
 INLINE void change_course_mode(Belt *belt, Block *w, double end, StepCut cut, int64_t next_mode)
 {
     change_side(w, end, driven_side(belt, w));
-    belt->mode = cut == CUT_AT_HOLD     ? next_mode
-               : w->side > 0.0    ? SEPARATED
-                                  : mode_on_belt(belt, w->x, w->vx, w->y, w->vy);
+    if (cut == CUT_AT_HOLD)
+        belt->mode = next_mode;
+    else
+        belt->mode = w->side > 0.0 ? SEPARATED : mode_on_belt(belt, w->x, w->vx, w->y, w->vy);
 }
 
 /* Begin a course; the block and the belt have begun. */
@@ -144,15 +153,15 @@ INLINE void begin_driven(Belt *belt, Block *w, const Course *course)
 /* Accept a step at whose end the belt has `speed`, and continue with `course`. At a row of the
    table the mode may change without a cut. */
 INLINE StepFlags accept_driven_step(Belt *belt, Block *w, const StepEnd *step_end, StepCut cut,
-                                    int64_t next_mode,
-                                    double speed, const Course *course, int at_row)
+                                    int64_t next_mode, double speed, const Course *course,
+                                    int at_row)
 {
-    double stalled = w->stalled, shortest = w->max_step * (SHORTEST_FLIGHT / LONGEST_STEP);
+    double stalled_before = w->stalled, shortest = w->max_step * (SHORTEST_FLIGHT / LONGEST_STEP);
     if (cut == CUT_AT_SPEED || belt->mode == STICK)
         w->vx = speed;
     StepFlags flags = accept_step(w, step_end, 0, 1, INFINITE);
     if (cut != NOT_CUT && w->h < shortest) {
-        w->stalled = stalled + 1.0;
+        w->stalled = stalled_before + 1.0;
         flags.stalled = w->stalled > MAX_STALLED;
     }
     set_course_parameters(belt, w, course, elapsed_time(course, step_end->t, step_end->remainder));

@@ -33,6 +33,7 @@ typedef struct {
         double_y1;
 } Terms;
 
+/* Factor of all derivatives, see above. */
 #define SCALE 0x1p-64
 
 /* Store Σ yᵢ yₙ₋ᵢ and Σ yᵢ rₙ₋ᵢ over 1 < i < n − 1, the parts that are computed ahead. */
@@ -56,17 +57,18 @@ INLINE void sum_ahead(Terms *s, int n)
         s->product_ahead[n] = middle;
         return;
     }
+    /* The products of a pair are yₙ₋ᵢ rᵢ and rₙ₋ᵢ yᵢ. */
     int first = (n - 1) / 2;
-    Pair both = pair_product(s->yr[n - first], s->ry[first]);
+    Pair sums = pair_product(s->yr[n - first], s->ry[first]);
     UNROLL for (int i = first - 1; i > 1; i--)
-        both = pair_fma(s->yr[n - i], s->ry[i], both);
-    V sum = PAIR_X(both) + PAIR_Y(both);
+        sums = pair_fma(s->yr[n - i], s->ry[i], sums);
+    V sum = PAIR_X(sums) + PAIR_Y(sums);
     if (n % 2 == 0)
         sum = sum + middle;
     s->product_ahead[n] = sum;
 }
 
-/* pₙ for n > 1 */
+/* pₙ = Σ yᵢ rₙ₋ᵢ for n > 1. */
 INLINE V product_of_terms(const Terms *s, int n)
 {
     if (n == 2)
@@ -93,7 +95,7 @@ INLINE void add_square(Terms *s, int n)
         sum_ahead(s, n + 2);
 }
 
-/* Store Zₙ₊₂. */
+/* Store Zₙ₊₂ and yₙ₊₂. */
 INLINE void add_term(Terms *s, int n, int cubic)
 {
     Pair force = pair_fma_by(s->b, PAIR_Y(s->derivative[n]),
@@ -106,7 +108,7 @@ INLINE void add_term(Terms *s, int n, int cubic)
         add_square(s, n);
 }
 
-/* Store four terms. */
+/* Store the coefficients of the degrees n + 2 to n + 5. */
 INLINE void add_terms(Terms *s, int n, int cubic, V *x, V *y)
 {
     if (n > 0)
@@ -115,12 +117,11 @@ INLINE void add_terms(Terms *s, int n, int cubic, V *x, V *y)
     add_term(s, n + 2, cubic);
     add_term(s, n + 3, cubic);
 #if LANES == 1
-    Pair i = s->derivative[n + 2], j = s->derivative[n + 3];
-    Pair k = s->derivative[n + 4], l = s->derivative[n + 5];
+    const Pair *z = s->derivative + n + 2;
     const Four scale = {1.0 / (FACTORIAL[n + 2] * SCALE), 1.0 / (FACTORIAL[n + 3] * SCALE),
                         1.0 / (FACTORIAL[n + 4] * SCALE), 1.0 / (FACTORIAL[n + 5] * SCALE)};
-    *(FourPacked *)(x + n + 2) = (Four){i[0], j[0], k[0], l[0]} * scale;
-    *(FourPacked *)(y + n + 2) = (Four){i[1], j[1], k[1], l[1]} * scale;
+    *(FourPacked *)(x + n + 2) = (Four){z[0][0], z[1][0], z[2][0], z[3][0]} * scale;
+    *(FourPacked *)(y + n + 2) = (Four){z[0][1], z[1][1], z[2][1], z[3][1]} * scale;
 #else
     UNROLL for (int i = n + 2; i < n + 6; i++) {
         x[i] = s->derivative[i].x * (1.0 / (FACTORIAL[i] * SCALE));

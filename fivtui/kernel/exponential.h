@@ -5,6 +5,7 @@
 
 #include "vector.h"
 
+/* ln 2 in two parts, the first short enough that its multiples are exact. */
 #define LN2_HIGH 6.93147180369123816490e-01
 #define LN2_LOW 1.90821492927058770002e-10
 #define LOG2_E 1.44269504088896338700
@@ -19,19 +20,22 @@ static const double FACTORIAL[] = {
 /* exp(exponent); 0 up to −700, and exp(700) from 700 on. */
 INLINE V exponential(V exponent)
 {
+    /* Adding and subtracting this number rounds to an integer. */
     const double round_shift = 0x1.8p52;
     M is_positive = exponent > -MAX_EXPONENT;
     V clamped = choose(is_positive, vmin(exponent, splat(MAX_EXPONENT)), splat(-MAX_EXPONENT));
     V count = (round_shift + clamped * LOG2_E) - round_shift;
+    /* exp(clamped) = 2^count exp(reduced) with |reduced| ≤ ln 2/2. */
     V reduced = vfma(count, splat(-LN2_LOW), vfma(count, splat(-LN2_HIGH), clamped));
     V square = reduced * reduced, fourth = square * square;
+    /* The exponential series up to degree 13, in pairs of terms. */
     V term[7];
     UNROLL for (int n = 0; n < 7; n++)
         term[n] = vfma(reduced, splat(1.0 / FACTORIAL[2 * n + 1]), splat(1.0 / FACTORIAL[2 * n]));
     V low = vfma(vfma(term[3], square, term[2]), fourth, vfma(term[1], square, term[0]));
     V high = vfma(term[6], fourth, vfma(term[5], square, term[4]));
     V value = vfma(high, fourth * fourth, low);
-    return choose(is_positive, value * number_from_bits(count * 0x1p52, 1023LL << 52), splat(0.0));
+    return choose(is_positive, value * number_from_bits(count * 0x1p52, BITS_OF_ONE), splat(0.0));
 }
 
 #endif

@@ -1,4 +1,5 @@
-/* Expansion of sliding with the friction law μ + (μ_s − μ) e with e = exp(−v/v_s), v = |v_r|. */
+/* Expansion of sliding with the friction law μ + (μ_s − μ) e with e = exp(−v/v_s), where v = |v_r|
+   is the sliding speed. The method is that of `expansion.h`. */
 
 #ifndef FIVTUI_FRICTION_H
 #define FIVTUI_FRICTION_H
@@ -6,13 +7,16 @@
 #include "expansion.h"
 #include "polynomial.h"
 
-/* Constants of `fivtui.taylor.belt`. */
+/* Constants of `fivtui.taylor.belt`: largest change of v/v_s over a step and its growth with v/v_s,
+   v/v_s at which e is negligible, and the factor by which a step is shortened. */
 #define MAX_CHANGE 12.0
 #define GROWTH 0.09
 #define NEGLIGIBLE 37.0
-#define FAR_EXPONENT ((NEGLIGIBLE + MAX_CHANGE) / (1.0 - GROWTH))
 #define SHRINK_FACTOR 0.75
+/* From this v/v_s on, e is negligible over a whole step of the largest change. */
+#define FAR_EXPONENT ((NEGLIGIBLE + MAX_CHANGE) / (1.0 - GROWTH))
 #define LAW_ROWS (MAX_LAW_ORDER + 2)
+/* Factors n of the terms of a derivative, from n = 2 on. */
 static const double DEGREES[MAX_LAW_ORDER] = {
     2.0,  3.0,  4.0,  5.0,  6.0,  7.0,  8.0,  9.0,  10.0, 11.0,
     12.0, 13.0, 14.0, 15.0, 16.0, 17.0, 18.0, 19.0, 20.0, 21.0,
@@ -22,8 +26,8 @@ static const double DEGREES[MAX_LAW_ORDER] = {
 /* Friction falls with the speed, is constant, or holds the slider at the speed of the belt. */
 typedef enum { FRICTION_FALLS, FRICTION_CONSTANT, FRICTION_STICKS } FrictionKind;
 
-/* A friction law: sign of friction (0 without sliding), μ, μ_s − μ, 1/v_s (0 for constant
-   friction), and k2/m (0 without contact). */
+/* A friction law in a mode: sign of friction (0 without sliding), μ, the fall μ_s − μ, 1/v_s (0 for
+   constant friction), and k2/m (0 without contact). */
 typedef struct {
     V sign, mu, fall, per_speed, contact;
 } Law;
@@ -50,7 +54,8 @@ typedef struct {
     V minus_d, first_factor, last_factor, rate, force_factor, force_factor_step, force_rate, fall;
 } SlideTerms;
 
-/* Σ aᵢ bₙ₋ᵢ over 2 < i < n − 1, summed from the middle outwards. */
+/* Body of a function: Σ aᵢ bₙ₋ᵢ over 2 < i < n − 1, summed from the middle outwards. `type` is that
+   of the elements of a, `product` and `fma` are the operations on it. */
 #define SUM_AHEAD(type, product, fma)                                                             \
     int low = (n + 1) / 2;                                                                        \
     type sum = product(a[low], b[n - low]);                                                       \
@@ -70,6 +75,8 @@ INLINE Four fours_ahead(const Four *a, const Four *b, int n)
 }
 #undef SUM_AHEAD
 
+/* Store the sums of degree n that are computed ahead: those with e if friction falls, those with y
+   if the contact spring is cubic. */
 INLINE void sum_slide_ahead(SlideTerms *s, int n, int cubic, FrictionKind kind)
 {
     if (n < 5)
@@ -165,6 +172,7 @@ INLINE void add_held_term(SlideTerms *s, int n, int cubic)
     s->y[n + 2] = s->v[n] * (1.0 / ((n + 1) * (n + 2)));
 }
 
+/* Store the coefficients of degree n + 2 for n > 0. */
 INLINE void add_next_term(SlideTerms *s, int n, int cubic, FrictionKind kind)
 {
     if (kind == FRICTION_STICKS)
@@ -173,7 +181,7 @@ INLINE void add_next_term(SlideTerms *s, int n, int cubic, FrictionKind kind)
         add_sliding_term(s, n, cubic, kind);
 }
 
-/* Store four terms. */
+/* Store the coefficients of the degrees n + 2 to n + 5. */
 INLINE void add_sliding_terms(SlideTerms *s, int n, int cubic, FrictionKind kind, V *x, V *y)
 {
     sum_slide_ahead(s, n, cubic, kind);
@@ -193,9 +201,9 @@ INLINE void add_sliding_terms(SlideTerms *s, int n, int cubic, FrictionKind kind
         *(FourPacked *)(y + n + 2) = (Four){s->v[n], s->v[n + 1], s->v[n + 2], s->v[n + 3]} * scale;
         return;
     }
-    Pair i = s->w[n], j = s->w[n + 1], k = s->w[n + 2], l = s->w[n + 3];
-    *(FourPacked *)(x + n + 2) = (Four){i[0], j[0], k[0], l[0]} * scale;
-    *(FourPacked *)(y + n + 2) = (Four){i[1], j[1], k[1], l[1]} * scale;
+    const Pair *w = s->w + n;
+    *(FourPacked *)(x + n + 2) = (Four){w[0][0], w[1][0], w[2][0], w[3][0]} * scale;
+    *(FourPacked *)(y + n + 2) = (Four){w[0][1], w[1][1], w[2][1], w[3][1]} * scale;
 #else
     UNROLL for (int i = n + 2; i < n + 6; i++)
         x[i] = PAIR_X(s->z[i]), y[i] = PAIR_Y(s->z[i]);
@@ -203,8 +211,8 @@ INLINE void add_sliding_terms(SlideTerms *s, int n, int cubic, FrictionKind kind
 }
 
 /* Compute the coefficients of x and y from the first two. `f` has no contact terms but d of ÿ, `e`
-   is that at the start. Constant friction has the same bits as a fall of 0. Without `to_max_order`
-   the order is at most 20. */
+   is exp(−v/v_s) at the start. Constant friction has the same bits as a fall of 0. Without
+   `to_max_order` the order is at most 20. */
 INLINE void expand_slide(V *x, V *y, const Field *f, const Law *law, V e, int order,
                          int to_max_order, int cubic, FrictionKind kind)
 {
@@ -262,6 +270,8 @@ INLINE void expand_slide_to(V *x, V *y, const Field *f, const Law *law, V e, int
         expand_slide(x, y, f, law, e, order, LANES > 1, cubic, kind);
 }
 
+/* Expand a step in which friction falls with the speed; constant `cubic` gives two specialised
+   copies of `expand_slide`. */
 ALIGN_STACK NOINLINE void expand_falling(V *x, V *y, const Field *f, const Law *law, V e,
                                          int order, int cubic)
 {
@@ -271,6 +281,7 @@ ALIGN_STACK NOINLINE void expand_falling(V *x, V *y, const Field *f, const Law *
         expand_slide_to(x, y, f, law, e, order, 0, FRICTION_FALLS);
 }
 
+/* The same for constant friction, and where the slider sticks. */
 NOINLINE void expand_constant(V *x, V *y, const Field *f, const Law *law, int order, int cubic)
 {
     if (cubic)
@@ -289,17 +300,18 @@ NOINLINE void expand_sticking(V *x, V *y, const Field *f, const Law *law, int or
 }
 #endif
 
-/* v/v_s; 0 where no law applies. */
+/* v/v_s, the exponent of e with its sign changed; 0 where no law applies. */
 INLINE V sliding_exponent(const Law *law, V v_belt, V vx)
 {
     return law->sign * (v_belt - vx) * law->per_speed;
 }
 
-/* An exponent v/v_s and its e. */
+/* An exponent v/v_s, and e = exp(−v/v_s). */
 typedef struct {
     V exponent, e;
 } LawStart;
 
+/* e at an exponent: the computed one if the exponents are equal in all lanes. */
 INLINE V exponential_at(V exponent, const LawStart *computed)
 {
     M is_same = exponent == computed->exponent;

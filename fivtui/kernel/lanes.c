@@ -36,5 +36,5 @@ EXPORT void NAME(static_starts)(const double *parameters, const uint8_t *separat
                                 double *starts, int64_t count)
 {
     for (int64_t i = 0; i < count; i++)
-        resting_state(parameters + i * PARAMETERS, separation[i], starts + 4 * i);
+        resting_state(parameters + i * PARAMETERS, separation[i], starts + STATE * i);
 }

@@ -1,15 +1,20 @@
-"""A batch of runs that the kernel computes side by side, in SIMD lanes."""
+"""A batch of runs that the kernel computes side by side.
+
+A lane is one element of a SIMD vector: each lane computes one run, then the next one.
+"""
 
 from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
+from fivtui.model import PARAMETERS
+
 from .runs import COLUMNS
 
 Floats = NDArray[np.float64]
 
-_K_NL_COLUMN: Final = 7
+_K_NL_COLUMN: Final = list(PARAMETERS).index("k_nl")
 # Bytes of a cache line of the processor.
 _CACHE_LINE: Final = 64
 

@@ -3,6 +3,7 @@
 
 #include <stdint.h>
 
+/* Not used here: these names are the same for all instruction sets. */
 #define VARIANT loading
 #include "processor.h"
 #include "variant.h"

@@ -1,4 +1,5 @@
-/* Parts of a step of all runs of a block: its length, its end and the next mode.
+/* Parts of a step of all runs of a block: its length, its end and the next mode. In functions `w`
+   is the block, and `groups` is the order of expansion divided by 4 (`polynomial.h`).
 
    A step expands the motion, sets its length, evaluates y at the end, searches for the first switch
    (`search.h`), evaluates x, searches for extremes (`search.h`) and is accepted. */
@@ -12,27 +13,39 @@
 #include "field.h"
 #include "polynomial.h"
 
-/* `Status` in `fivtui.kernel.status`. */
+/* `Status` in `fivtui.kernel.runs`. */
 enum { DONE, OVERFLOW, STALLED, STEP_LIMIT, NO_START, RUNNING, UNBOUNDED };
 
-/* Constants of `fivtui.taylor.stepper` and `fivtui.model.slider_belt`. */
+/* Entries of a state (x, ẋ, y, ẏ) in m and m/s. */
+enum { S_X, S_VX, S_Y, S_VY, STATE };
+
+/* Constants of `fivtui.taylor.stepper`: longest step and shortest flight in √(m/stiffness), number
+   of stalled steps, smallest relative scale of a coordinate, correction of a power of two. */
 #define LONGEST_STEP 1e3
 #define SHORTEST_FLIGHT 0x1p-30
 #define MAX_STALLED 64.0
 #define MIN_SCALE_RATIO 0x1p-30
 #define EXP2_BIAS 0.043
+/* Constants of `fivtui.model.slider_belt`: sums of forces that are zero to rounding, relative to
+   their terms and absolute. */
 #define BALANCED 0x1p-49
 #define LEAST 1e-280
 #define INFINITE __builtin_inf()
 
-/* Extremes over a run, and of y in its second half. */
+/* Extremes over a run, and of y in the second half of the run. */
 typedef struct {
-    V x_low, x_high, y_low, y_high, vx_high, late_low, late_high;
+    V x_low, x_high, y_low, y_high, vx_high, second_half_low, second_half_high;
 } Extremes;
 
-/* The runs of all lanes; functions call it `w`. `field` belongs to the mode, `side` is 1 off the
-   belt and −1 in contact, `remainder` is the exact time less t. xs and ys are the coefficients of
-   the step, h is its length; x, vx, y, vy and the bounds for `Ends` are at its end. */
+/* The runs of all lanes. Constants of a run: `contact_…` and `separated_…` are coefficients of the
+   field that depend on the mode; `deflection` |F|/stiffness and `frequency` √(stiffness/m) are the
+   scales of the motion; `separation` is 0 if separation is ignored.
+
+   State: `field` belongs to the mode, `side` is 1 off the belt and −1 in contact, `remainder` is
+   the exact time less t, `stalled` counts consecutive steps that did not advance the motion.
+
+   Step: xs and ys are Taylor coefficients in the time since its start, so xs[0] and xs[1] are x and
+   ẋ there; h is its length; x, vx, y, vy and the bounds for `Ends` are at its end. */
 typedef struct {
     Field field;
     V contact_b_x, contact_b_y, contact_d_x, contact_d_y, separated_b_x, separated_b_y;
@@ -58,20 +71,21 @@ INLINE void set_step_length(Block *w, double tol, int groups)
     V min_scale = scale * MIN_SCALE_RATIO;
     V allowed_x = vmax(scale_x, min_scale) * tol, allowed_y = vmax(scale_y, min_scale) * tol;
     M limits_x = allowed_x > 0.0, limits_y = allowed_y > 0.0;
-    const double no_limit = 200.0 * 0x1p52;
+    /* Exponents of powers of two are in units of 2⁻⁵², see `bit_difference`. */
+    const double no_limit = 200.0 * 0x1p52, min_exponent = -1000.0 * 0x1p52;
     V exponents[2];
-    for (int back = 0; back < 2; back++) {
-        int n = 4 * groups + 1 - back;
+    for (int i = 0; i < 2; i++) {
+        int n = 4 * groups + 1 - i;
         V term_x = vabs(x[n]) * (double)n, term_y = vabs(y[n]) * (double)n;
         V exponent_x = bit_difference(allowed_x, term_x) * (1.0 / (n - 1));
         V exponent_y = bit_difference(allowed_y, term_y) * (1.0 / (n - 1));
-        exponents[back] = vmin(choose((term_x > 0.0) & limits_x, exponent_x, splat(no_limit)),
-                               choose((term_y > 0.0) & limits_y, exponent_y, splat(no_limit)));
+        exponents[i] = vmin(choose((term_x > 0.0) & limits_x, exponent_x, splat(no_limit)),
+                            choose((term_y > 0.0) & limits_y, exponent_y, splat(no_limit)));
     }
     V exponent = vmin(exponents[0], exponents[1]);
     /* Limit the exponent. If coefficients overflow, the end of the step is not finite either. */
-    exponent = choose(exponent > -1000.0 * 0x1p52, exponent, splat(-1000.0 * 0x1p52));
-    V h = number_from_bits(exponent, (1023LL << 52) - (int64_t)(EXP2_BIAS * 0x1p52));
+    exponent = choose(exponent > min_exponent, exponent, splat(min_exponent));
+    V h = number_from_bits(exponent, BITS_OF_ONE - (int64_t)(EXP2_BIAS * 0x1p52));
     w->h = vmin(h, w->max_step);
 }
 
@@ -125,6 +139,7 @@ INLINE M clip_at_horizon(Block *w, double t_end, int groups)
     return beyond;
 }
 
+/* Evaluate x and ẋ at the end of the step and, if `bounded`, the distance of x from its cubic. */
 INLINE void evaluate_end_x(Block *w, int groups, int bounded)
 {
     Tangent end = tangent_at(w->xs, groups, w->h);
@@ -133,38 +148,40 @@ INLINE void evaluate_end_x(Block *w, int groups, int bounded)
         w->x_error = weighted_bound(CUBIC_BOUND, w->xs, groups, w->h);
 }
 
-/* Runs whose steps may have a switch. */
+/* Runs whose steps may have a switch: whose y may reach zero, by bounds over the step. */
 INLINE M may_switch(const Block *w)
 {
     V slope = w->ys[1] * w->h, end_slope = w->vy * w->h;
     Ends ends = {w->ys[0], w->y, slope, end_slope, w->y_error, w->y_error};
     Range y = value_range(&ends);
-    M is_off = w->side > 0.0;
-    /* After a switch y starts at zero, and the bounds are those of y/θ. */
+    M is_separated = w->side > 0.0;
+    M stays_beyond_zero = choose(is_separated, y.low, -y.high) > 0.0;
+    /* After a switch y starts at zero; instead of y bound y/θ with θ = time/h: its cubic is a
+       parabola with the Bernstein coefficients `slope`, `middle` and y at the end. */
     V middle = w->y * 1.5 - end_slope * 0.5;
     V bottom = vmin(vmin(slope, w->y), middle), top = vmax(vmax(slope, w->y), middle);
-    V error = w->y_error * DIVIDED_BOUND;
-    M away = choose(is_off, bottom, -top) > error;
-    M far = choose(is_off, y.low, -y.high) > 0.0;
+    M moves_away = choose(is_separated, bottom, -top) > w->y_error * DIVIDED_BOUND;
     M from_zero = w->ys[0] == 0.0;
-    return (w->separation > 0.0) & mask_not((from_zero & away) | (mask_not(from_zero) & far));
+    return (w->separation > 0.0)
+        & mask_not((from_zero & moves_away) | (mask_not(from_zero) & stays_beyond_zero));
 }
 
 /* Runs whose steps have a finite end. */
 INLINE M is_finite_step(const Block *w)
 {
     V total = (w->x + w->y) + (w->vx + w->vy);
+    /* The difference is NaN if the sum is infinite or NaN. */
     return (total - total == 0.0) & (w->h > 0.0);
 }
 
-/* 1 if the motion goes on off the belt from y = 0, −1 if in contact: the sign of the first
-   derivative of y that is not zero (Eqs. 3 and 4). */
+/* 1 if the motion continues off the belt from y = 0, −1 if in contact: the sign of the first of
+   four derivatives of y that is not zero (Eqs. 3 and 4). */
 INLINE V side_after(const Block *w, V x, V vx, V vy)
 {
     V force = lifting_force(w->coupling, w->preload, x);
     V force_rate = w->coupling * vx;
-    V third = choose(vabs(force_rate) > LEAST, force_rate, -(w->coupling * x));
-    V direction = choose(vy != 0.0, vy, choose(force != 0.0, force, third));
+    V jerk_or_next = choose(vabs(force_rate) > LEAST, force_rate, -(w->coupling * x));
+    V direction = choose(vy != 0.0, vy, choose(force != 0.0, force, jerk_or_next));
     return choose(direction > 0.0, splat(1.0), splat(-1.0));
 }
 
@@ -174,13 +191,14 @@ INLINE int mode_in_lane(const Block *w, int lane)
     return get_lane(&w->side, lane) < 0.0 ? CONTACT : SEPARATED;
 }
 
+/* Set the coefficients of the field that depend on the side. */
 INLINE void set_field(Block *w)
 {
-    M is_off = w->side > 0.0;
-    w->field.b_x = choose(is_off, w->separated_b_x, w->contact_b_x);
-    w->field.b_y = choose(is_off, w->separated_b_y, w->contact_b_y);
-    w->field.d_x = choose(is_off, splat(0.0), w->contact_d_x);
-    w->field.d_y = choose(is_off, splat(0.0), w->contact_d_y);
+    M is_separated = w->side > 0.0;
+    w->field.b_x = choose(is_separated, w->separated_b_x, w->contact_b_x);
+    w->field.b_y = choose(is_separated, w->separated_b_y, w->contact_b_y);
+    w->field.d_x = choose(is_separated, splat(0.0), w->contact_d_x);
+    w->field.d_y = choose(is_separated, splat(0.0), w->contact_d_y);
 }
 
 /* Continue on these sides from the time `end`, and count the switches. */
@@ -214,37 +232,39 @@ typedef struct {
 INLINE StepEnd find_step_end(const Block *w, double t_end, M cut)
 {
     M at_horizon = mask_not(cut) & mask_not(w->h < (t_end - w->t) - w->remainder);
-    V increment = w->h + w->remainder, t = w->t + increment, lost = t - w->t;
-    V remainder = (w->t - (t - lost)) + (increment - lost);
+    V increment = w->h + w->remainder, t = w->t + increment, added = t - w->t;
+    /* The rounding error of the sum (Knuth). */
+    V remainder = (w->t - (t - added)) + (increment - added);
     M is_last = at_horizon | (t >= t_end);
     return (StepEnd){choose(is_last, splat(t_end), t), remainder, is_last};
 }
 
-/* Runs that are finished, stalled, or have taken too many steps. */
+/* Bits of the runs that have reached the horizon, stalled, or taken too many steps. */
 typedef struct {
     unsigned finished, stalled, over_limit;
 } StepFlags;
 
-/* Continue the `live` runs from the ends of their steps, of which some are `cut` at a switch. */
-INLINE StepFlags accept_step(Block *w, const StepEnd *step_end, M cut, M live, double max_steps)
+/* Continue the runs with a `finite` end from the ends of their steps, of which some are `cut` at a
+   switch. */
+INLINE StepFlags accept_step(Block *w, const StepEnd *step_end, M cut, M finite, double max_steps)
 {
-    M short_flight = cut & (w->h < w->max_step * (SHORTEST_FLIGHT / LONGEST_STEP));
-    V added = choose((w->side > 0.0) & live, w->h, splat(0.0)) + w->separated_remainder;
+    M is_short = cut & (w->h < w->max_step * (SHORTEST_FLIGHT / LONGEST_STEP));
+    V added = choose((w->side > 0.0) & finite, w->h, splat(0.0)) + w->separated_remainder;
     V total = w->separated_time + added;
     w->separated_remainder = added - (total - w->separated_time);
     w->separated_time = total;
     if (mask_bits(cut))
         change_mode(w, step_end->t, cut);
-    M stands_still = short_flight | (step_end->t == w->t);
-    w->stalled = choose(stands_still, w->stalled + 1.0, splat(0.0));
-    w->steps = w->steps + choose(live, splat(1.0), splat(0.0));
-    w->t = choose(live, step_end->t, w->t);
+    M is_stalled = is_short | (step_end->t == w->t);
+    w->stalled = choose(is_stalled, w->stalled + 1.0, splat(0.0));
+    w->steps = w->steps + choose(finite, splat(1.0), splat(0.0));
+    w->t = choose(finite, step_end->t, w->t);
     w->remainder = step_end->remainder;
-    w->xs[0] = choose(live, w->x, w->xs[0]), w->xs[1] = choose(live, w->vx, w->xs[1]);
-    w->ys[0] = choose(live, w->y, w->ys[0]), w->ys[1] = choose(live, w->vy, w->ys[1]);
-    return (StepFlags){mask_bits(step_end->at_horizon & live),
-                       mask_bits((w->stalled > MAX_STALLED) & live),
-                       mask_bits((w->steps >= max_steps) & live)};
+    w->xs[0] = choose(finite, w->x, w->xs[0]), w->xs[1] = choose(finite, w->vx, w->xs[1]);
+    w->ys[0] = choose(finite, w->y, w->ys[0]), w->ys[1] = choose(finite, w->vy, w->ys[1]);
+    return (StepFlags){mask_bits(step_end->at_horizon & finite),
+                       mask_bits((w->stalled > MAX_STALLED) & finite),
+                       mask_bits((w->steps >= max_steps) & finite)};
 }
 
 #endif

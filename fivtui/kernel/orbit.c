@@ -1,32 +1,36 @@
 /* A periodic orbit near a guess by shooting and Newton's method, with its monodromy matrix and the
-   tangent of the curve of orbits. LANES is 1. */
+   tangent of the curve of orbits. LANES is 1.
+
+   The unknowns are the state at the start, the period and one or two varied parameters, each in its
+   own unit (`scales`). A period is computed by `vary.c`, with its derivatives by state and varied
+   parameters. The orbit is closed if the state after a period is that at the start. */
 
 #define LANES 1
 #include "run.h"
 
-#include "variant.h"
+#include "vary.h"
 
-#define STATE 4
 #define MAX_VARIED 2
+/* Index of the period among the unknowns; varied parameters follow it. */
+#define U_PERIOD STATE
 #define MAX_UNKNOWNS (STATE + 1 + MAX_VARIED)
 #define MAX_SEEDS (STATE + MAX_VARIED)
+/* Dimension of a plane that the orbit crosses. */
+#define PLANE (STATE - 1)
 #define MAX_NEWTON_ITERATIONS 8
 #define MAX_CROSSINGS 64
-#define CROSSING_COLUMNS (6 + STATE * MAX_SEEDS)
+#define CROSSING_COLUMNS (CROSSING_HEAD + STATE * MAX_SEEDS)
 #define EXTREMES 7
+/* Smaller coordinates of a start are set to zero, as by `Request` in `fivtui.transient`. */
+#define MIN_START 1e-150
 /* Relative residuals: Newton's method stops below the first, and fails above the second. */
 #define EXACT_RESIDUAL 2e-13
 #define MAX_RESIDUAL 1e-10
 /* Results of a search. */
 enum { NOT_FOUND, FOUND };
 
-void NAME(vary_begin)(void *v, const double *parameters, int64_t separation, const double *start,
-                      const double *seeds, int64_t count, double t_end, double tol, int64_t order);
-int64_t NAME(vary_advance)(void *v, double *crossings, int64_t max_crossings, int64_t budget,
-                           double *result, double *deviations, double *extremes);
-
-/* Inputs of a search: `varied` parameters in `columns` of all, their bounds, the units of the
-   unknowns (state, period, these parameters), and how runs are computed. */
+/* Inputs of a search: numbers of the columns of the `varied` parameters, their bounds, the units of
+   the unknowns, the greatest period, s, and how runs are computed. */
 typedef struct {
     double parameters[PARAMETERS], scales[MAX_UNKNOWNS], low[MAX_VARIED], high[MAX_VARIED];
     double tol, max_period;
@@ -40,7 +44,8 @@ typedef struct {
 
 /* Layout that `fivtui.kernel.orbits` reads. */
 typedef struct {
-    double unknowns[MAX_UNKNOWNS], tangent[MAX_UNKNOWNS], flow_direction[STATE], monodromy[9];
+    double unknowns[MAX_UNKNOWNS], tangent[MAX_UNKNOWNS], flow_direction[STATE];
+    double monodromy[PLANE * PLANE];
     double extremes[EXTREMES], determinant, iterations;
 } Orbit;
 
@@ -48,7 +53,16 @@ typedef double System[MAX_UNKNOWNS][MAX_UNKNOWNS];
 
 INLINE double magnitude(double a) { return __builtin_fabs(a); }
 
-/* Factorise a matrix in place with row exchanges; returns its determinant, 0 if it is singular. */
+INLINE double vector_length(const double *a, int count)
+{
+    double square = 0.0;
+    for (int i = 0; i < count; i++)
+        square += a[i] * a[i];
+    return __builtin_sqrt(square);
+}
+
+/* Factorise a matrix in place, with row exchanges that `rows` receives. Returns its determinant, 0
+   if it is singular. */
 static double factorise(System a, int count, int *rows)
 {
     double determinant = 1.0;
@@ -77,7 +91,7 @@ static double factorise(System a, int count, int *rows)
     return determinant;
 }
 
-/* Solve a system with a factorised matrix. */
+/* Solve a system with a factorised matrix; the solution replaces the right-hand side b. */
 static void solve_factorised(System a, int count, const int *rows, double *b)
 {
     for (int i = 0; i < count; i++) {
@@ -98,32 +112,30 @@ static void solve_factorised(System a, int count, const int *rows, double *b)
 static int compute_period(void *memory, const OrbitRequest *request, const double *unknowns,
                           Period *period)
 {
-    double parameters[PARAMETERS], start[STATE], result[RESULTS + 3];
-    double seeds[MAX_SEEDS * (STATE + PARAMETERS)] = {0.0},
-        crossings[MAX_CROSSINGS * CROSSING_COLUMNS];
-    double extremes[EXTREMES * (1 + MAX_SEEDS)];
-    const int64_t count = STATE + request->varied;
-    const double t_end = unknowns[STATE] * request->scales[STATE];
+    double parameters[PARAMETERS], start[STATE], result[VARY_RESULTS];
+    double seeds[MAX_SEEDS][STATE + PARAMETERS] = {{0.0}};
+    double crossings[MAX_CROSSINGS * CROSSING_COLUMNS], extremes[EXTREMES * (1 + MAX_SEEDS)];
+    const int64_t seed_count = STATE + request->varied;
+    const double t_end = unknowns[U_PERIOD] * request->scales[U_PERIOD];
     memcpy(parameters, request->parameters, sizeof parameters);
     for (int i = 0; i < STATE; i++) {
         start[i] = unknowns[i] * request->scales[i];
         if (!is_finite_number(start[i]))
             return 0;
-        /* As `Request` in `fivtui.transient`. */
-        if (magnitude(start[i]) < 1e-150)
+        if (magnitude(start[i]) < MIN_START)
             start[i] = 0.0;
-        seeds[i * (STATE + PARAMETERS) + i] = 1.0;
+        seeds[i][i] = 1.0;
     }
     if (!(t_end > 0.0 && t_end <= request->max_period))
         return 0;
     for (int i = 0; i < request->varied; i++) {
-        double value = unknowns[STATE + 1 + i] * request->scales[STATE + 1 + i];
+        double value = unknowns[U_PERIOD + 1 + i] * request->scales[U_PERIOD + 1 + i];
         if (!(value >= request->low[i] && value <= request->high[i]))
             return 0;
         parameters[request->columns[i]] = value;
-        seeds[(STATE + i) * (STATE + PARAMETERS) + STATE + request->columns[i]] = 1.0;
+        seeds[STATE + i][STATE + request->columns[i]] = 1.0;
     }
-    NAME(vary_begin)(memory, parameters, request->separation, start, seeds, count, t_end,
+    NAME(vary_begin)(memory, parameters, request->separation, start, seeds[0], seed_count, t_end,
                      request->tol, request->order);
     int64_t remaining = request->budget, status = RUNNING;
     while (status == RUNNING && remaining > 0) {
@@ -133,76 +145,77 @@ static int compute_period(void *memory, const OrbitRequest *request, const doubl
     }
     if (status != DONE)
         return 0;
-    memcpy(period->final, result, sizeof period->final);
-    period->rate[0] = result[R_VX], period->rate[1] = result[RESULTS + 1];
-    period->rate[2] = result[R_VY], period->rate[3] = result[RESULTS + 2];
-    const double *run_extremes = result + R_X_MIN;
-    const int order[EXTREMES] = {0, 2, 1, 3, 4, 5, 6};
+    memcpy(period->final, result + R_X, sizeof period->final);
+    period->rate[S_X] = result[R_VX], period->rate[S_VX] = result[R_AX];
+    period->rate[S_Y] = result[R_VY], period->rate[S_VY] = result[R_AY];
+    /* In the order of `Extremes`: a result has both least values before the greatest ones. */
+    static const int COLUMNS[EXTREMES] = {R_X_MIN, R_X_MAX, R_Y_MIN, R_Y_MAX, R_VX_MAX,
+                                          R_SECOND_HALF_MIN, R_SECOND_HALF_MAX};
     for (int i = 0; i < EXTREMES; i++)
-        period->extremes[i] = run_extremes[order[i]];
+        period->extremes[i] = result[COLUMNS[i]];
     return 1;
 }
 
 /* Set the rows of the closure equations: derivatives of the final less the initial state. */
-static void set_closure_rows(System a, const OrbitRequest *request, const Period *period)
+static void set_closure_rows(System system, const OrbitRequest *request, const Period *period)
 {
     const double *scales = request->scales;
     for (int i = 0; i < STATE; i++) {
         for (int j = 0; j < STATE; j++)
-            a[i][j] = period->derivatives[j * STATE + i] * scales[j] / scales[i] - (i == j);
-        a[i][STATE] = period->rate[i] * scales[STATE] / scales[i];
+            system[i][j] = period->derivatives[j * STATE + i] * scales[j] / scales[i] - (i == j);
+        system[i][U_PERIOD] = period->rate[i] * scales[U_PERIOD] / scales[i];
         for (int n = 0; n < request->varied; n++) {
-            int column = STATE + 1 + n;
-            a[i][column] = period->derivatives[(STATE + n) * STATE + i]
+            int column = U_PERIOD + 1 + n;
+            system[i][column] = period->derivatives[(STATE + n) * STATE + i]
                 * scales[column] / scales[i];
         }
     }
 }
 
-/* Set the monodromy matrix on the plane normal to the flow, whose basis comes from a reflection. */
-static void set_monodromy(const System a, const double *flow_direction, double *monodromy)
+/* Set the monodromy matrix on the plane normal to the flow. The columns of a Householder reflection
+   that maps the flow to the first axis are an orthonormal basis: the flow, then the plane. */
+static void set_monodromy(const System closure, const double *flow_direction, double *monodromy)
 {
-    double h[STATE][STATE], product[STATE][STATE], v[STATE];
+    double reflection[STATE][STATE], product[STATE][STATE], v[STATE];
     memcpy(v, flow_direction, sizeof v);
     v[0] += flow_direction[0] < 0.0 ? -1.0 : 1.0;
     double square = v[0] * v[0] + v[1] * v[1] + v[2] * v[2] + v[3] * v[3];
     for (int i = 0; i < STATE; i++)
         for (int j = 0; j < STATE; j++)
-            h[i][j] = (i == j) - 2.0 * v[i] * v[j] / square;
+            reflection[i][j] = (i == j) - 2.0 * v[i] * v[j] / square;
     for (int i = 0; i < STATE; i++)
         for (int j = 0; j < STATE; j++) {
             product[i][j] = 0.0;
+            /* The closure rows are the derivatives of the final state less the identity. */
             for (int n = 0; n < STATE; n++)
-                product[i][j] += (a[i][n] + (i == n)) * h[n][j];
+                product[i][j] += (closure[i][n] + (i == n)) * reflection[n][j];
         }
-    for (int i = 1; i < STATE; i++)
-        for (int j = 1; j < STATE; j++) {
+    for (int i = 0; i < PLANE; i++)
+        for (int j = 0; j < PLANE; j++) {
             double sum = 0.0;
             for (int n = 0; n < STATE; n++)
-                sum += h[n][i] * product[n][j];
-            monodromy[3 * (i - 1) + j - 1] = sum;
+                sum += reflection[n][i + 1] * product[n][j + 1];
+            monodromy[PLANE * i + j] = sum;
         }
 }
 
-/* Set tangent, monodromy matrix and determinant of an orbit; returns 0 if it is singular. */
+/* Set tangent, monodromy matrix and determinant of an orbit; returns 0 if it is singular. Arguments
+   as of `orbit_solve`. */
 static int complete_orbit(const OrbitRequest *request, const Period *period, const double *planes,
-                          const double *along, int64_t tangent_across, Orbit *orbit)
+                          const double *along, int64_t is_normal_to_flow, Orbit *orbit)
 {
     const int count = STATE + 1 + (int)request->varied;
     System system = {{0.0}}, factors;
     int rows[MAX_UNKNOWNS];
-    double speed = 0.0, length = 0.0;
     set_closure_rows(system, request, period);
-    for (int i = 0; i < STATE; i++) {
+    for (int i = 0; i < STATE; i++)
         orbit->flow_direction[i] = period->rate[i] / request->scales[i];
-        speed += orbit->flow_direction[i] * orbit->flow_direction[i];
-    }
-    speed = __builtin_sqrt(speed);
+    const double speed = vector_length(orbit->flow_direction, STATE);
     for (int i = 0; i < STATE; i++)
         orbit->flow_direction[i] /= speed;
     for (int n = 0; n < count - STATE; n++)
         memcpy(system[STATE + n], planes + n * count, count * sizeof *planes);
-    if (tangent_across) {
+    if (is_normal_to_flow) {
         memset(system[STATE], 0, sizeof system[STATE]);
         memcpy(system[STATE], orbit->flow_direction, sizeof orbit->flow_direction);
     }
@@ -213,9 +226,7 @@ static int complete_orbit(const OrbitRequest *request, const Period *period, con
     memset(orbit->tangent, 0, sizeof orbit->tangent);
     orbit->tangent[count - 1] = 1.0;
     solve_factorised(factors, count, rows, orbit->tangent);
-    for (int i = 0; i < count; i++)
-        length += orbit->tangent[i] * orbit->tangent[i];
-    length = __builtin_sqrt(length);
+    const double length = vector_length(orbit->tangent, count);
     for (int i = 0; i < count; i++)
         orbit->tangent[i] /= length;
     set_monodromy(system, orbit->flow_direction, orbit->monodromy);
@@ -229,12 +240,14 @@ static int complete_orbit(const OrbitRequest *request, const Period *period, con
 EXPORT int64_t NAME(orbit_request_size)(void) { return sizeof(OrbitRequest); }
 EXPORT int64_t NAME(orbit_found_size)(void) { return sizeof(Orbit); }
 
-/* Find the periodic orbit near a guess. `planes` are normals of planes through the guess, one more
-   than varied parameters. The tangent of the curve points along `along`, and is normal to the orbit
-   if `tangent_across`, else to the first normal. `memory` is that of a run with derivatives. */
+/* Find the periodic orbit near a guess of the unknowns. `planes` are normals of planes through the
+   guess in which the search runs, one more than varied parameters. The tangent of the curve of
+   orbits has a positive component along `along`; it is normal to the flow if `is_normal_to_flow`,
+   else to the first of `planes`. `memory` is that of a run with derivatives. Returns FOUND or
+   NOT_FOUND. */
 EXPORT int64_t NAME(orbit_solve)(void *memory, const OrbitRequest *request, const double *guess,
-                                 const double *planes, const double *along, int64_t tangent_across,
-                                 Orbit *orbit)
+                                 const double *planes, const double *along,
+                                 int64_t is_normal_to_flow, Orbit *orbit)
 {
     const int count = STATE + 1 + (int)request->varied;
     double unknowns[MAX_UNKNOWNS] = {0.0}, min_residual = INFINITE, best_scale = 0.0;
@@ -247,6 +260,7 @@ EXPORT int64_t NAME(orbit_solve)(void *memory, const OrbitRequest *request, cons
         if (!compute_period(memory, request, unknowns, &period))
             break;
         set_closure_rows(system, request, &period);
+        /* Residuals: the closure of the state, and the distances from the planes. */
         for (int i = 0; i < STATE; i++) {
             residuals[i] = period.final[i] / request->scales[i] - unknowns[i];
             scale = maximum(scale, magnitude(unknowns[i]));
@@ -258,6 +272,7 @@ EXPORT int64_t NAME(orbit_solve)(void *memory, const OrbitRequest *request, cons
         }
         for (int i = 0; i < count; i++)
             residual = maximum(residual, magnitude(residuals[i]));
+        /* Newton's method has converged when the residual no longer falls. */
         if (residual < min_residual) {
             min_residual = residual, best_period = period, best_scale = scale;
             memcpy(orbit->unknowns, unknowns, sizeof unknowns);
@@ -272,6 +287,6 @@ EXPORT int64_t NAME(orbit_solve)(void *memory, const OrbitRequest *request, cons
     }
     if (!(min_residual < MAX_RESIDUAL * best_scale))
         return NOT_FOUND;
-    return complete_orbit(request, &best_period, planes, along, tangent_across, orbit) ? FOUND
-        : NOT_FOUND;
+    return complete_orbit(request, &best_period, planes, along, is_normal_to_flow, orbit)
+        ? FOUND : NOT_FOUND;
 }

@@ -1,4 +1,8 @@
-"""Periodic orbits by shooting and Newton's method, all in the compiled kernel."""
+"""Periodic orbits by shooting and Newton's method, all in the compiled kernel.
+
+The unknowns of a search are the state (x, ẋ, y, ẏ) at the start, the period, and one or two varied
+parameters, each in its own unit. Orbits form a curve as parameters vary.
+"""
 
 import ctypes
 from collections.abc import Sequence
@@ -9,12 +13,15 @@ from numpy.typing import NDArray
 
 from fivtui.model import PARAMETERS
 
+from .runs import EXTREMES
+
 Floats = NDArray[np.float64]
 
 _STATE_SIZE: Final = 4
 _MAX_VARIED: Final = 2
 _MAX_UNKNOWNS: Final = _STATE_SIZE + 1 + _MAX_VARIED
-_EXTREMES: Final = 7
+# Rows and columns of the monodromy matrix, which acts on a plane normal to the flow.
+_PLANE: Final = _STATE_SIZE - 1
 _double, _int = ctypes.c_double, ctypes.c_int64
 
 
@@ -35,13 +42,20 @@ class _Request(ctypes.Structure):
     )
 
 
-# End offsets of the arrays in the struct `Orbit` in orbit.c.
-_PART_ENDS: Final = np.cumsum([_MAX_UNKNOWNS, _MAX_UNKNOWNS, _STATE_SIZE, 9, _EXTREMES]).tolist()
-_RESULT_SIZE: Final = _PART_ENDS[-1] + 2
+# Sizes of the arrays in the struct `Orbit` in orbit.c, where they end, and the size of the struct,
+# which ends with two numbers.
+_ARRAY_SIZES: Final = (_MAX_UNKNOWNS, _MAX_UNKNOWNS, _STATE_SIZE, _PLANE**2, EXTREMES)
+_ARRAY_ENDS: Final = np.cumsum(_ARRAY_SIZES).tolist()
+_ORBIT_SIZE: Final = _ARRAY_ENDS[-1] + 2
 
 
 class FoundOrbit(NamedTuple):
-    """A periodic orbit in scaled units, with the tangent of the curve of orbits and its flow."""
+    """A periodic orbit in scaled units; only `extremes` are in SI units.
+
+    `tangent` is that of the curve of orbits, `flow_direction` the unit vector of (ẋ, ẍ, ẏ, ÿ) at
+    the start, `extremes` are least and greatest x and y, greatest ẋ, and those of y in the second
+    half. `determinant` is that of the linearised equations with the tangent as the last row.
+    """
 
     unknowns: Floats
     tangent: Floats
@@ -99,37 +113,40 @@ class OrbitSearch:
         self._count = _STATE_SIZE + 1 + count
 
     def solve(
-        self, guess: Floats, planes: Floats, direction: Floats, *, tangent_across: bool
+        self, guess: Floats, planes: Floats, direction: Floats, *, is_normal_to_flow: bool
     ) -> FoundOrbit | None:
         """The orbit near a guess of the n scaled unknowns; None if Newton's method finds none.
 
         The search runs in the planes through the guess with the normals `planes`, shape (n − 4, n).
-        The new tangent has a positive component along `direction`. It is normal to the orbit if
-        `tangent_across`, else to the first of `planes`.
+        The new tangent has a positive component along `direction`. It is normal to the flow if
+        `is_normal_to_flow`, else to the first of `planes`.
         """
-        orbit = np.empty(_RESULT_SIZE)
+        orbit = np.empty(_ORBIT_SIZE)
+        # One array for the three inputs: each `ctypes.data` takes longer than an addition.
         arguments = np.concatenate([guess, direction, planes.ravel()])
-        address, item_size = arguments.ctypes.data, arguments.itemsize
+        guess_address = arguments.ctypes.data
+        direction_address = guess_address + arguments.itemsize * self._count
+        planes_address = direction_address + arguments.itemsize * self._count
         if not self._function(
             self._memory.ctypes.data,
             ctypes.addressof(self._request),
-            address,
-            address + 2 * item_size * self._count,
-            address + item_size * self._count,
-            tangent_across,
+            guess_address,
+            planes_address,
+            direction_address,
+            is_normal_to_flow,
             orbit.ctypes.data,
         ):
             return None
-        determinant, iterations = orbit[_PART_ENDS[-1] :].tolist()
+        determinant, iterations = orbit[_ARRAY_ENDS[-1] :].tolist()
         unknowns, tangent, flow_direction, monodromy, extremes = (
-            orbit[begin:end] for begin, end in zip([0, *_PART_ENDS], _PART_ENDS, strict=False)
+            orbit[begin:end] for begin, end in zip([0, *_ARRAY_ENDS], _ARRAY_ENDS, strict=False)
         )
         count = self._count
         return FoundOrbit(
             unknowns[:count],
             tangent[:count],
             flow_direction,
-            monodromy.reshape(3, 3),
+            monodromy.reshape(_PLANE, _PLANE),
             extremes,
             determinant,
             int(iterations),

@@ -1,7 +1,7 @@
 /* Values and bounds of polynomials on a step.
 
    A polynomial is c₀ + c₁ t + t² G(t). G has `groups` groups of four terms, which are summed as
-   four polynomials in t⁴. */
+   four polynomials in t⁴: term 4 k + j of G belongs to polynomial j. */
 
 #ifndef FIVTUI_POLYNOMIAL_H
 #define FIVTUI_POLYNOMIAL_H
@@ -9,17 +9,20 @@
 #include "tables.h"
 #include "vector.h"
 
-/* A polynomial at both ends of a step of length h: values, slopes times h, and bounds of the
-   distance of it and of its slope times h from the cubic with these values and slopes. */
+/* A polynomial at both ends of a step of length h: its values, and its slopes times h. `error` and
+   `slope_error` bound how far it and its slope times h are from the cubic with these values and
+   slopes. */
 typedef struct {
     V start, end, start_slope, end_slope, error, slope_error;
 } Ends;
 
+/* Value and slope of a polynomial at a time. */
 typedef struct {
     V value, slope;
 } Tangent;
 
-/* Factors of the four polynomials in t⁴ in the derivatives below. */
+/* Factors of the four polynomials in t⁴ in the derivatives below: 2 + j for the slope, (1 + j)
+   (2 + j)/2 and 14 + 4 j for half the second derivative. */
 static const double SLOPE_FACTORS[4] = {2.0, 3.0, 4.0, 5.0};
 static const double ZEROS[4];
 static const double SECOND_FACTORS[4] = {1.0, 3.0, 6.0, 10.0};
@@ -41,7 +44,7 @@ INLINE Tangent tangent_at(const V *c, int groups, V t)
     return (Tangent){vfma(value, square, vfma(c[1], t, c[0])), vfma(slope, t, c[1])};
 }
 
-/* Value, slope and half the second derivative. */
+/* Value, slope and half the second derivative of a polynomial at a time. */
 typedef struct {
     V value, slope, half_d2;
 } Curve;
@@ -49,6 +52,7 @@ typedef struct {
 INLINE Curve curve_at(const V *c, int groups, V t)
 {
     V square = t * t, fourth = square * square;
+    /* The polynomials in t⁴, their first and half their second derivatives by t⁴ (Horner). */
     Four p = load_four(c + 4 * groups - 2), d = p, e = four_times(p, ZEROS);
     p = four_fma_by(p, fourth, load_four(c + 4 * groups - 6));
     for (int k = groups - 3; k >= 0; k--) {
@@ -58,17 +62,17 @@ INLINE Curve curve_at(const V *c, int groups, V t)
     }
     V value = cubic_value(p, t, square);
     V slope = cubic_value(four_fma_by(d, fourth * 4.0, four_times(p, SLOPE_FACTORS)), t, square);
-    Four bends = four_fma_by(four_times(d, MIXED_FACTORS), fourth, four_times(p, SECOND_FACTORS));
-    V half_d2 = cubic_value(four_fma_by(e, fourth * fourth * 16.0, bends), t, square);
+    Four terms = four_fma_by(four_times(d, MIXED_FACTORS), fourth, four_times(p, SECOND_FACTORS));
+    V half_d2 = cubic_value(four_fma_by(e, fourth * fourth * 16.0, terms), t, square);
     return (Curve){vfma(value, square, vfma(c[1], t, c[0])), vfma(slope, t, c[1]), half_d2};
 }
 
-/* Bound Σ wₙ |cₙ| tⁿ over n > 1. */
+/* Bound Σ weightₙ |cₙ| tⁿ over n > 1; `weights` begin at n = 2. */
 INLINE V weighted_bound(const double *weights, const V *c, int groups, V t)
 {
     V square = t * t, fourth = square * square;
-    const double *w = weights + 4 * groups - 4;
-    Four sum = four_times(four_abs(load_four(c + 4 * groups - 2)), w);
+    const double *last_weights = weights + 4 * groups - 4;
+    Four sum = four_times(four_abs(load_four(c + 4 * groups - 2)), last_weights);
     for (int k = groups - 2; k >= 0; k--) {
         Four term = four_times(four_abs(load_four(c + 4 * k + 2)), weights + 4 * k);
         sum = four_fma_by(sum, fourth, term);
@@ -77,37 +81,41 @@ INLINE V weighted_bound(const double *weights, const V *c, int groups, V t)
 }
 
 /* Middle Bernstein coefficient of the slope of the cubic; its slopes at the ends are the others. */
-INLINE V middle_slope(const Ends *p)
+INLINE V middle_slope(const Ends *ends)
 {
-    V near = p->start + p->start_slope * (1.0 / 3.0), far = p->end - p->end_slope * (1.0 / 3.0);
+    V near = ends->start + ends->start_slope * (1.0 / 3.0);
+    V far = ends->end - ends->end_slope * (1.0 / 3.0);
     return (far - near) * 3.0;
 }
 
-/* Lower and upper bound of the polynomial. */
 typedef struct {
     V low, high;
 } Range;
 
-INLINE Range value_range(const Ends *p)
+/* Lower and upper bound of the polynomial, by the Bernstein coefficients of the cubic: its values
+   at both ends, `near` and `far`. */
+INLINE Range value_range(const Ends *ends)
 {
-    V near = p->start + p->start_slope * (1.0 / 3.0), far = p->end - p->end_slope * (1.0 / 3.0);
-    return (Range){vmin(vmin(p->start, p->end), vmin(near, far)) - p->error,
-                   vmax(vmax(p->start, p->end), vmax(near, far)) + p->error};
+    V near = ends->start + ends->start_slope * (1.0 / 3.0);
+    V far = ends->end - ends->end_slope * (1.0 / 3.0);
+    return (Range){vmin(vmin(ends->start, ends->end), vmin(near, far)) - ends->error,
+                   vmax(vmax(ends->start, ends->end), vmax(near, far)) + ends->error};
 }
 
 /* Whether the slope has one sign for certain. */
-INLINE M is_monotone(const Ends *p)
+INLINE M is_monotone(const Ends *ends)
 {
-    V middle = middle_slope(p);
-    V lowest = vmin(vmin(p->start_slope, p->end_slope), middle);
-    V highest = vmax(vmax(p->start_slope, p->end_slope), middle);
-    return (lowest > p->slope_error) | (highest < -p->slope_error);
+    V middle = middle_slope(ends);
+    V lowest = vmin(vmin(ends->start_slope, ends->end_slope), middle);
+    V highest = vmax(vmax(ends->start_slope, ends->end_slope), middle);
+    return (lowest > ends->slope_error) | (highest < -ends->slope_error);
 }
 
 /* Whether the slope rises or falls throughout for certain. */
-INLINE M has_monotone_slope(const Ends *p, const V *c, int groups, V h)
+INLINE M has_monotone_slope(const Ends *ends, const V *c, int groups, V h)
 {
-    return vabs(p->end_slope - p->start_slope) > weighted_bound(CURVATURE_BOUND, c, groups, h);
+    V change = ends->end_slope - ends->start_slope;
+    return vabs(change) > weighted_bound(CURVATURE_BOUND, c, groups, h);
 }
 
 #endif

@@ -1,4 +1,4 @@
-/* Coefficients of products, ratios and exponentials of power series in time. */
+/* Coefficients of products, ratios and exponentials of power series in time. LANES is 1. */
 
 #ifndef FIVTUI_POWER_SERIES_H
 #define FIVTUI_POWER_SERIES_H
@@ -7,6 +7,7 @@
 
 #if LANES == 1
 
+/* n-th coefficient of a b. */
 INLINE double product(const double *a, const double *b, int n)
 {
     double sum = 0.0;

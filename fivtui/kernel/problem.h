@@ -1,4 +1,5 @@
-/* Starts a problem in a lane of a block, and reads its result. */
+/* Starts a problem in a lane of a block, and reads its result. A problem is a parameter set with a
+   start; a block has LANES of them (`Block` in `motion.h`, here `w`). */
 
 #ifndef FIVTUI_PROBLEM_H
 #define FIVTUI_PROBLEM_H
@@ -8,16 +9,18 @@
 #include "field.h"
 #include "motion.h"
 
-/* Columns of a result: `RunColumns` in `fivtui.kernel.runs`. */
+/* Columns of a result: `RunColumns` in `fivtui.kernel.runs`. R_SECOND_HALF_MIN
+   and R_SECOND_HALF_MAX are extremes of y in the second half of the run. */
 enum {
-    R_X, R_VX, R_Y, R_VY, R_T, R_STATUS, R_STEPS, R_SEPARATIONS, R_REATTACHMENTS, R_SEPARATED,
-    R_FIRST, R_LAST, R_X_MIN, R_Y_MIN, R_X_MAX, R_Y_MAX, R_VX_MAX, R_Y_LOW, R_Y_HIGH, RESULTS
+    R_X, R_VX, R_Y, R_VY, R_T, R_STATUS, R_STEPS, R_SEPARATIONS, R_REATTACHMENTS,
+    R_SEPARATED_TIME, R_FIRST_SWITCH, R_LAST_SWITCH, R_X_MIN, R_Y_MIN, R_X_MAX, R_Y_MAX, R_VX_MAX,
+    R_SECOND_HALF_MIN, R_SECOND_HALF_MAX, RESULTS
 };
 
-/* The number of one lane in a member of a block. */
-#define LANE(w, field, lane) (((double *)&(w)->field)[lane])
+/* The number of one lane in a member of a block, as a variable. */
+#define LANE(w, member, lane) (((double *)&(w)->member)[lane])
 
-/* Clear a lane; a lane without a problem stands still. */
+/* Clear a lane; without a problem it computes steps in which nothing moves. */
 INLINE void clear_lane(Block *w, int lane)
 {
     V *rows = (V *)w;
@@ -32,7 +35,7 @@ INLINE void clear_lane(Block *w, int lane)
 INLINE void begin_problem(Block *w, int lane, const double *p, int separation, const double *start)
 {
     const double m = p[P_M], stiffness = total_stiffness(p);
-    const Coefficients contact = contact_coefficients(p), off = separated_coefficients(p);
+    const Coefficients contact = contact_coefficients(p), separated = separated_coefficients(p);
     clear_lane(w, lane);
     LANE(w, field.a_x, lane) = contact.xx;
     LANE(w, field.a_y, lane) = contact.yx;
@@ -43,8 +46,8 @@ INLINE void begin_problem(Block *w, int lane, const double *p, int separation, c
     LANE(w, contact_b_y, lane) = contact.yy;
     LANE(w, contact_d_x, lane) = contact.friction * contact.cubic;
     LANE(w, contact_d_y, lane) = contact.cubic;
-    LANE(w, separated_b_x, lane) = off.xy;
-    LANE(w, separated_b_y, lane) = off.yy;
+    LANE(w, separated_b_x, lane) = separated.xy;
+    LANE(w, separated_b_y, lane) = separated.yy;
     LANE(w, coupling, lane) = coupling_stiffness(p);
     LANE(w, preload, lane) = load_of(p);
     LANE(w, deflection, lane) = __builtin_fabs(load_of(p)) / stiffness;
@@ -52,32 +55,41 @@ INLINE void begin_problem(Block *w, int lane, const double *p, int separation, c
     LANE(w, max_step, lane) = LONGEST_STEP / LANE(w, frequency, lane);
     LANE(w, separation, lane) = separation;
     LANE(w, first_switch, lane) = LANE(w, last_switch, lane) = __builtin_nan("");
-    LANE(w, extremes.x_low, lane) = LANE(w, extremes.y_low, lane) = LANE(w, extremes.late_low,
-                                                                         lane) = INFINITE;
-    LANE(w, extremes.x_high, lane) = LANE(w, extremes.y_high, lane) = LANE(w, extremes.late_high,
-                                                                           lane) = -INFINITE;
+    LANE(w, extremes.x_low, lane) = LANE(w, extremes.y_low, lane) = INFINITE;
+    LANE(w, extremes.x_high, lane) = LANE(w, extremes.y_high, lane) = -INFINITE;
     LANE(w, extremes.vx_high, lane) = -INFINITE;
-    set_lane(w->xs, lane, start[0]), set_lane(w->xs + 1, lane, start[1]);
-    set_lane(w->ys, lane, start[2]), set_lane(w->ys + 1, lane, start[3]);
-    V sides = side_after(w, w->xs[0], w->xs[1], w->ys[1]);
-    double side = start[2] > 0.0 ? 1.0 : start[2] < 0.0 ? -1.0 : get_lane(&sides, lane);
+    LANE(w, extremes.second_half_low, lane) = INFINITE;
+    LANE(w, extremes.second_half_high, lane) = -INFINITE;
+    set_lane(w->xs, lane, start[S_X]), set_lane(w->xs + 1, lane, start[S_VX]);
+    set_lane(w->ys, lane, start[S_Y]), set_lane(w->ys + 1, lane, start[S_VY]);
+    V sides_from_zero = side_after(w, w->xs[0], w->xs[1], w->ys[1]);
+    double side = get_lane(&sides_from_zero, lane);
+    if (start[S_Y] != 0.0)
+        side = start[S_Y] > 0.0 ? 1.0 : -1.0;
     LANE(w, side, lane) = separation ? side : -1.0;
     set_field(w);
 }
 
-INLINE void write_result(const Block *w, int lane, int status, double *r)
+/* Write the result of a lane up to its current time; `result` has RESULTS columns. */
+INLINE void write_result(const Block *w, int lane, int status, double *result)
 {
-    r[R_X] = get_lane(w->xs, lane), r[R_VX] = get_lane(w->xs + 1, lane);
-    r[R_Y] = get_lane(w->ys, lane), r[R_VY] = get_lane(w->ys + 1, lane);
-    r[R_T] = LANE(w, t, lane), r[R_STATUS] = status, r[R_STEPS] = LANE(w, steps, lane);
-    r[R_SEPARATIONS] = LANE(w, separations, lane),
-        r[R_REATTACHMENTS] = LANE(w, reattachments, lane);
-    r[R_SEPARATED] = LANE(w, separated_time, lane);
-    r[R_FIRST] = LANE(w, first_switch, lane), r[R_LAST] = LANE(w, last_switch, lane);
-    r[R_X_MIN] = LANE(w, extremes.x_low, lane), r[R_X_MAX] = LANE(w, extremes.x_high, lane);
-    r[R_Y_MIN] = LANE(w, extremes.y_low, lane), r[R_Y_MAX] = LANE(w, extremes.y_high, lane);
-    r[R_VX_MAX] = LANE(w, extremes.vx_high, lane);
-    r[R_Y_LOW] = LANE(w, extremes.late_low, lane), r[R_Y_HIGH] = LANE(w, extremes.late_high, lane);
+    const Extremes *extremes = &w->extremes;
+    result[R_X] = get_lane(w->xs, lane), result[R_VX] = get_lane(w->xs + 1, lane);
+    result[R_Y] = get_lane(w->ys, lane), result[R_VY] = get_lane(w->ys + 1, lane);
+    result[R_T] = get_lane(&w->t, lane), result[R_STATUS] = status;
+    result[R_STEPS] = get_lane(&w->steps, lane);
+    result[R_SEPARATIONS] = get_lane(&w->separations, lane);
+    result[R_REATTACHMENTS] = get_lane(&w->reattachments, lane);
+    result[R_SEPARATED_TIME] = get_lane(&w->separated_time, lane);
+    result[R_FIRST_SWITCH] = get_lane(&w->first_switch, lane);
+    result[R_LAST_SWITCH] = get_lane(&w->last_switch, lane);
+    result[R_X_MIN] = get_lane(&extremes->x_low, lane);
+    result[R_X_MAX] = get_lane(&extremes->x_high, lane);
+    result[R_Y_MIN] = get_lane(&extremes->y_low, lane);
+    result[R_Y_MAX] = get_lane(&extremes->y_high, lane);
+    result[R_VX_MAX] = get_lane(&extremes->vx_high, lane);
+    result[R_SECOND_HALF_MIN] = get_lane(&extremes->second_half_low, lane);
+    result[R_SECOND_HALF_MAX] = get_lane(&extremes->second_half_high, lane);
 }
 
 #endif

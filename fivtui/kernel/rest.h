@@ -5,7 +5,8 @@
 
 #include "problem.h"
 
-/* The root of α y³ + β y + F: Newton's method from outside, until |y| no longer decreases. */
+/* The root y, m, of α y³ + β y + F: Newton's method from beyond the root, until |y| no longer
+   decreases. */
 INLINE double resting_height(double alpha, double beta, double force)
 {
     double y = -force / beta;
@@ -14,23 +15,25 @@ INLINE double resting_height(double alpha, double beta, double force)
         y = minimum(maximum(y, -bound), bound);
     }
     for (;;) {
-        double new = y - (alpha * y * y * y + beta * y + force) / (3.0 * alpha * y * y + beta);
-        if (!(__builtin_fabs(new) < __builtin_fabs(y)))
+        double next_y = y - (alpha * y * y * y + beta * y + force) / (3.0 * alpha * y * y + beta);
+        if (!(__builtin_fabs(next_y) < __builtin_fabs(y)))
             return y;
-        y = new;
+        y = next_y;
     }
 }
 
-/* The state at rest at the equilibrium for μ = 0 (Eq. 6); infinite without one. */
-INLINE void resting_state(const double *p, int separation, double *start)
+/* The state at rest at the equilibrium for μ = 0 (Eq. 6). It is infinite if F < 0 lifts the slider
+   off the belt and no spring holds it. */
+INLINE void resting_state(const double *p, int separation, double *state)
 {
     const double load = load_of(p), stiffness = suspension_stiffness(p);
-    const double y = !separation || load >= 0.0
-                         ? resting_height(rest_cubic(p, 0.0), rest_linear(p, 0.0), load)
-                     : stiffness > 0.0 ? -load / stiffness
-                                  : INFINITE;
-    start[0] = rest_position(p, y, 0.0), start[1] = 0.0;
-    start[2] = y, start[3] = 0.0;
+    double y = INFINITE;
+    if (!separation || load >= 0.0)
+        y = resting_height(rest_cubic(p, 0.0), rest_linear(p, 0.0), load);
+    else if (stiffness > 0.0)
+        y = -load / stiffness;
+    state[S_X] = rest_position(p, y, 0.0), state[S_VX] = 0.0;
+    state[S_Y] = y, state[S_VY] = 0.0;
 }
 
 #endif

@@ -13,14 +13,18 @@
 /* Two roots closer than 2^-MAX_DEPTH count as one root. */
 #define MAX_DEPTH 48
 #define MAX_NEWTON_STEPS 100
+/* Relative tolerance of a root. */
 #define ROOT_TOLERANCE 0x1p-53
+/* Greatest number of Bernstein coefficients, filled up with zeros: the tables have full vectors. */
 #define MAX_PADDED (ROWS > FEWER_ROWS ? PADDED_BY_LAW : PADDED)
 
+/* An interval with the Bernstein coefficients on it, after `depth` subdivisions. */
 typedef struct {
     double b[MAX_PADDED], left, right;
     int depth;
 } Interval;
 
+/* Set b to the sum of the table's rows, row n times p[n]. */
 INLINE void apply_table(const double *p, const double *table, int rows, int padded, double *b)
 {
     double sums[MAX_PADDED] = {0.0};
@@ -30,6 +34,7 @@ INLINE void apply_table(const double *p, const double *table, int rows, int padd
     memcpy(b, sums, sizeof sums);
 }
 
+/* Set b to the Bernstein coefficients of a polynomial on [0, 1]. */
 INLINE void to_bernstein(const double *p, int rows, double *b)
 {
     if (rows == FEWER_ROWS)
@@ -42,9 +47,9 @@ INLINE int count_sign_changes(const double *b, int rows)
 {
     int count = 0, sign = 0;
     for (int i = 0; i < rows; i++) {
-        int new = (b[i] > 0.0) - (b[i] < 0.0);
-        count += new != 0 && new == -sign;
-        sign = new != 0 ? new : sign;
+        int next_sign = (b[i] > 0.0) - (b[i] < 0.0);
+        count += next_sign != 0 && next_sign == -sign;
+        sign = next_sign != 0 ? next_sign : sign;
     }
     return count;
 }
@@ -57,7 +62,8 @@ INLINE double polynomial_value(const double *p, int rows, double t)
     return value;
 }
 
-/* The root in (left, right), where the sign changes once: Newton's method with this bracket. */
+/* The root in (left, right), where the sign changes once, to positive if `negative`: Newton's
+   method with this bracket. */
 INLINE double refine_root(const double *p, int rows, double left, double right, int negative)
 {
     double t = 0.5 * (left + right);
@@ -86,25 +92,26 @@ INLINE double refine_root(const double *p, int rows, double left, double right, 
     return t;
 }
 
-/* De Casteljau's rule. The cut must not be a root, because the sign there is needed. `b` becomes
-   the upper part; returns the cut as a fraction. */
+/* Cut an interval in two by De Casteljau's rule. The cut must not be a root, because the sign there
+   is needed. `b` becomes the upper part; returns the cut as a fraction. */
 INLINE double subdivide(double *b, int rows, double *lower)
 {
-    static const double CUT_FRACTIONS[3] = {0.5, 0.4375, 0.5625};
-    double upper[MAX_PADDED], part = 0.5;
-    for (int attempt = 0; attempt < 3; attempt++) {
-        part = CUT_FRACTIONS[attempt];
+    enum { ATTEMPTS = 3 };
+    static const double CUT_FRACTIONS[ATTEMPTS] = {0.5, 0.4375, 0.5625};
+    double upper[MAX_PADDED], cut = 0.5;
+    for (int attempt = 0; attempt < ATTEMPTS; attempt++) {
+        cut = CUT_FRACTIONS[attempt];
         memcpy(upper, b, sizeof upper);
         for (int level = 0; level < rows; level++) {
             lower[level] = upper[0];
             for (int i = 0; i < rows - 1 - level; i++)
-                upper[i] = (1.0 - part) * upper[i] + part * upper[i + 1];
+                upper[i] = (1.0 - cut) * upper[i] + cut * upper[i + 1];
         }
         if (lower[rows - 1] != 0.0)
             break;
     }
     memcpy(b, upper, sizeof upper);
-    return part;
+    return cut;
 }
 
 /* Roots in (0, 1] at which the sign changes, ascending, at most `limit` of them; a root at 0 does
@@ -119,6 +126,7 @@ NOINLINE int find_roots(const double *coefficients, int rows, int limit, double 
         p[n - zeros] = coefficients[n];
     for (int n = 1; n < rows; n++)
         sum += __builtin_fabs(p[n]);
+    /* There is no root if the first term outweighs all others. */
     if (zeros >= rows - 1 || !(__builtin_fabs(p[0]) <= sum))
         return 0;
     Interval stack[MAX_DEPTH + 4];
@@ -131,9 +139,9 @@ NOINLINE int find_roots(const double *coefficients, int rows, int limit, double 
         if (changes > 1 && interval->depth < MAX_DEPTH) {
             /* The lower part goes on top of the stack, so that it is searched first. */
             Interval *lower = interval + 1;
-            double part = subdivide(interval->b, rows, lower->b);
+            double cut = subdivide(interval->b, rows, lower->b);
             lower->left = interval->left;
-            interval->left = lower->right = interval->left + part
+            interval->left = lower->right = interval->left + cut
                 * (interval->right - interval->left);
             lower->depth = ++interval->depth;
             stack_size += 2;

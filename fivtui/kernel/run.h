@@ -1,4 +1,5 @@
-/* The step of a single run, with which `single.c` and `vary.c` have the same bits. LANES is 1. */
+/* The step of a single run, shared by `single.c` and `vary.c`, so that both have the same bits.
+   LANES is 1: the block `w` has one run. */
 
 #ifndef FIVTUI_RUN_H
 #define FIVTUI_RUN_H
@@ -6,6 +7,8 @@
 #include "problem.h"
 #include "search.h"
 
+/* `t_end` is the horizon, s, `tol` the local tolerance, `order` the order of expansion; `cubic`
+   says whether the contact spring has a cubic term. */
 typedef struct {
     Block w;
     double t_end, tol;
@@ -21,6 +24,7 @@ INLINE void begin_run(Run *run, const double *parameters, int64_t separation, co
     run->order = order, run->cubic = parameters[P_K_NL] > 0.0;
 }
 
+/* Expand a step; constant `cubic` gives two specialised copies of `expand`. */
 NOINLINE void expand_block(Block *w, int order, int cubic)
 {
     if (cubic)
@@ -32,52 +36,58 @@ NOINLINE void expand_block(Block *w, int order, int cubic)
 /* Shorten the step to its first switch; returns whether there is one. */
 NOINLINE int cut_at_switch(Block *w, int groups)
 {
-    if (!find_first_switch(w->ys, groups, w->side, &w->h, w->y, w->vy, w->y_error, 1))
+    const unsigned lanes = 1;
+    if (!find_first_switch(w->ys, groups, w->side, &w->h, w->y, w->vy, w->y_error, lanes))
         return 0;
     evaluate_end_y(w, groups);
     w->y = 0.0;
     return 1;
 }
 
-NOINLINE void update_extremes_x(Block *w, int groups, ExtremaSearch q)
+/* Extend the extremes of x, of y and of ẋ by the step. Kept out of line: most steps need none. */
+NOINLINE void update_extremes_x(Block *w, int groups, ExtremaSearch search)
 {
-    find_extrema(w->xs, groups, &q);
-    w->extremes.x_low = q.full.low, w->extremes.x_high = q.full.high;
+    find_extrema(w->xs, groups, &search);
+    w->extremes.x_low = search.full.low, w->extremes.x_high = search.full.high;
 }
 
-NOINLINE void update_extremes_y(Block *w, int groups, ExtremaSearch q)
+NOINLINE void update_extremes_y(Block *w, int groups, ExtremaSearch search)
 {
-    find_extrema(w->ys, groups, &q);
-    w->extremes.y_low = q.full.low, w->extremes.y_high = q.full.high;
-    w->extremes.late_low = q.late.low, w->extremes.late_high = q.late.high;
+    find_extrema(w->ys, groups, &search);
+    w->extremes.y_low = search.full.low, w->extremes.y_high = search.full.high;
+    w->extremes.second_half_low = search.second_half.low;
+    w->extremes.second_half_high = search.second_half.high;
 }
 
 NOINLINE void update_max_vx(Block *w, int groups)
 {
-    V rates[ROWS + 2] = {0.0};
-    for (int n = 0; n <= 4 * groups; n++)
-        rates[n] = w->xs[n + 1] * (n + 1.0);
-    ExtremaSearch q = {w->h, ends_of(rates, groups, w->h), {-INFINITE, w->extremes.vx_high},
-                       UNLIMITED, 1, 0};
-    find_extrema(rates, groups, &q);
-    w->extremes.vx_high = q.full.high;
+    V velocity[ROWS + 2] = {0.0};
+    set_velocity(w->xs, groups, velocity);
+    ExtremaSearch search = {.h = w->h, .ends = ends_of(velocity, groups, w->h),
+                            .full = {-INFINITE, w->extremes.vx_high},
+                            .second_half = UNLIMITED, .full_lanes = 1};
+    find_extrema(velocity, groups, &search);
+    w->extremes.vx_high = search.full.high;
 }
 
-INLINE void observe_extremes(Block *w, int groups, double half, double speed_limit)
+/* Extend the extremes by the step. The second half of the run begins at `half_time`; ẋ never
+   exceeds `speed_limit`. */
+INLINE void observe_extremes(Block *w, int groups, double half_time, double speed_limit)
 {
-    unsigned late = select_second_half(w, groups, half, 1);
-    ExtremaSearch q = search_in_y(w, 1, late);
-    if (q.full_lanes | q.late_lanes)
-        update_extremes_y(w, groups, q);
-    q = search_in_x(w, 1);
-    if (q.full_lanes)
-        update_extremes_x(w, groups, q);
-    if (may_exceed_max_vx(w, groups, speed_limit, 1))
+    const unsigned lanes = 1;
+    unsigned second_half_lanes = select_second_half(w, groups, half_time, lanes);
+    ExtremaSearch search = search_in_y(w, lanes, second_half_lanes);
+    if (search.full_lanes | search.second_half_lanes)
+        update_extremes_y(w, groups, search);
+    search = search_in_x(w, lanes);
+    if (search.full_lanes)
+        update_extremes_x(w, groups, search);
+    if (may_exceed_max_vx(w, groups, speed_limit, lanes))
         update_max_vx(w, groups);
 }
 
-/* Compute a step and its extremes, the time at its end, and whether it is `cut` at a switch.
-   Returns whether its end is finite. */
+/* Compute a step and its extremes; set the time at its end, and whether it is `cut` at a switch.
+   Returns whether the end is finite. */
 INLINE int compute_step(Run *run, StepEnd *step_end, int *cut)
 {
     Block *w = &run->w;
@@ -101,7 +111,9 @@ INLINE int compute_step(Run *run, StepEnd *step_end, int *cut)
 INLINE int finish_step(Run *run, const StepEnd *step_end, int cut)
 {
     StepFlags flags = accept_step(&run->w, step_end, cut, 1, INFINITE);
-    return flags.finished ? DONE : flags.stalled ? STALLED : RUNNING;
+    if (flags.finished)
+        return DONE;
+    return flags.stalled ? STALLED : RUNNING;
 }
 
 #endif

@@ -62,8 +62,8 @@ class Status(IntEnum):
 class RunColumns(NamedTuple):
     """Columns of a result, SI units.
 
-    `separated` is the time off the belt. `first` and `last` are the times of the first and last
-    switch, NaN without one. `y_low` and `y_high` are extremes of the second half of the run.
+    `first` and `last` are the times of the first and last switch, NaN without one.
+    `second_half_min` and `second_half_max` are extremes of y in the second half of the run.
     """
 
     x: Any
@@ -75,7 +75,7 @@ class RunColumns(NamedTuple):
     steps: Any
     separations: Any
     reattachments: Any
-    separated: Any
+    separated_time: Any
     first: Any
     last: Any
     x_min: Any
@@ -83,23 +83,31 @@ class RunColumns(NamedTuple):
     x_max: Any
     y_max: Any
     vx_max: Any
-    y_low: Any
-    y_high: Any
+    second_half_min: Any
+    second_half_max: Any
 
 
 COLUMNS: Final = len(RunColumns._fields)
-_STATUSES: Final = tuple(Status)
-_SWITCH_COLUMNS: Final = 3
-# Three counts follow the columns. Short runs spend most time on buffers; ctypes ones are fastest.
-_Result, _Switches = ctypes.c_double * (COLUMNS + 3), ctypes.c_double * _SWITCHES
+# The columns of a result, then the numbers of switches, segments and samples; for a `VariedRun`
+# instead the number of crossings, ẍ and ÿ.
+_CALL_COLUMNS: Final = COLUMNS + 3
 # Columns that a `BeltRun` adds: stick time, and counts of switches for each pair of modes.
-_TALLY_COLUMNS: Final = slice(COLUMNS + 3, COLUMNS + 4 + len(Mode) ** 2)
+_TALLY_COLUMNS: Final = slice(_CALL_COLUMNS, _CALL_COLUMNS + 1 + len(Mode) ** 2)
+_STATUSES: Final = tuple(Status)
+# Numbers of a switch on a belt of finite speed.
+_SWITCH_COLUMNS: Final = 3
+# Short runs spend most time on buffers; ctypes ones are fastest.
+_Result, _Switches = ctypes.c_double * _CALL_COLUMNS, ctypes.c_double * _SWITCHES
 _NO_SWITCHES: Final = np.empty(0)
 
 
 @dataclass(frozen=True, slots=True)
 class CourseTable:
-    """Rows of time, values and slopes of F, μ, μ_s and v_belt, and v_belt before the next row."""
+    """Parameters over time as a table for the kernel.
+
+    A row has its time, values and slopes of F, μ, μ_s and v_belt from that time on, and v_belt just
+    before the next row. `greatest_load` is the greatest |F|, N: the scale of displacements.
+    """
 
     rows: NDArray[np.float64]
     greatest_load: float
@@ -173,7 +181,7 @@ class KernelRun:
             budget,
             self._result,
         )
-        columns = self._result[: COLUMNS + 3]
+        columns = self._result[:_CALL_COLUMNS]
         self.outcome = RunColumns._make(columns[:COLUMNS])
         switch_count, segment_count, sampled = columns[COLUMNS:]
         self.sampled = int(sampled)
@@ -223,7 +231,7 @@ class VariedRun:
 
     def __init__(self, function: Any, memory: Floats, count: int) -> None:
         self._function, self._memory = function, memory
-        self._result = np.empty(COLUMNS + 3)
+        self._result = np.empty(_CALL_COLUMNS)
         self._crossings = np.empty((_CROSSINGS, CROSSING_HEAD + 4 * count))
         self.derivatives = np.empty((count, 4))
         self.extremes = np.empty((EXTREMES, 1 + count))

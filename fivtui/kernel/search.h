@@ -1,7 +1,9 @@
 /* First switches and extreme values of steps, exact to rounding.
 
-   Bounds decide most steps. Halley's and Newton's method are used where there is exactly one root
-   or extremum; the few other steps are searched one by one by `roots.h`. */
+   A switch is a root of y. Bounds over a step (`Ends` in `polynomial.h`) decide most steps.
+   Halley's and Newton's method are used where there is exactly one root or extremum; the few other
+   steps are searched one by one by `roots.h`. `lanes` are bits: bit n stands for the run in lane
+   n. */
 
 #ifndef FIVTUI_SEARCH_H
 #define FIVTUI_SEARCH_H
@@ -15,17 +17,25 @@
 /* Tolerance of the time of an extremum, relative to the step. */
 #define EXTREMUM_TOLERANCE 4e-6
 
-/* Coefficients of one lane in θ = t/h. */
-INLINE void scale_polynomial(const V *c, int groups, int lane, double h, double *p)
+/* Set `scaled` to the coefficients of one lane in θ = t/h, filled up with zeros. */
+INLINE void scale_polynomial(const V *c, int groups, int lane, double h, double *scaled)
 {
     double power = 1.0;
     for (int n = 0; n < ROWS_OF(groups); n++) {
-        p[n] = n < 4 * groups + 2 ? get_lane(c + n, lane) * power : 0.0;
+        scaled[n] = n < 4 * groups + 2 ? get_lane(c + n, lane) * power : 0.0;
         power *= h;
     }
 }
 
-/* The only root of y, or of y/t after a switch, in (0, h]: Halley's method with a bracket. */
+/* Set the coefficients of ẋ from those of x. */
+INLINE void set_velocity(const V *x, int groups, V *velocity)
+{
+    for (int n = 0; n <= 4 * groups; n++)
+        velocity[n] = x[n + 1] * (n + 1.0);
+}
+
+/* The only root in (0, h] of y, or `from_zero` of y/t: Halley's method with a bracket. `side` is
+   the sign before the root, `guess` is in θ = t/h. */
 INLINE V refine_first_root(const V *y, int groups, V h, V side, M from_zero, V guess,
                            unsigned lanes)
 {
@@ -34,6 +44,7 @@ INLINE V refine_first_root(const V *y, int groups, V h, V side, M from_zero, V g
         Curve curve = curve_at(y, groups, t);
         M before_root = side * curve.value > 0.0;
         left = choose(before_root, t, left), right = choose(before_root, right, t);
+        /* The slope of y/t is this over t². */
         V divided_slope = curve.slope * t - curve.value;
         V slope = choose(from_zero, divided_slope, curve.slope);
         V half_d2 = choose(from_zero, curve.half_d2 * (t * t) - divided_slope, curve.half_d2);
@@ -60,67 +71,69 @@ INLINE V refine_first_root(const V *y, int groups, V h, V side, M from_zero, V g
     return t;
 }
 
-/* The first switch of one run by isolation of roots; negative without one. */
+/* Time of the first switch of one run by isolation of roots; negative without one. */
 NOINLINE double isolate_switch(const V *y, int groups, int lane, double h, double side)
 {
-    double p[ROWS], root, final = 0.0;
+    double scaled[ROWS], root, final = 0.0;
     const int rows = ROWS_OF(groups);
-    scale_polynomial(y, groups, lane, h, p);
+    scale_polynomial(y, groups, lane, h, scaled);
     for (int n = 0; n < rows; n++)
-        final += p[n];
-    if (find_roots(p, rows, 1, &root) > 0)
+        final += scaled[n];
+    if (find_roots(scaled, rows, 1, &root) > 0)
         return root * h;
     /* Rounding moved the root out of the step: use the end of the step. */
     return side * final <= 0.0 ? h : -1.0;
 }
 
-/* Shorten the steps in `lanes` to their first switches. `final` and `last_vy` are y and ẏ at the
+/* Shorten the steps in `lanes` to their first switches. `end_y` and `end_vy` are y and ẏ at the
    ends of the steps of length h, `error` bounds the distance of y from its cubic. Returns the lanes
    with a switch. */
-INLINE unsigned find_first_switch(const V *y, int groups, V side, V *h, V final, V last_vy, V error,
+INLINE unsigned find_first_switch(const V *y, int groups, V side, V *h, V end_y, V end_vy, V error,
                                   unsigned lanes)
 {
-    V start_slope = y[1] * *h, end_slope = last_vy * *h;
+    V start_slope = y[1] * *h, end_slope = end_vy * *h;
     /* After a switch these are the ends of y/θ, for which the bounds of y suffice. */
     M from_zero = y[0] == 0.0;
-    Ends p;
-    p.start = choose(from_zero, start_slope, y[0]);
-    p.end = final;
-    p.start_slope = choose(from_zero, y[2] * (*h * *h), start_slope);
-    p.end_slope = choose(from_zero, end_slope - final, end_slope);
-    p.error = error;
-    p.slope_error = weighted_bound(CUBIC_SLOPE_BOUND, y, groups, *h);
-    V change = final - p.start;
-    M starts_inside = side * p.start > 0.0;
-    M crossing = starts_inside & (side * final < 0.0),
-        returning = starts_inside & (side * final > 0.0);
-    M monotone = is_monotone(&p);
-    Range range = value_range(&p);
-    M has_none = returning & (monotone | (choose(side > 0.0, range.low, -range.high) > 0.0));
-    unsigned one_root = lanes & mask_bits(crossing & monotone);
-    unsigned open = lanes & ~one_root & ~mask_bits(has_none);
-    if (open) {
-        M has_one_bend = has_monotone_slope(&p, y, groups, *h);
+    Ends ends;
+    ends.start = choose(from_zero, start_slope, y[0]);
+    ends.end = end_y;
+    ends.start_slope = choose(from_zero, y[2] * (*h * *h), start_slope);
+    ends.end_slope = choose(from_zero, end_slope - end_y, end_slope);
+    ends.error = error;
+    ends.slope_error = weighted_bound(CUBIC_SLOPE_BOUND, y, groups, *h);
+    V change = end_y - ends.start;
+    M starts_on_side = side * ends.start > 0.0;
+    M crosses = starts_on_side & (side * end_y < 0.0),
+        returns = starts_on_side & (side * end_y > 0.0);
+    M monotone = is_monotone(&ends);
+    Range range = value_range(&ends);
+    M has_no_root = returns & (monotone | (choose(side > 0.0, range.low, -range.high) > 0.0));
+    unsigned single_root = lanes & mask_bits(crosses & monotone);
+    unsigned undecided = lanes & ~single_root & ~mask_bits(has_no_root);
+    if (undecided) {
         /* A convex or concave curve lies between its chord and the tangents at its ends. */
-        V bound = p.start + p.start_slope
-            * ((change - p.end_slope) / (p.start_slope - p.end_slope));
-        M one_sided = (side * p.start_slope > 0.0) | (side * bound > 0.0)
-                      | mask_not((p.start_slope > 0.0) ^ (p.end_slope > 0.0));
-        one_root |= open & mask_bits(crossing & has_one_bend);
-        open &= ~one_root & ~mask_bits(returning & has_one_bend & one_sided);
+        M is_convex_or_concave = has_monotone_slope(&ends, y, groups, *h);
+        V tangents_meet = ends.start + ends.start_slope
+            * ((change - ends.end_slope) / (ends.start_slope - ends.end_slope));
+        M stays_on_side = (side * ends.start_slope > 0.0) | (side * tangents_meet > 0.0)
+                          | mask_not((ends.start_slope > 0.0) ^ (ends.end_slope > 0.0));
+        single_root |= undecided & mask_bits(crosses & is_convex_or_concave);
+        undecided &= ~single_root & ~mask_bits(returns & is_convex_or_concave & stays_on_side);
     }
-    unsigned switching = one_root;
-    if (one_root) {
-        V part = -p.start / change, rest = 1.0 - part;
-        V inverse = rest / p.start_slope - part / p.end_slope;
-        V guess = part * part * (3.0 - part * 2.0) + change * part * rest * inverse;
-        guess = choose((guess > 0.0) & (guess < 1.0), guess, part);
-        V root = refine_first_root(y, groups, *h, side, from_zero, guess, one_root);
-        *h = choose(mask_from_bits(one_root), root, *h);
+    unsigned switching = single_root;
+    if (single_root) {
+        /* Guess by Hermite interpolation of θ as a function of y; the chord's root if it fails. */
+        V chord_root = -ends.start / change, remainder = 1.0 - chord_root;
+        V slopes = remainder / ends.start_slope - chord_root / ends.end_slope;
+        V guess = chord_root * chord_root * (3.0 - chord_root * 2.0)
+            + change * chord_root * remainder * slopes;
+        guess = choose((guess > 0.0) & (guess < 1.0), guess, chord_root);
+        V root = refine_first_root(y, groups, *h, side, from_zero, guess, single_root);
+        *h = choose(mask_from_bits(single_root), root, *h);
     }
-    while (open) {
-        int lane = __builtin_ctz(open);
-        open &= open - 1;
+    while (undecided) {
+        int lane = __builtin_ctz(undecided);
+        undecided &= undecided - 1;
         double root = isolate_switch(y, groups, lane, get_lane(h, lane), get_lane(&side, lane));
         if (root >= 0.0) {
             set_lane(h, lane, root);
@@ -130,7 +143,8 @@ INLINE unsigned find_first_switch(const V *y, int groups, V side, V *h, V final,
     return switching;
 }
 
-/* The value at the only zero of the slope, whose sign is `sign` before it. */
+/* The value at the only zero of the slope, whose sign is `sign` before it: Newton's method with a
+   bracket. `guess` is in θ = t/h. */
 INLINE V extremum_value(const V *c, int groups, V h, V guess, V sign, unsigned lanes)
 {
     V left = splat(0.0), right = h, t = guess * h, result = splat(0.0);
@@ -155,8 +169,9 @@ INLINE V extremum_value(const V *c, int groups, V h, V guess, V sign, unsigned l
     return result;
 }
 
-/* Zero of the slope of the cubic whose slopes at both ends differ in sign; outside (0, 1) if
-   rounding hides it. `square` and `cube` are the last coefficients of the cubic. */
+/* Zero in θ of the slope of the cubic value + slope θ + square θ² + cube θ³, whose slopes at both
+   ends differ in sign; outside (0, 1) if rounding hides it. `sign` is that of the slope at θ =
+   0. */
 INLINE V cubic_extremum(V slope, V square, V cube, V sign)
 {
     /* Scale small numbers up: their squares would underflow. */
@@ -171,17 +186,18 @@ INLINE V cubic_extremum(V slope, V square, V cube, V sign)
     return numerator / denominator;
 }
 
-/* A search for extreme values of polynomials on [0, h]: the ranges so far over the full run and its
-   second half, which include both ends, and the lanes that may extend them. */
+/* A search for extreme values of polynomials on [0, h]: the ranges of values so far over the full
+   run and over its second half, and the lanes in which the inside of the step may extend each. */
 typedef struct {
     V h;
     Ends ends;
-    Range full, late;
-    unsigned full_lanes, late_lanes;
+    Range full, second_half;
+    unsigned full_lanes, second_half_lanes;
 } ExtremaSearch;
 
 INLINE M exceeds(Range a, Range b) { return (a.low < b.low) | (a.high > b.high); }
 
+/* Extend the ranges of some lanes by two values. */
 INLINE void widen_range(Range *range, V low, V high, unsigned lanes)
 {
     M mask = mask_from_bits(lanes);
@@ -189,95 +205,112 @@ INLINE void widen_range(Range *range, V low, V high, unsigned lanes)
     range->high = choose(mask, vmax(high, range->high), range->high);
 }
 
-/* Extend the ranges by the extreme values. */
-INLINE void find_extrema(const V *c, int groups, ExtremaSearch *q)
+/* Extend the ranges by the extreme values inside the step. */
+INLINE void find_extrema(const V *c, int groups, ExtremaSearch *search)
 {
-    Ends *p = &q->ends;
-    p->slope_error = weighted_bound(CUBIC_SLOPE_BOUND, c, groups, q->h);
-    unsigned open_lanes = ~mask_bits(is_monotone(p));
-    q->full_lanes &= open_lanes, q->late_lanes &= open_lanes;
-    if (!(q->full_lanes | q->late_lanes))
+    Ends *ends = &search->ends;
+    ends->slope_error = weighted_bound(CUBIC_SLOPE_BOUND, c, groups, search->h);
+    unsigned not_monotone = ~mask_bits(is_monotone(ends));
+    search->full_lanes &= not_monotone, search->second_half_lanes &= not_monotone;
+    if (!(search->full_lanes | search->second_half_lanes))
         return;
-    V change = p->end - p->start;
-    V cube = p->start_slope + p->end_slope - change * 2.0;
-    V square = change * 3.0 - p->start_slope * 2.0 - p->end_slope;
-    M changes_sign = (p->start_slope > 0.0) ^ (p->end_slope > 0.0);
-    V sign = choose(p->start_slope > 0.0, splat(1.0), splat(-1.0));
-    V theta = cubic_extremum(p->start_slope, square, cube, sign);
-    M is_known = changes_sign & (theta > 0.0) & (theta < 1.0);
-    theta = choose(is_known, theta, splat(0.5));
-    V value = p->start + theta * (p->start_slope + theta * (square + theta * cube));
-    Range crest_range = {value - p->error, value + p->error};
-    q->full_lanes &= ~mask_bits(is_known & mask_not(exceeds(crest_range, q->full)));
-    q->late_lanes &= ~mask_bits(is_known & mask_not(exceeds(crest_range, q->late)));
-    unsigned lanes = q->full_lanes | q->late_lanes;
+    V change = ends->end - ends->start;
+    V cube = ends->start_slope + ends->end_slope - change * 2.0;
+    V square = change * 3.0 - ends->start_slope * 2.0 - ends->end_slope;
+    M changes_sign = (ends->start_slope > 0.0) ^ (ends->end_slope > 0.0);
+    V sign = choose(ends->start_slope > 0.0, splat(1.0), splat(-1.0));
+    V theta = cubic_extremum(ends->start_slope, square, cube, sign);
+    M has_cubic_extremum = changes_sign & (theta > 0.0) & (theta < 1.0);
+    theta = choose(has_cubic_extremum, theta, splat(0.5));
+    V value = ends->start + theta * (ends->start_slope + theta * (square + theta * cube));
+    /* The extremum of the polynomial is that of the cubic within the error. */
+    Range bounds = {value - ends->error, value + ends->error};
+    search->full_lanes &= ~mask_bits(has_cubic_extremum & mask_not(exceeds(bounds, search->full)));
+    search->second_half_lanes &=
+        ~mask_bits(has_cubic_extremum & mask_not(exceeds(bounds, search->second_half)));
+    unsigned lanes = search->full_lanes | search->second_half_lanes;
     if (!lanes)
         return;
-    unsigned one_extremum = lanes
-        & mask_bits(changes_sign & has_monotone_slope(p, c, groups, q->h));
-    if (one_extremum) {
-        value = extremum_value(c, groups, q->h, theta, sign, one_extremum);
-        widen_range(&q->full, value, value, q->full_lanes & one_extremum);
-        widen_range(&q->late, value, value, q->late_lanes & one_extremum);
+    unsigned single_extremum = lanes
+        & mask_bits(changes_sign & has_monotone_slope(ends, c, groups, search->h));
+    if (single_extremum) {
+        value = extremum_value(c, groups, search->h, theta, sign, single_extremum);
+        widen_range(&search->full, value, value, search->full_lanes & single_extremum);
+        widen_range(&search->second_half, value, value,
+                    search->second_half_lanes & single_extremum);
     }
-    for (unsigned remaining = lanes & ~one_extremum; remaining; remaining &= remaining - 1) {
+    for (unsigned remaining = lanes & ~single_extremum; remaining; remaining &= remaining - 1) {
         int lane = __builtin_ctz(remaining);
-        double column[ROWS], low = INFINITE, high = -INFINITE;
-        scale_polynomial(c, groups, lane, get_lane(&q->h, lane), column);
-        include_extrema(column, ROWS_OF(groups), &low, &high);
-        unsigned bit = 1u << lane;
-        widen_range(&q->full, splat(low), splat(high), q->full_lanes & bit);
-        widen_range(&q->late, splat(low), splat(high), q->late_lanes & bit);
+        double scaled[ROWS], low = INFINITE, high = -INFINITE;
+        scale_polynomial(c, groups, lane, get_lane(&search->h, lane), scaled);
+        include_extrema(scaled, ROWS_OF(groups), &low, &high);
+        unsigned lane_bit = 1u << lane;
+        widen_range(&search->full, splat(low), splat(high), search->full_lanes & lane_bit);
+        widen_range(&search->second_half, splat(low), splat(high),
+                    search->second_half_lanes & lane_bit);
     }
 }
 
-/* Searches for the extremes of a step of x and y. An unused range is unlimited. */
+/* The range that no value exceeds: that of a search that is not needed. */
 #define UNLIMITED ((Range){splat(-INFINITE), splat(INFINITE)})
 
-INLINE ExtremaSearch search_in_x(Block *w, unsigned live)
+/* Bounds of x and of y over the step of a block. */
+INLINE Ends ends_of_x(const Block *w)
 {
-    ExtremaSearch q = {w->h, {w->xs[0], w->x, w->xs[1] * w->h, w->vx * w->h, w->x_error,
-                              w->x_error},
-                       {w->extremes.x_low, w->extremes.x_high}, UNLIMITED, 0, 0};
-    widen_range(&q.full, vmin(w->xs[0], w->x), vmax(w->xs[0], w->x), live);
-    w->extremes.x_low = q.full.low, w->extremes.x_high = q.full.high;
-    q.full_lanes = live & mask_bits(exceeds(value_range(&q.ends), q.full));
-    return q;
+    return (Ends){w->xs[0], w->x, w->xs[1] * w->h, w->vx * w->h, w->x_error, w->x_error};
+}
+INLINE Ends ends_of_y(const Block *w)
+{
+    return (Ends){w->ys[0], w->y, w->ys[1] * w->h, w->vy * w->h, w->y_error, w->y_error};
 }
 
-INLINE ExtremaSearch search_in_y(Block *w, unsigned whole, unsigned late)
+/* Extend the extremes of `lanes` by the ends of the step; returns the search for those inside
+   it. */
+INLINE ExtremaSearch search_in_x(Block *w, unsigned lanes)
 {
-    ExtremaSearch q = {w->h, {w->ys[0], w->y, w->ys[1] * w->h, w->vy * w->h, w->y_error,
-                              w->y_error},
-                       {w->extremes.y_low, w->extremes.y_high},
-                       {w->extremes.late_low, w->extremes.late_high}, 0, 0};
+    ExtremaSearch search = {.h = w->h, .ends = ends_of_x(w),
+                            .full = {w->extremes.x_low, w->extremes.x_high},
+                            .second_half = UNLIMITED};
+    widen_range(&search.full, vmin(w->xs[0], w->x), vmax(w->xs[0], w->x), lanes);
+    w->extremes.x_low = search.full.low, w->extremes.x_high = search.full.high;
+    search.full_lanes = lanes & mask_bits(exceeds(value_range(&search.ends), search.full));
+    return search;
+}
+
+INLINE ExtremaSearch search_in_y(Block *w, unsigned full_lanes, unsigned second_half_lanes)
+{
+    ExtremaSearch search = {.h = w->h, .ends = ends_of_y(w),
+                            .full = {w->extremes.y_low, w->extremes.y_high},
+                            .second_half = {w->extremes.second_half_low,
+                                            w->extremes.second_half_high}};
     V low = vmin(w->ys[0], w->y), high = vmax(w->ys[0], w->y);
-    widen_range(&q.full, low, high, whole);
-    widen_range(&q.late, low, high, late);
-    w->extremes.y_low = q.full.low, w->extremes.y_high = q.full.high;
-    w->extremes.late_low = q.late.low, w->extremes.late_high = q.late.high;
-    Range range = value_range(&q.ends);
-    q.full_lanes = whole & mask_bits(exceeds(range, q.full));
-    q.late_lanes = late & mask_bits(exceeds(range, q.late));
-    return q;
+    widen_range(&search.full, low, high, full_lanes);
+    widen_range(&search.second_half, low, high, second_half_lanes);
+    w->extremes.y_low = search.full.low, w->extremes.y_high = search.full.high;
+    w->extremes.second_half_low = search.second_half.low;
+    w->extremes.second_half_high = search.second_half.high;
+    Range range = value_range(&search.ends);
+    search.full_lanes = full_lanes & mask_bits(exceeds(range, search.full));
+    search.second_half_lanes = second_half_lanes & mask_bits(exceeds(range, search.second_half));
+    return search;
 }
 
-/* Runs whose ẋ may exceed its greatest value so far within the step; ẋ never exceeds `limit`. */
-INLINE unsigned may_exceed_max_vx(Block *w, int groups, V limit, unsigned live)
+/* Lanes whose ẋ may exceed its greatest value so far within the step; ẋ never exceeds `limit`. */
+INLINE unsigned may_exceed_max_vx(Block *w, int groups, V limit, unsigned lanes)
 {
-    w->extremes.vx_high = choose(mask_from_bits(live),
+    w->extremes.vx_high = choose(mask_from_bits(lanes),
                                  vmax(vmax(w->xs[1], w->vx), w->extremes.vx_high),
                                  w->extremes.vx_high);
-    live &= mask_bits(w->extremes.vx_high < limit);
-    if (!live)
+    lanes &= mask_bits(w->extremes.vx_high < limit);
+    if (!lanes)
         return 0;
-    Ends p = {w->xs[0], w->x, w->xs[1] * w->h, w->vx * w->h, w->x_error, w->x_error};
-    V fastest = vmax(vmax(p.start_slope, p.end_slope), middle_slope(&p));
+    Ends ends = ends_of_x(w);
+    V max_slope = vmax(vmax(ends.start_slope, ends.end_slope), middle_slope(&ends));
     V error = weighted_bound(CUBIC_SLOPE_BOUND, w->xs, groups, w->h);
-    return live & mask_bits(fastest + error > w->extremes.vx_high * w->h);
+    return lanes & mask_bits(max_slope + error > w->extremes.vx_high * w->h);
 }
 
-/* Values and bounds at both ends of a polynomial. */
+/* Values, slopes and error bounds of a polynomial on [0, h]. */
 INLINE Ends ends_of(const V *c, int groups, V h)
 {
     Tangent end = tangent_at(c, groups, h);
@@ -285,32 +318,39 @@ INLINE Ends ends_of(const V *c, int groups, V h)
     return (Ends){c[0], end.value, c[1] * h, end.slope * h, error, error};
 }
 
-/* In steps that contain half the horizon, search the later part for extremes of y. */
-NOINLINE void observe_second_half(Block *w, int groups, V middle, unsigned lanes)
+/* In steps that contain the start of the second half, search the part from there on for extremes of
+   y. `split` is the time from the start of the step to the start of the second half. */
+NOINLINE void observe_split_step(Block *w, int groups, V split, unsigned lanes)
 {
     V y[ROWS + 2];
     memcpy(y, w->ys, sizeof y);
+    /* Taylor shift: coefficients in the time since `split`. */
     for (int start = 0; start < 4 * groups + 1; start++)
         for (int n = 4 * groups; n >= start; n--)
-            y[n] = vfma(middle, y[n + 1], y[n]);
-    V h = choose(mask_from_bits(lanes), w->h - middle, splat(1.0));
-    ExtremaSearch q = {h, ends_of(y, groups, h), UNLIMITED,
-                       {w->extremes.late_low, w->extremes.late_high}, 0, lanes};
-    widen_range(&q.late, vmin(q.ends.start, q.ends.end), vmax(q.ends.start, q.ends.end), lanes);
-    q.late_lanes = lanes & mask_bits(exceeds(value_range(&q.ends), q.late));
-    find_extrema(y, groups, &q);
-    w->extremes.late_low = q.late.low, w->extremes.late_high = q.late.high;
+            y[n] = vfma(split, y[n + 1], y[n]);
+    V h = choose(mask_from_bits(lanes), w->h - split, splat(1.0));
+    ExtremaSearch search = {.h = h, .ends = ends_of(y, groups, h), .full = UNLIMITED,
+                            .second_half = {w->extremes.second_half_low,
+                                            w->extremes.second_half_high}};
+    V start_y = search.ends.start, end_y = search.ends.end;
+    widen_range(&search.second_half, vmin(start_y, end_y), vmax(start_y, end_y), lanes);
+    search.second_half_lanes =
+        lanes & mask_bits(exceeds(value_range(&search.ends), search.second_half));
+    find_extrema(y, groups, &search);
+    w->extremes.second_half_low = search.second_half.low;
+    w->extremes.second_half_high = search.second_half.high;
 }
 
-/* Runs whose steps start in the second half. Steps that contain its start are searched here. */
-INLINE unsigned select_second_half(Block *w, int groups, double half, unsigned live)
+/* Lanes whose steps start in the second half of the run, which begins at `half_time`. Steps that
+   contain its start are searched here. */
+INLINE unsigned select_second_half(Block *w, int groups, double half_time, unsigned lanes)
 {
-    M starts_before = w->t < half;
-    M ends_after = w->t + (w->h + w->remainder) > half;
-    unsigned crossing = live & mask_bits(starts_before & ends_after);
-    if (crossing)
-        observe_second_half(w, groups, vmin((half - w->t) - w->remainder, w->h), crossing);
-    return live & ~mask_bits(starts_before);
+    M starts_before = w->t < half_time;
+    M ends_after = w->t + (w->h + w->remainder) > half_time;
+    unsigned split_lanes = lanes & mask_bits(starts_before & ends_after);
+    if (split_lanes)
+        observe_split_step(w, groups, vmin((half_time - w->t) - w->remainder, w->h), split_lanes);
+    return lanes & ~mask_bits(starts_before);
 }
 
 #endif

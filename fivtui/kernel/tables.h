@@ -8,8 +8,9 @@
 /* Greatest orders of expansion without and with a friction law; x and y have one degree more. */
 #define MAX_ORDER 20
 #define MAX_LAW_ORDER 24
-/* Greatest number of coefficients, and number for two coefficients and `groups` of four. A source
-   file defines FINITE as 1 for belts of finite speed. */
+/* ROWS is the greatest number of coefficients; FEWER_ROWS is that without a friction law. ROWS_OF
+   is that of a polynomial with two coefficients and `groups` of four, filled up with zeros. A
+   source file defines FINITE as 1 for belts of finite speed. */
 #define FEWER_ROWS (MAX_ORDER + 2)
 #if FINITE
 #define ROWS (MAX_LAW_ORDER + 2)
@@ -47,7 +48,8 @@ static const double CURVATURE_BOUND[MAX_LAW_ORDER] = {
 /* Factor of a bound by CUBIC_BOUND for the polynomial and the cubic, both divided by θ. */
 static const double DIVIDED_BOUND = 2.370370264397934;
 
-/* Bernstein coefficients for both greatest degrees: row n has those of θⁿ. */
+/* Bernstein coefficients on [0, 1] for both greatest degrees: row n has those of θⁿ, filled up with
+   zeros to full vectors. */
 #define PADDED 24
 #define PADDED_BY_LAW 32
 static const double TO_BERNSTEIN[FEWER_ROWS][PADDED] = {

@@ -1,4 +1,5 @@
-/* Exported names of the functions of one instruction set: fivtui_NAME_VARIANT. */
+/* Exported names of the functions of one instruction set: fivtui_NAME_VARIANT. The build defines
+   VARIANT as its name. */
 
 #ifndef FIVTUI_VARIANT_H
 #define FIVTUI_VARIANT_H
@@ -6,6 +7,7 @@
 #ifndef VARIANT
 #define VARIANT baseline
 #endif
+/* The extra level expands VARIANT before names are joined. */
 #define JOINED(name, variant) fivtui_##name##_##variant
 #define EXPANDED(name, variant) JOINED(name, variant)
 #define NAME(name) EXPANDED(name, VARIANT)

@@ -1,9 +1,10 @@
-/* Numbers of one run, or of LANES runs side by side.
+/* Numbers of one run, or of LANES runs side by side; a lane is the element of one run.
 
-   A source file defines LANES as 1 or 8 before it includes this header. V has a number and M a
-   truth value for each run. The operations on an element do not depend on the width, and only
-   `vfma` fuses products and sums, so that a run has the same bits everywhere. `v…` functions act on
-   each lane. */
+   A source file defines LANES as 1 or 8 before it includes this header. V (vector) has a number and
+   M (mask) a truth value for each run. The operations on an element do not depend on the width, and
+   only `vfma` fuses products and sums, so that a run has the same bits everywhere. `v…` functions
+   act on each lane: `vfma` is a b + c with one rounding, `choose` is a where the mask is set, else
+   b. */
 
 #ifndef FIVTUI_VECTOR_H
 #define FIVTUI_VECTOR_H
@@ -21,6 +22,7 @@
 #define ALIGN_STACK
 #endif
 
+/* a b + c with one rounding, and a loop to be unrolled. */
 #ifdef __clang__
 #define FMA(a, b, c) __builtin_elementwise_fma(a, b, c)
 #define UNROLL _Pragma("clang loop unroll(full)")
@@ -29,10 +31,14 @@
 #define UNROLL _Pragma("GCC unroll 24")
 #endif
 
+/* The bits of a number. */
 typedef union {
     double number;
     int64_t bits;
 } Bits;
+
+/* The bits of 1.0, read as an integer. Adding n 2⁵² to the bits of a number multiplies it by 2ⁿ. */
+#define BITS_OF_ONE (1023LL << 52)
 
 INLINE double minimum(double a, double b) { return a < b ? a : b; }
 INLINE double maximum(double a, double b) { return a > b ? a : b; }
@@ -72,11 +78,13 @@ INLINE V number_from_bits(V bits, int64_t offset)
 
 #else
 
+/* Bits of the eight lanes. */
 #define ALL_LANES 255u
 typedef double V __attribute__((vector_size(64), may_alias));
 typedef long long M __attribute__((vector_size(64), may_alias));
 typedef unsigned long long Unsigned __attribute__((vector_size(64), may_alias));
 
+/* The same number in all lanes: operators extend a scalar to a vector. */
 INLINE V splat(double a) { return a - (V){0}; }
 INLINE V choose(M m, V a, V b) { return (V)(((M)a & m) | ((M)b & ~m)); }
 INLINE M mask_not(M m) { return ~m; }

@@ -180,13 +180,14 @@ def guard_value(p: Any, state: Any, guard: Guard, rates: Rates = CONSTANT) -> An
 
 
 def field(p: Any, mode: Mode) -> Field:
-    """The coefficients of the motion in a mode: the accelerations of unit states.
+    """The coefficients of the motion in a mode.
 
     If friction depends on the speed, `friction` and `xy` have its constant part.
     """
     row = MODES[mode]
     k2, k_nl = (p.k2, p.k_nl) if row.in_contact else (0.0, 0.0)
     friction = row.friction_sign * p.mu
+    # Accelerations of the states x = 1, y = 1 and a velocity of 1.
     vertical = (
         vertical_acceleration(p, 1.0, 0.0, 0.0, 0.0),
         vertical_acceleration(p, 0.0, 1.0, 0.0, -k2),
@@ -250,6 +251,7 @@ def total_stiffness(p: Any) -> Any:
 def damping_share(p: Any) -> Any:
     """c1/(c1 + c2), and 1/2 without damping."""
     damping = p.c1 + p.c2
+    # A truth value, or an array of them, counts as 0 or 1.
     is_undamped = damping == 0.0
     return (p.c1 + 0.5 * is_undamped) / (damping + is_undamped)
 
@@ -270,7 +272,7 @@ def exponential(exponent: Any) -> Any:
     exponent = min(exponent, _MAX_EXPONENT)
     power = math.floor(0.5 + exponent * _LOG2_E)
     remainder = (exponent - power * _LN2_HIGH) - power * _LN2_LOW
-    value = _EXP_COEFFICIENTS[13]
-    for n in range(12, -1, -1):
-        value = value * remainder + _EXP_COEFFICIENTS[n]
+    value = 0.0
+    for coefficient in reversed(_EXP_COEFFICIENTS):
+        value = value * remainder + coefficient
     return math.ldexp(value, power)

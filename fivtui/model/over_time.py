@@ -39,7 +39,7 @@ class TimeTable:
         """Value and slope just after a time, s."""
         index = bisect_right(self.times, t)
         if index == 0 or index == len(self.times):
-            return self.values[index and -1], 0.0
+            return self.values[0 if index == 0 else -1], 0.0
         (begin, end), (start_value, end_value) = self._rows_before_and_at(index)
         slope = (end_value - start_value) / (end - begin)
         value = start_value + slope * (t - begin)

@@ -6,6 +6,7 @@ A state is (x, ẋ, y, ẏ) in m and m/s.
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from operator import add, sub
 from typing import Final
 
 from . import field as equations
@@ -120,9 +121,9 @@ def _contact_mode(p: Parameters, state: State, belt_speed: float, rates: Rates) 
     sizes = [size + grip for size, grip in zip(holding_sizes, grip_sizes, strict=True)]
     if _is_negative(forces, force_sizes):
         return Mode.BACKWARD if _is_negative(holding, sizes) else Mode.FORWARD
-    if _is_negative([g - f for g, f in zip(grip_forces, holding, strict=True)], sizes):
+    if _is_negative(list(map(sub, grip_forces, holding)), sizes):
         return Mode.FORWARD
-    if _is_negative([g + f for g, f in zip(grip_forces, holding, strict=True)], sizes):
+    if _is_negative(list(map(add, grip_forces, holding)), sizes):
         return Mode.BACKWARD
     return Mode.STICK
 
@@ -225,15 +226,16 @@ def static_start(system: System) -> State:
 
 
 def static_start_change(system: System, name: str) -> State:
-    """The derivative of the static start by a parameter."""
+    """The derivative of the static start by a parameter, by the implicit function theorem."""
     p, (_, _, y, _) = system.parameters, static_start(system)
     is_lifted = system.separation and equations.load(p) < 0.0
     perturbed = p.perturbed({name: 1.0})
 
-    def residual(q: Parameters, height: complex) -> complex:
+    def residual(parameters: Parameters, height: complex) -> complex:
         if is_lifted:
-            return complex(equations.suspension_stiffness(q) * height + equations.load(q))
-        alpha, beta, load = equations.rest_coefficients(q, 0.0)
+            stiffness = equations.suspension_stiffness(parameters)
+            return complex(stiffness * height + equations.load(parameters))
+        alpha, beta, load = equations.rest_coefficients(parameters, 0.0)
         return complex(alpha * height * height * height + beta * height + load)
 
     slope = equations.derivative(residual(p, complex(y, equations.DERIVATIVE_STEP)))

@@ -168,6 +168,7 @@ class BeltStepper(TaylorStepper):
         self, motion: Coefficients, y: tuple[float, ...], powers: Sequence[float], final: State
     ) -> tuple[float, Transition] | None:
         first_end: tuple[float, Transition] | None = None
+        duration = powers[1]
         for transition in MODES[self._mode].ends:
             guard = transition.guard
             root: float | None
@@ -178,8 +179,8 @@ class BeltStepper(TaylorStepper):
                 if c[0] <= 0.0:
                     # At the start of a mode its guard is zero and rises, except for rounding.
                     c[0], c[1] = 0.0, max(c[1], 0.0)
-                end_state = (final[0], final[1] / powers[1], final[2], final[3] / powers[1])
-                value = self._guard_at_end(end_state, guard, powers[1])
+                end_state = (final[0], final[1] / duration, final[2], final[3] / duration)
+                value = self._guard_at_end(end_state, guard, duration)
                 root = _first_root_of_guard(list(map(mul, c, powers)), value)
             if root is None:
                 continue

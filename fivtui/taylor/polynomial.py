@@ -14,7 +14,10 @@ from typing import Final
 
 # Two roots closer than 2**-MAX_DEPTH of the interval count as one root.
 MAX_DEPTH: Final = 48
-_NEWTON_STEPS: Final = 100
+_MAX_NEWTON_STEPS: Final = 100
+_ROOT_TOLERANCE: Final = 2.0**-52
+# Where an interval is cut in two: at the first fraction that is not a root.
+_CUTS: Final = (0.5, 0.4375, 0.5625)
 
 
 def evaluate(c: Sequence[float], t: float) -> float:
@@ -104,8 +107,8 @@ def _isolate_roots(b: list[float]) -> Iterator[tuple[float, float]]:
         low, high, b, depth = stack.pop()
         sign_changes = _count_sign_changes(b)
         if sign_changes > 1 and depth < MAX_DEPTH:
-            part, lower, upper = _split(b)
-            middle = low + part * (high - low)
+            cut, lower, upper = _split(b)
+            middle = low + cut * (high - low)
             stack.append((middle, high, upper, depth + 1))
             stack.append((low, middle, lower, depth + 1))
         elif sign_changes % 2 == 1:
@@ -113,24 +116,26 @@ def _isolate_roots(b: list[float]) -> Iterator[tuple[float, float]]:
 
 
 def _split(b: list[float]) -> tuple[float, list[float], list[float]]:
-    # De Casteljau's rule. The cut must not be a root, because the sign there is needed.
-    for part in (0.5, 0.4375, 0.5625):
+    # A cut and the Bernstein coefficients below and above it, by De Casteljau's rule. The cut must
+    # not be a root, because the sign there is needed.
+    for cut in _CUTS:
         lower, upper, level = [b[0]], [b[-1]], b
         while len(level) > 1:
-            level = [(1.0 - part) * first + part * second for first, second in pairwise(level)]
+            level = [(1.0 - cut) * first + cut * second for first, second in pairwise(level)]
             lower.append(level[0])
             upper.append(level[-1])
         if lower[-1] != 0.0:
             break
     upper.reverse()
-    return part, lower, upper
+    return cut, lower, upper
 
 
 def _refine(c: Sequence[float], low: float, high: float, *, negative: bool) -> float:
-    # Newton's method, safeguarded by a bracket over which the sign changes once.
-    slope = derivative(c)
+    # Newton's method, safeguarded by a bracket over which the sign changes once, to positive if
+    # `negative`.
+    slope_coefficients = derivative(c)
     t = 0.5 * (low + high)
-    for _ in range(_NEWTON_STEPS):
+    for _ in range(_MAX_NEWTON_STEPS):
         value = evaluate(c, t)
         if value == 0.0:
             break
@@ -138,13 +143,13 @@ def _refine(c: Sequence[float], low: float, high: float, *, negative: bool) -> f
             low = t
         else:
             high = t
-        tangent = evaluate(slope, t)
-        new = t - value / tangent if tangent != 0.0 else low
-        if abs(new - t) <= 2.0**-52 * t:
-            return new
-        if not low < new < high:
-            new = 0.5 * (low + high)
-            if new in (low, high):
+        slope = evaluate(slope_coefficients, t)
+        next_t = t - value / slope if slope != 0.0 else low
+        if abs(next_t - t) <= _ROOT_TOLERANCE * t:
+            return next_t
+        if not low < next_t < high:
+            next_t = 0.5 * (low + high)
+            if next_t in (low, high):
                 break
-        t = new
+        t = next_t
     return t

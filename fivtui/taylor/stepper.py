@@ -42,6 +42,8 @@ MAX_ORDER: Final = 20
 # Largest order with a friction law, which shortens steps.
 MAX_LAW_ORDER: Final = 24
 ORDER_STEP: Final = 4
+# Cheapest order over −ln(local tolerance), measured.
+_ORDER_OVER_LOG_TOL: Final = 0.655
 # Longest step over √(m/stiffness), reached at rest.
 LONGEST_STEP: Final = 1e3
 # Smallest scale of a coordinate relative to the larger scale of x and y.
@@ -82,7 +84,7 @@ def order_for(tol: float, *, by_law: bool = False) -> int:
     has one of them last, so that the step size is safe. With `by_law` friction falls with the
     sliding speed.
     """
-    order = ORDER_STEP * math.ceil(-0.655 / ORDER_STEP * math.log(tol))
+    order = ORDER_STEP * math.ceil(-_ORDER_OVER_LOG_TOL / ORDER_STEP * math.log(tol))
     return min(max(order, MIN_ORDER), MAX_LAW_ORDER if by_law else MAX_ORDER)
 
 
@@ -166,7 +168,8 @@ class TaylorStepper:
             mode: coefficient_function(right_hand_side(p, mode), self._degree - 1) for mode in modes
         }
         self._evaluate = state_function(self._degree)
-        self._weights = tuple(n * (n - 1) / 8.0 for n in range(self._degree + 1))
+        # Distance of θⁿ from its chord: at most an eighth of the second derivative.
+        self._chord_weights = tuple(n * (n - 1) / 8.0 for n in range(self._degree + 1))
         self._deflection = static_deflection(p)
         self._time_scale = time_scale(p)
         self._time, self._remainder, self._state = t, 0.0, state
@@ -188,6 +191,7 @@ class TaylorStepper:
         Raises `ComputationError` if the motion overflows, or switches faster than time resolves.
         """
         mode, start, remainder = self._mode, self._time, self._remainder
+        # Coefficients in m/sⁿ, then in m over the fraction θ of the step.
         x, y = motion = self._expand(mode)
         duration = self._step_size(x, y)
         powers = tuple(accumulate(repeat(duration, self._degree), mul, initial=1.0))
@@ -218,12 +222,13 @@ class TaylorStepper:
     def _find_first_end(
         self, _motion: Coefficients, y: tuple[float, ...], _powers: Sequence[float], final: State
     ) -> tuple[float, Transition] | None:
-        # Earliest end of the mode as a fraction of the step, with its transition.
+        # Earliest end of the mode as a fraction θ of the step, with its transition. `_motion` has
+        # the coefficients in m/sⁿ, y those in θ; `_powers` are powers of the step's duration.
         root = self._first_root(y, final[2]) if self._separation else None
         return None if root is None else (root, MODES[self._mode].ends[0])
 
     def _final_state(self, final: State, duration: float, transition: Transition | None) -> State:
-        # Convert the final state from step units to SI.
+        # Convert the final state from velocities by θ to SI units; y is zero at a switch.
         x, vx, y, vy = final
         return (x, vx / duration, y if transition is None else 0.0, vy / duration)
 
@@ -262,7 +267,7 @@ class TaylorStepper:
     def _first_root(self, y: tuple[float, ...], final: float) -> float | None:
         # The bound |y − chord| <= max|d²y/dθ²|/8 excludes a root in most steps at the cost of one
         # sum. After a switch y starts at zero, and the bound holds for y/θ.
-        chord_distance = sum(map(mul, map(abs, y), self._weights))
+        chord_distance = sum(map(mul, map(abs, y), self._chord_weights))
         contact = self._mode in IN_CONTACT
         first = y[0] if y[0] != 0.0 else y[1]
         nearest = max(first, final) if contact else -min(first, final)

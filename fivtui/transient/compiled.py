@@ -118,10 +118,10 @@ def run(request: Request, work: Progress, on_samples: OnSamples | None = None) -
         extremes=Extremes(
             outcome.x_min, outcome.y_min, outcome.x_max, outcome.y_max, outcome.vx_max
         ),
-        second_half=Extremes(y_min=outcome.y_low, y_max=outcome.y_high),
+        second_half=Extremes(y_min=outcome.second_half_min, y_max=outcome.second_half_max),
         switches=switch_times,
         separations=int(outcome.separations),
-        separated_time=outcome.separated,
+        separated_time=outcome.separated_time,
         stats=Stats(int(outcome.steps), None, "compiled"),
         first_mode=request.first_mode,
         trajectory=None if times is None else _trajectory(p, times, kernel_run),

@@ -31,11 +31,11 @@ def random_searches(varied_count: int) -> Iterator[tuple[FloatArray, FloatArray]
         )
 
 
-def solve_searches(varied_count: int, *, tangent_across: bool) -> list[OrbitOnCurve | None]:
+def solve_searches(varied_count: int, *, is_normal_to_flow: bool) -> list[OrbitOnCurve | None]:
     flow = SliderBeltFlow(System(Parameters()), ("mu", "F")[:varied_count])
     curve = OrbitCurve(flow, SCALES[: 5 + varied_count])
     return [
-        curve.solve(*search, tangent_across=tangent_across)
+        curve.solve(*search, is_normal_to_flow=is_normal_to_flow)
         for search in random_searches(varied_count)
     ]
 
@@ -52,14 +52,14 @@ def orbit_numbers(orbit: OrbitOnCurve | None) -> FloatArray:
     return np.concatenate([*arrays, [orbit.determinant]])
 
 
-@pytest.mark.parametrize("tangent_across", [True, False])
+@pytest.mark.parametrize("is_normal_to_flow", [True, False])
 @pytest.mark.parametrize("varied_count", [1, 2])
 def test_the_kernel_finds_the_same_orbits_as_python(
-    varied_count: int, tangent_across: bool, monkeypatch: pytest.MonkeyPatch
+    varied_count: int, is_normal_to_flow: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    compiled_orbits = solve_searches(varied_count, tangent_across=tangent_across)
+    compiled_orbits = solve_searches(varied_count, is_normal_to_flow=is_normal_to_flow)
     monkeypatch.setattr(arclength, "why_interpreted", lambda: "the test interprets")
-    interpreted_orbits = solve_searches(varied_count, tangent_across=tangent_across)
+    interpreted_orbits = solve_searches(varied_count, is_normal_to_flow=is_normal_to_flow)
     assert len(compiled_orbits) >= 6
     for compiled_orbit, interpreted_orbit in zip(compiled_orbits, interpreted_orbits, strict=True):
         np.testing.assert_allclose(
@@ -76,9 +76,11 @@ def test_instruction_sets_find_the_same_orbits(
 ) -> None:
     if not processor_has(instruction_set):
         pytest.skip(f"this processor lacks {instruction_set}")
-    expected = solve_searches(2, tangent_across=True)
+    expected = solve_searches(2, is_normal_to_flow=True)
     monkeypatch.setattr(arclength, "load_kernel", lambda: native.Kernel(instruction_set))
-    for orbit, expected_orbit in zip(solve_searches(2, tangent_across=True), expected, strict=True):
+    for orbit, expected_orbit in zip(
+        solve_searches(2, is_normal_to_flow=True), expected, strict=True
+    ):
         np.testing.assert_array_equal(orbit_numbers(orbit), orbit_numbers(expected_orbit))
 
 
@@ -102,4 +104,4 @@ def test_searches_from_invalid_guesses_find_no_orbit(replaced_number: tuple[int,
 def test_structures_have_the_same_size_in_python_and_c() -> None:
     library = native._load_library()
     assert library.fivtui_orbit_request_size_baseline() == ctypes.sizeof(orbits._Request)
-    assert library.fivtui_orbit_found_size_baseline() == 8 * orbits._RESULT_SIZE
+    assert library.fivtui_orbit_found_size_baseline() == 8 * orbits._ORBIT_SIZE

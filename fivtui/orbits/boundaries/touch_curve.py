@@ -64,7 +64,7 @@ class TouchCurve(CycleCurve[OrbitOnCurve]):
     ) -> OrbitOnCurve | None:
         """The cycle near a guess, in the plane through it with this normal: see `Curve`."""
         normals = np.array([_Y_AXIS, _VY_AXIS, normal])
-        orbit = self._orbits.solve(guess, normals, heading, tangent_across=False)
+        orbit = self._orbits.solve(guess, normals, heading, is_normal_to_flow=False)
         if orbit is None or orbit.y_max > _MAX_HEIGHT * abs(orbit.y_min):
             return None
         return orbit

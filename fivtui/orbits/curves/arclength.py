@@ -194,19 +194,22 @@ class OrbitCurve:
         planes: FloatArray,
         along: FloatArray | None = None,
         *,
-        tangent_across: bool = True,
+        is_normal_to_flow: bool = True,
     ) -> OrbitOnCurve | None:
         """The periodic orbit near a guess in planes through it; None without convergence.
 
         The planes through the guess have the normals `planes`. The tangent points along `along`, by
-        default the last normal. It is normal to the first one, or to the orbit if `tangent_across`.
+        default the last normal. It is normal to the first one, or to the flow if
+        `is_normal_to_flow`.
         """
         self._work.check()
         if not np.isfinite(guess).all():
             return None
         direction = planes[-1] if along is None else along
         if self._search is not None:
-            orbit = self._search.solve(guess, planes, direction, tangent_across=tangent_across)
+            orbit = self._search.solve(
+                guess, planes, direction, is_normal_to_flow=is_normal_to_flow
+            )
             return None if orbit is None else OrbitOnCurve(**orbit._asdict())
         state_count = self._state_count
 
@@ -220,7 +223,9 @@ class OrbitCurve:
         root = find_root(equations, guess, state_count, _NEWTON_LIMITS)
         if root is None:
             return None
-        return self.orbit_with_tangent(root, root.data, direction, tangent_across=tangent_across)
+        return self.orbit_with_tangent(
+            root, root.data, direction, is_normal_to_flow=is_normal_to_flow
+        )
 
     def return_distance(self, orbit: OrbitOnCurve, share: float) -> float:
         """Distance of an orbit from its start after a share of its period, relative to its size."""
@@ -270,14 +275,14 @@ class OrbitCurve:
         return rows
 
     def orbit_with_tangent(
-        self, root: Root[T], motion: MotionEnd, along: FloatArray, *, tangent_across: bool = True
+        self, root: Root[T], motion: MotionEnd, along: FloatArray, *, is_normal_to_flow: bool = True
     ) -> OrbitOnCurve | None:
         """The orbit of a root with its tangent; None where the equations are singular."""
         system, state_count = root.derivatives.copy(), self._state_count
         system[-1] = along
         rate = motion.rate / self.scales[:state_count]
         flow_direction = rate / np.linalg.norm(rate)
-        if tangent_across:
+        if is_normal_to_flow:
             system[state_count] = 0.0
             system[state_count, :state_count] = flow_direction
         try:
