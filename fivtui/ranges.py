@@ -23,9 +23,10 @@ _COMMA_IN_NUMBER: Final = re.compile(rf"(\s*[+-]?[0-9]*),{_FRACTION}(\s*%?\s*)")
 _COMMA_IN_PART: Final = re.compile(
     rf"((?:^|[\s=~])[+-]?[0-9]*),{_FRACTION}(?=\s*:)|(:\s*[+-]?[0-9]*),{_FRACTION}(?=[\s:]|$)"
 )
-# Entries of the table of 2^(n/64), and terms of the series between two entries.
-_SIZE: Final = 64
-_TERMS: Final = 7
+# Entries of the table of 2^(n/64), and terms of the series of eˣ − 1 between two entries.
+_TABLE_SIZE: Final = 64
+_SERIES_TERMS: Final = 7
+# Decimal numbers of 50 digits.
 _PRECISE: Final = Context(prec=50)
 _LN2: Final = _PRECISE.ln(Decimal(2))
 # Relative tolerance for values spaced by a mathematical library.
@@ -58,11 +59,16 @@ def parse_range(
     *,
     counted: bool = True,
 ) -> NamedRange:
-    """Parse a range."""
+    """Parse a range as ``NAME=START:STOP:COUNT[:log]``; messages name `flag`.
+
+    `specs` are the allowed names. Without `counted` the text has no COUNT, and the range has two
+    values.
+    """
     name, equals, range_part = text.partition("=")
     name, parts = name.strip(), [part.strip() for part in range_part.split(":")]
     form, example = (_FORM, "F=10:120:23") if counted else (_ENDS_FORM, "F=10:120")
     if not counted:
+        # The count of both ends.
         parts.insert(2, "2")
     if not equals or not name or len(parts) not in (3, 4):
         raise InputError(f"{flag} {text}: must be {form}, e.g. {flag} {example}")
@@ -164,32 +170,39 @@ def _spaced_values(start: float, stop: float, count: int, *, log: bool) -> Float
 
 
 def log_spaced(start: float, stop: float, indices: Floats, steps: int = 1) -> Floats:
-    """Values start (stop/start)^(index/parts), with the same bits on every machine.
+    """Values start (stop/start)^(index/steps), with the same bits on every machine.
 
     Powers by a mathematical library differ in their last bits between processors. This function
     uses only sums, products and roundings, which IEEE 754 defines.
     """
-    start_log, stop_log = (_PRECISE.multiply(_log2(end), Decimal(_SIZE)) for end in (start, stop))
-    begin = _split_decimal(start_log)
-    span = _split_decimal(_PRECISE.divide(_PRECISE.subtract(stop_log, start_log), Decimal(steps)))
-    product, residue = _exact_product(span[0], indices)
-    total = begin[0] + product
+    # Logarithms are to the base 2^(1/64). Numbers of two floats have a high and a low part.
+    start_log, stop_log = (
+        _PRECISE.multiply(_log2(end), Decimal(_TABLE_SIZE)) for end in (start, stop)
+    )
+    start_high, start_low = _split_decimal(start_log)
+    step_high, step_low = _split_decimal(
+        _PRECISE.divide(_PRECISE.subtract(stop_log, start_log), Decimal(steps))
+    )
+    product, product_error = _exact_product(step_high, indices)
+    total = start_high + product
     # The rounding error of the sum (Knuth) and all smaller terms.
-    added = total - begin[0]
+    added = total - start_high
     residue = (
-        (begin[0] - (total - added)) + (product - added) + (residue + indices * span[1] + begin[1])
+        (start_high - (total - added))
+        + (product - added)
+        + (product_error + indices * step_low + start_low)
     )
     integer = np.rint(total)
-    remainder = ((total - integer) + residue) * (float(_LN2) / _SIZE)
+    remainder = ((total - integer) + residue) * (float(_LN2) / _TABLE_SIZE)
     power = integer.astype(np.int64)
     high, low = _power_table()
-    table_index = power % _SIZE
-    # e^rest − 1
+    table_index = power % _TABLE_SIZE
+    # e^remainder − 1
     series = np.zeros_like(remainder)
-    for n in range(_TERMS, 0, -1):
+    for n in range(_SERIES_TERMS, 0, -1):
         series = (series + 1.0) * remainder / n
     value = high[table_index] + (low[table_index] + high[table_index] * series)
-    spaced: Floats = np.ldexp(value, power // _SIZE)
+    spaced: Floats = np.ldexp(value, power // _TABLE_SIZE)
     return spaced
 
 
@@ -206,7 +219,8 @@ def _split_decimal(number: Decimal) -> tuple[float, float]:
 @lru_cache(maxsize=1)
 def _power_table() -> tuple[Floats, Floats]:
     # 2^(n/64) as high and low parts.
-    exact = [_PRECISE.power(Decimal(2), Decimal(n) / Decimal(_SIZE)) for n in range(_SIZE)]
+    size = Decimal(_TABLE_SIZE)
+    exact = [_PRECISE.power(Decimal(2), Decimal(n) / size) for n in range(_TABLE_SIZE)]
     pairs = np.array([_split_decimal(power) for power in exact])
     return pairs[:, 0], pairs[:, 1]
 
@@ -216,5 +230,5 @@ def _exact_product(a: float, b: Floats) -> tuple[Floats, Floats]:
     product = a * b
     a_high, b_high = (_SPLITTER * x - (_SPLITTER * x - x) for x in (a, b))
     a_low, b_low = a - a_high, b - b_high
-    residue = a_low * b_low - (((product - a_high * b_high) - a_low * b_high) - a_high * b_low)
-    return product, residue
+    error = a_low * b_low - (((product - a_high * b_high) - a_low * b_high) - a_high * b_low)
+    return product, error

@@ -38,6 +38,7 @@ FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
 _MAX_ITERATIONS: Final = 200
+# Relative change of μ at which an iteration has converged.
 _CONVERGED: Final = 4.0 * np.finfo(float).eps
 
 
@@ -45,8 +46,9 @@ class StabilityPoints:
     """Growth rate, stability boundary and critical μ of n parameter sets at their equilibria.
 
     Use it under ``np.errstate(all="ignore")`` and check for values that are not finite.
-    `no_equilibrium` is True where F < 0 lifts the slider and k3 = 0 does not hold it; `kt` is the
-    tangent contact stiffness, N/m, 0 where the slider is lifted.
+    `h` = k3/2 and `a` = k1 + h are stiffnesses, N/m. `lifted` is True where F < 0 lifts the slider
+    off the belt, `no_equilibrium` where moreover no spring holds it. `kt` is the tangent contact
+    stiffness, N/m, 0 where the slider is lifted.
     """
 
     m: FloatArray
@@ -79,8 +81,8 @@ class StabilityPoints:
 
         Undefined where `no_equilibrium`.
         """
-        b = self.kt + self.h
         # In units of √(stiffness/m) every coefficient is of order one.
+        b = self.kt + self.h
         stiffness = self.a + b
         scale = np.sqrt(self.m * stiffness)
         coupling = self.h - self.mu * self.kt

@@ -72,9 +72,10 @@ def critical_mu_on_belt(system: System) -> tuple[CriticalMu, ...]:
         return constant_critical_mu(system)
     if p.v_belt == 0.0 or (system.separation and load(p) < 0.0):
         return ()
-    top = PARAMETERS["mu"].upper if p.mu_s is None else p.mu_s
-    grid = 0.5 * top * (1.0 - np.cos(np.linspace(0.0, np.pi, _MU_INTERVALS + 1)))
-    grid[-1] = top
+    mu_max = PARAMETERS["mu"].upper if p.mu_s is None else p.mu_s
+    # Chebyshev points, which are dense at both ends.
+    grid = 0.5 * mu_max * (1.0 - np.cos(np.linspace(0.0, np.pi, _MU_INTERVALS + 1)))
+    grid[-1] = mu_max
     return tuple(CriticalMu(mu, becomes) for mu, becomes in _stability_changes(p, "mu", grid))
 
 
@@ -86,9 +87,9 @@ def critical_speeds(system: System) -> tuple[CriticalSpeed, ...]:
     p, lifted = system.parameters, system.separation and load(system.parameters) < 0.0
     if p.v_belt is None or lifted or not depends_on_speed(p):
         return ()
-    top = parameter_spec("v_belt").upper
+    speed_max = parameter_spec("v_belt").upper
     grid = (p.v_s or 1.0) * _relative_speeds()
-    grid = np.append(grid[grid < top], top)
+    grid = np.append(grid[grid < speed_max], speed_max)
     return tuple(CriticalSpeed(v, becomes) for v, becomes in _stability_changes(p, "v_belt", grid))
 
 

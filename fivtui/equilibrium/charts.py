@@ -87,17 +87,13 @@ def _mode_chart(scan: ModeScan, label: str, parts: FloatArray, guides: tuple[Gui
 
 
 def _mu_guides(p: Parameters, result: Stability) -> tuple[Guide, ...]:
-    symbol, several = math_symbol("μ_c"), len(result.critical_mu) > 1
-    critical = [
-        Guide(
-            change.mu,
-            Label(
-                f"μ_c {change.mu:.4g}",
-                f"{symbol} = {change.mu:.4g}" + f", above it {change.becomes}" * several,
-            ),
-            role="critical",
-        )
-        for change in result.critical_mu
-    ]
+    # Lines at μ and at every critical μ; several ones say what the equilibrium becomes above each.
+    symbol, has_several = math_symbol("μ_c"), len(result.critical_mu) > 1
+    critical = []
+    for change in result.critical_mu:
+        consequence = f", above it {change.becomes}" if has_several else ""
+        figure_text = f"{symbol} = {change.mu:.4g}{consequence}"
+        label = Label(f"μ_c {change.mu:.4g}", figure_text)
+        critical.append(Guide(change.mu, label, role="critical"))
     present = Guide(p.mu, Label(f"μ {p.mu:.4g}", f"$μ$ = {p.mu:.4g}"), role="present")
     return (*critical, present)

@@ -1,4 +1,4 @@
-"""Heights of many equilibria at once, on arrays."""
+"""Heights y of many equilibria in contact at once, on arrays."""
 
 from typing import Any, Final
 
@@ -9,8 +9,8 @@ from fivtui.model import rest_coefficients
 
 from .quartic import cube_root_bound
 
-# Steps of Newton's method, which converges quadratically from a start of the right order.
-_STEPS: Final = 7
+# Iterations of Newton's method, which converges quadratically from a start of the right order.
+_ITERATIONS: Final = 7
 
 
 def resting_heights(p: Any, mu: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -20,12 +20,13 @@ def resting_heights(p: Any, mu: NDArray[np.float64]) -> NDArray[np.float64]:
     times the root. The parameters `p` are numbers or arrays. Call it under
     ``np.errstate(all="ignore")``.
     """
-    alpha, beta, downward = rest_coefficients(p, mu)
-    force = np.abs(downward)
-    linear = force / beta
-    y = np.fmin(linear, cube_root_bound(force / alpha))
-    y = np.where((force > 0.0) & (alpha > 0.0), y, linear)
-    for _ in range(_STEPS):
-        y = y - (alpha * y * y * y + beta * y - force) / (3.0 * alpha * y * y + beta)
-    heights: NDArray[np.float64] = np.copysign(y, -downward)
+    alpha, beta, load = rest_coefficients(p, mu)
+    load_size = np.abs(load)
+    linear_root = load_size / beta
+    size = np.fmin(linear_root, cube_root_bound(load_size / alpha))
+    size = np.where((load_size > 0.0) & (alpha > 0.0), size, linear_root)
+    for _ in range(_ITERATIONS):
+        residual = alpha * size * size * size + beta * size - load_size
+        size = size - residual / (3.0 * alpha * size * size + beta)
+    heights: NDArray[np.float64] = np.copysign(size, -load)
     return heights

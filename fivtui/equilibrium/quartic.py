@@ -15,8 +15,10 @@ Complex = tuple[FloatArray, FloatArray]
 # (c1, a), (c2, b) and d of (s² + c1 s + a)(s² + c2 s + b) − d.
 Quartic = tuple[tuple[FloatArray, FloatArray], tuple[FloatArray, FloatArray], FloatArray]
 
+# Iterations of Newton's method for a root of the quartic, and for one of its resolvent cubic.
 _ROOT_ITERATIONS: Final = 3
 _RESOLVENT_ITERATIONS: Final = 8
+# Distance above the closed form at which the resolvent's iteration starts, relative to the root.
 _START_MARGIN: Final = 4e-8
 # Slope at a root, relative to the terms of the slope, below which another root is close.
 _COALESCING_SLOPE: Final = 1e-3
@@ -46,6 +48,8 @@ def rightmost_real_part(
     Coefficients are arrays of equal shape, scaled to the order of one, with c1, c2 ≥ 0. The error
     is the rounding of the greatest |s|; where roots coincide, its square root.
     """
+    # z = s + g turns the factors into z² + e z + a0 and z² − e z + b0, and the quartic into
+    # z⁴ + p z² + q z + r.
     g = 0.25 * (c1 + c2)
     e = 0.5 * (c1 - c2)
     a0, b0 = a + g * (g - c1), b + g * (g - c2)
@@ -127,8 +131,8 @@ def _rightmost_of_two(root: Complex, quartic: Quartic) -> FloatArray:
         for _ in range(_CLOSE_ROOT_ITERATIONS):
             leading = _sum(bend, _product(_sum(third, offset), offset))
             half = _multiple(0.5, _ratio(slope, leading))
-            inner = _difference(_product(half, half), _ratio(value, leading))
-            offset = _difference(_multiple(sign, _square_root(inner)), half)
+            radicand = _difference(_product(half, half), _ratio(value, leading))
+            offset = _difference(_multiple(sign, _square_root(radicand)), half)
         roots.append(_sum(centre, offset))
     residual = np.maximum(*(_size(_value_and_slope(candidate, quartic)[0]) for candidate in roots))
     tolerance = _size(_value_and_slope(root, quartic)[0]) + _ROUNDING * _term_sum(root, quartic)
@@ -171,10 +175,11 @@ def _resolvent(p: FloatArray, gap: FloatArray, q: FloatArray) -> FloatArray:
     slope = shift * shift - gap / 3.0
     value = shift * shift * shift - 0.5 * shift * gap + 0.5 * q * q
     outer = _outer_root(slope, np.abs(value))
-    single = value * value > slope * slope * slope
-    # Where value < 0 and there are three roots, two solve t² − outer t + outer² − 3 slope = 0.
+    # Where value < 0, −outer is a root: the only one, or the least of three. The other two solve
+    # t² − outer t + outer² − 3 slope = 0.
+    has_single_root = value * value > slope * slope * slope
     inner = 0.5 * (outer + np.sqrt(np.maximum(12.0 * slope - 3.0 * outer * outer, 0.0)))
-    greatest = np.where(value >= 0.0, outer, np.where(single, -outer, inner))
+    greatest = np.where(value >= 0.0, outer, np.where(has_single_root, -outer, inner))
     # Where roots meet, the closed form is wrong by the square root of rounding. From a start above
     # the greatest root Newton's method converges to it from above.
     root = np.maximum(shift + greatest, 0.0) + _START_MARGIN * (np.abs(shift) + outer)
@@ -201,6 +206,7 @@ def _outer_root(slope: FloatArray, value: FloatArray) -> FloatArray:
 
 
 def _size(x: Complex) -> FloatArray:
+    # The greater absolute value of real and imaginary part.
     size: FloatArray = np.maximum(np.abs(x[0]), np.abs(x[1]))
     return size
 
@@ -250,6 +256,6 @@ def _square_root(x: Complex) -> Complex:
 
 
 def _direction(x: Complex, size: FloatArray) -> Complex:
-    # Scaling by the size avoids underflow in the squares of small numbers.
+    # x/size, zero where the size is zero: squares of small numbers would underflow.
     first, second = (np.divide(part, size, out=np.zeros_like(size), where=size > 0.0) for part in x)
     return first, second

@@ -15,8 +15,8 @@ if TYPE_CHECKING:
     from .modes import VibrationMode
 
 
-# Growth rates below this part of the largest eigenvalue count as zero.
-_ZERO_GROWTH: Final = 1e-9
+# Growth rates below this fraction of the largest eigenvalue count as zero.
+_ZERO_SHARE: Final = 1e-9
 _CONSEQUENCE: Final = {
     "STABLE": "small disturbances die out",
     "UNSTABLE": "small disturbances grow (flutter)",
@@ -24,49 +24,50 @@ _CONSEQUENCE: Final = {
 }
 
 
-def verdict(s: Stability) -> str:
+def verdict(result: Stability) -> str:
     """The stability of the equilibrium: ``STABLE``, ``UNSTABLE`` or ``NEUTRAL``."""
-    if s.stable:
+    if result.stable:
         return "STABLE"
-    return "NEUTRAL" if abs(s.growth_rate) <= _rounding(s) else "UNSTABLE"
+    return "NEUTRAL" if abs(result.growth_rate) <= _zero_growth(result) else "UNSTABLE"
 
 
-def _rounding(s: Stability) -> float:
-    return _ZERO_GROWTH * float(np.abs(s.eigenvalues).max())
+def _zero_growth(result: Stability) -> float:
+    # Growth rates and distances of frequencies up to this one, 1/s, count as zero.
+    return _ZERO_SHARE * float(np.abs(result.eigenvalues).max())
 
 
-def critical_mu_text(s: Stability, digits: int = 6) -> str:
+def critical_mu_text(result: Stability, digits: int = 6) -> str:
     """The critical friction coefficients, and what the equilibrium becomes above each."""
-    if not s.critical_mu:
+    if not result.critical_mu:
         return "none for μ > 0"
-    return ", ".join(f"{number(c.mu, digits)} ({c.becomes} above)" for c in s.critical_mu)
+    return ", ".join(f"{number(c.mu, digits)} ({c.becomes} above)" for c in result.critical_mu)
 
 
-def margin_text(s: Stability) -> str:
+def margin_text(result: Stability) -> str:
     """Relative distance of μ from the nearest critical μ; empty without one."""
-    if not s.critical_mu:
+    if not result.critical_mu:
         return ""
-    mu = s.parameters.mu
-    excess = mu / min((c.mu for c in s.critical_mu), key=lambda value: abs(value - mu)) - 1.0
+    mu = result.parameters.mu
+    excess = mu / min((c.mu for c in result.critical_mu), key=lambda value: abs(value - mu)) - 1.0
     return f"μ {100.0 * abs(excess):.3g} % {'above' if excess > 0.0 else 'below'}"
 
 
-def stability_rows(s: Stability) -> list[Row]:
+def stability_rows(result: Stability) -> list[Row]:
     """All results of a stability analysis: label, value with unit, and a note."""
-    point, coalescence, linear = s.equilibrium, s.coalescence, s.linear_critical_mu
-    distance, margin_mu = coalescence.frequency_distance, s.margin.mu
-    margin = "" if margin_mu is None else f"{margin_text(s)}, margin {margin_mu:+.6g}"
-    coalescence_place = "nowhere" if coalescence.mu is None else f"at μ {number(coalescence.mu)}"
+    point, coalescence, linear = result.equilibrium, result.coalescence, result.linear_critical_mu
+    distance, margin_mu = coalescence.frequency_distance, result.margin.mu
+    margin = "" if margin_mu is None else f"{margin_text(result)}, margin {margin_mu:+.6g}"
+    coalescence_text = "nowhere" if coalescence.mu is None else f"at μ {number(coalescence.mu)}"
     rows = [
-        Row("verdict", verdict(s), _CONSEQUENCE[verdict(s)]),
-        Row("growth rate", f"{s.growth_rate:+.6g} 1/s", _time_scale_text(s.growth_rate)),
-        Row("critical μ", critical_mu_text(s), margin),
+        Row("verdict", verdict(result), _CONSEQUENCE[verdict(result)]),
+        Row("growth rate", f"{result.growth_rate:+.6g} 1/s", _time_scale_text(result.growth_rate)),
+        Row("critical μ", critical_mu_text(result), margin),
         Row(
             "critical μ, linear",
             "none" if linear is None else number(linear),
             "of the system with k_nl = 0",
         ),
-        *_belt_rows(s),
+        *_belt_rows(result),
         Row("equilibrium x", f"{number(point.x)} m", "Eq. 6"),
         Row("equilibrium y", f"{number(point.y)} m", "negative: contact is compressed"),
         Row(
@@ -76,13 +77,15 @@ def stability_rows(s: Stability) -> list[Row]:
         ),
         Row(
             "frequency distance",
-            "0: coalesced" if distance <= _rounding(s) else f"{number(distance / math.tau)} Hz",
-            f"undamped, the modes coalesce {coalescence_place}",
+            "0: coalesced"
+            if distance <= _zero_growth(result)
+            else f"{number(distance / math.tau)} Hz",
+            f"undamped, the modes coalesce {coalescence_text}",
         ),
     ]
     rows += [
         Row(f"eigenvalue {index}", _eigenvalue_text(value))
-        for index, value in enumerate((v for v in s.eigenvalues.tolist() if v.imag >= 0.0), 1)
+        for index, value in enumerate((v for v in result.eigenvalues.tolist() if v.imag >= 0.0), 1)
     ]
     rows += [
         Row(
@@ -90,17 +93,17 @@ def stability_rows(s: Stability) -> list[Row]:
             f"{number(mode.frequency)} Hz",
             f"damping ratio {number(mode.damping_ratio, 4)}, {_shape_text(mode)}",
         )
-        for index, mode in enumerate(s.modes, 1)
+        for index, mode in enumerate(result.modes, 1)
     ]
     return rows
 
 
-def _belt_rows(s: Stability) -> list[Row]:
+def _belt_rows(result: Stability) -> list[Row]:
     # Rows for a belt of finite speed.
-    if s.parameters.v_belt is None:
+    if result.parameters.v_belt is None:
         return []
-    mu, c1 = sliding_coefficients(s.parameters, s.equilibrium.y, s.equilibrium.mode)
-    speeds = ", ".join(f"{number(c.v_belt)} m/s ({c.becomes} above)" for c in s.critical_speed)
+    mu, c1 = sliding_coefficients(result.parameters, result.equilibrium.y, result.equilibrium.mode)
+    speeds = ", ".join(f"{number(c.v_belt)} m/s ({c.becomes} above)" for c in result.critical_speed)
     return [
         Row("critical belt speed", speeds or "none"),
         Row("μ at the belt's speed", number(mu), f"horizontal damping {number(c1)} N s/m"),
@@ -129,7 +132,7 @@ def _shape_text(mode: "VibrationMode") -> str:
     return f"y/x {number(abs(ratio), 4)}, {number(degrees, 4)}°"
 
 
-def print_stability(s: Stability) -> None:
+def print_stability(result: Stability) -> None:
     """Print the report of a stability analysis."""
-    parameters = Row("parameters", parameter_line(s.parameters))
-    print_list("Stability", [parameters, *stability_rows(s)])
+    parameters = Row("parameters", parameter_line(result.parameters))
+    print_list("Stability", [parameters, *stability_rows(result)])

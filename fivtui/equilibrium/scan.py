@@ -16,9 +16,12 @@ FloatArray = NDArray[np.float64]
 
 _POINT_COUNT: Final = 241
 # Number of points between calls of `should_continue`.
-_BLOCK: Final = 24
+_POINTS_PER_CALL: Final = 24
+# Least upper end of a scan, and the factor by which it exceeds μ and every critical μ.
 _MIN_TOP: Final = 1.0
 _TOP_FACTOR: Final = 1.5
+# The upper end is one of these times a power of ten.
+_ROUND_NUMBERS: Final = (1.0, 1.5, 2.0, 3.0, 5.0, 10.0)
 # Frequencies closer than this, relative to the fastest, have merged.
 _MERGED_DISTANCE: Final = 1e-6
 
@@ -60,13 +63,12 @@ def scan_top(result: Stability) -> float:
     A round number stays the same while a value is edited.
     """
     p = result.parameters
-    highest = PARAMETERS["mu"].upper if p.mu_s is None else p.mu_s
-    lowest_top = _TOP_FACTOR * max(
-        _MIN_TOP / _TOP_FACTOR, p.mu, *(c.mu for c in result.critical_mu), 0.0
-    )
-    decade = 10.0 ** np.floor(np.log10(lowest_top))
-    top = next(f * decade for f in (1.0, 1.5, 2.0, 3.0, 5.0, 10.0) if f * decade >= lowest_top)
-    return float(min(top, highest))
+    mu_max = PARAMETERS["mu"].upper if p.mu_s is None else p.mu_s
+    marked_values = (p.mu, *(critical.mu for critical in result.critical_mu))
+    min_top = _TOP_FACTOR * max(_MIN_TOP / _TOP_FACTOR, *marked_values)
+    decade = 10.0 ** np.floor(np.log10(min_top))
+    round_numbers = (factor * decade for factor in _ROUND_NUMBERS)
+    return float(min(next(number for number in round_numbers if number >= min_top), mu_max))
 
 
 def mode_scan(
@@ -83,13 +85,13 @@ def mode_scan(
     mu = np.linspace(0.0, top, _POINT_COUNT)
     matrices = np.empty((_POINT_COUNT, 4, 4))
     for index, value in enumerate(mu.tolist()):
-        if index % _BLOCK == 0 and not should_continue():
+        if index % _POINTS_PER_CALL == 0 and not should_continue():
             raise Cancelled
         changed = system.with_values({"mu": value})
         point = equilibrium(changed)
         matrices[index] = jacobian(changed.parameters, point.y, point.mode)
     values = np.linalg.eigvals(matrices).astype(np.complex128)
     # Frequencies that differ by rounding have merged; their real parts give the order.
-    size = _MERGED_DISTANCE * np.abs(values).max()
-    order = np.lexsort((-values.real, -np.rint(values.imag / size)), axis=-1)
+    merged_distance = _MERGED_DISTANCE * np.abs(values).max()
+    order = np.lexsort((-values.real, -np.rint(values.imag / merged_distance)), axis=-1)
     return ModeScan(mu, np.take_along_axis(values, order, axis=-1))

@@ -27,7 +27,7 @@ _COMMA: Final = ",\n        "
 
 
 class Dual(ReflectedOperators):
-    """An expression with its derivative."""
+    """An expression with its derivative (a dual number); operators differentiate."""
 
     __slots__ = ("slope", "value")
 
@@ -73,10 +73,12 @@ def column(name: str) -> str:
 
 
 def _symbols(prefix: str) -> dict[str, Expression]:
+    # C expressions of the parameters in an array of this name.
     return {name: Expression(f"{prefix}[{column(name)}]") for name in ALL_PARAMETERS}
 
 
 def _namespace(values: Mapping[str, Any], *, by_law: bool = False) -> SimpleNamespace:
+    # The parameters as attributes, with or without a friction law; in C μ_s is always given.
     friction = {"v_s": values["v_s"] if by_law else None, "mu_static": values["mu_s"]}
     return SimpleNamespace(**{**values, **friction})
 
@@ -166,12 +168,14 @@ def _function_definitions() -> list[str]:
 
 def _coefficient_functions() -> list[str]:
     # C functions: the coefficients of each mode, those of a mode given by its number, and their
-    # derivative in the direction q of the parameters. A case: mode, coefficients, derivative.
+    # derivative in the direction q of the parameters.
     values, slopes = _symbols("p"), _symbols("q")
     duals = {name: Dual(value, slopes[name]) for name, value in values.items()}
-    p, changed = _namespace(values), _namespace(duals)
+    p, varied = _namespace(values), _namespace(duals)
     head = "INLINE Coefficients"
-    texts, cases = [], []
+    texts: list[str] = []
+    coefficients_by_mode: dict[str, str] = {}
+    changes_by_mode: dict[str, str] = {}
     for mode in Mode:
         name = f"{mode.name.lower()}_coefficients"
         coefficients = _COMMA.join(expression(value).text for value in equations.field(p, mode))
@@ -179,16 +183,16 @@ def _coefficient_functions() -> list[str]:
             f"{head} {name}(const double *p)\n{{\n"
             f"    return (Coefficients){{\n        {coefficients}}};\n}}\n"
         )
-        changes = _COMMA.join(_dual(value).slope.text for value in equations.field(changed, mode))
-        cases.append((mode.name, f"{name}(p)", f"(Coefficients){{\n        {changes}}}"))
-    for signature, index in (
-        ("coefficients_in(int mode, const double *p)", 1),
-        ("changes_in(int mode, const double *p, const double *q)", 2),
+        changes = _COMMA.join(_dual(value).slope.text for value in equations.field(varied, mode))
+        coefficients_by_mode[mode.name] = f"{name}(p)"
+        changes_by_mode[mode.name] = f"(Coefficients){{\n        {changes}}}"
+    for signature, results in (
+        ("coefficients_in(int mode, const double *p)", coefficients_by_mode),
+        ("changes_in(int mode, const double *p, const double *q)", changes_by_mode),
     ):
-        lines = [
-            f"    if (mode == {case[0]})\n        return {case[index]};" for case in cases[:-1]
-        ]
-        body = "\n".join([*lines, f"    return {cases[-1][index]};"])
+        *cases, (_, final) = results.items()
+        lines = [f"    if (mode == {mode})\n        return {result};" for mode, result in cases]
+        body = "\n".join([*lines, f"    return {final};"])
         texts.append(f"{head} {signature}\n{{\n{body}\n}}\n")
     return texts
 
@@ -228,7 +232,7 @@ def _c_name(group: str, name: str) -> str:
 
 
 def _expansion_text(mode: Mode) -> str:
-    # The C function that expands a sliding motion with a friction law.
+    # The C function that expands a sliding motion with a friction law from its start.
     terms = Terms(by_law=True, finite_belt=True, over_time=True)
     recurrence, ax, ay = motion_recurrence(terms, mode, _c_name)
     lines = [f"const double {name} = {text};" for name, text in recurrence.constants.items()]

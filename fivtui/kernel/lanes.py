@@ -41,9 +41,9 @@ class LaneBatch:
         observed: tuple[bool, bool, bool],
         belts: Floats | None = None,
     ) -> None:
+        prefix = "batch" if belts is None else "belts"
         size, self._advance, self._ended = (
-            functions[f"{'batch' if belts is None else 'belts'}_{name}"]
-            for name in ("size", "advance", "ended")
+            functions[f"{prefix}_{name}"] for name in ("size", "advance", "ended")
         )
         columns = parameters if belts is None else np.hstack([parameters, belts])
         self._parameters = np.ascontiguousarray(columns)
@@ -51,7 +51,8 @@ class LaneBatch:
         self._separation = np.ascontiguousarray(separation, dtype=np.uint8)
         self._count = count = len(parameters)
         self.results = np.empty((count, COLUMNS))
-        self._memory = np.zeros((size() + _CACHE_LINE) // 8)
+        self._memory = np.zeros(size() + _CACHE_LINE, dtype=np.uint8)
+        # The memory's address, rounded up to a cache line.
         self._aligned_address = -(-self._memory.ctypes.data // _CACHE_LINE) * _CACHE_LINE
         has_cubic_spring = bool(count) and bool(self._parameters[0, _K_NL_COLUMN] > 0.0)
         self._options = (t_end, tol, float(max_steps), order, has_cubic_spring, *observed)

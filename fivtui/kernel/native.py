@@ -1,4 +1,7 @@
-"""Loads and calls the kernel in C, which is compiled when fivtui is installed."""
+"""Loads and calls the kernel in C, which is compiled when fivtui is installed.
+
+The library has each function once for each instruction set, as ``fivtui_NAME_INSTRUCTIONSET``.
+"""
 
 import ctypes
 import os
@@ -27,15 +30,17 @@ _FOLDER: Final = Path(__file__).parent
 _LIBRARY: Final = _FOLDER / (
     "libfivtui" + {"win32": ".dll", "darwin": ".dylib"}.get(sys.platform, ".so")
 )
+# File that the build leaves in place of the library, with the reason why there is none.
 _REASON: Final = _FOLDER / "libfivtui.txt"
 # `fivtui_instruction_set` returns an index of this tuple.
 INSTRUCTION_SETS: Final = ("baseline", "avx2", "avx512")
 # Prefixes of functions for one run. They gain nothing from registers wider than those of AVX2.
 _SINGLE_RUN_PREFIXES: Final = ("run_", "belt_", "driven_", "vary_", "orbit_")
-_X86: Final = ("x86_64", "amd64")
+_X86_MACHINES: Final = ("x86_64", "amd64")
 # Environment variable that overrides the best instruction set.
 _VARIABLE: Final = "FIVTUI_INSTRUCTION_SET"
 
+# Result and arguments of the functions; the C files describe them.
 _int, _float, _pointer = ctypes.c_int64, ctypes.c_double, ctypes.c_void_p
 _BEGIN_SIGNATURE: Final[tuple[Any, list[Any]]] = (
     None,
@@ -73,6 +78,7 @@ _SIGNATURES: Final[dict[str, tuple[Any, list[Any]]]] = {
     "orbit_solve": (_int, [*([_pointer] * 5), _int, _pointer]),
     "static_starts": (None, [_pointer, _pointer, _pointer, _int]),
 }
+_FLOAT_SIZE: Final = ctypes.sizeof(_float)
 _pack_state: Final = struct.Struct("4d").pack
 _pack_parameters: Final = struct.Struct(f"{len(PARAMETERS)}d").pack
 _pack_with_belt: Final = struct.Struct(f"{len(ALL_PARAMETERS)}d").pack
@@ -105,9 +111,10 @@ class Kernel:
             function = getattr(library, f"fivtui_{name}_{function_set}")
             function.restype, function.argtypes = result, arguments
             functions[name] = function
-        self._run_memory = _float * (functions["run_size"]() // 8)
-        self._belt_memory = _float * (functions["belt_size"]() // 8)
-        self._varied_size = functions["vary_size"]() // 8
+        # The sizes are in bytes.
+        self._run_memory = _float * (functions["run_size"]() // _FLOAT_SIZE)
+        self._belt_memory = _float * (functions["belt_size"]() // _FLOAT_SIZE)
+        self._varied_size = functions["vary_size"]() // _FLOAT_SIZE
 
     def begin_run(
         self,
@@ -195,7 +202,7 @@ class Kernel:
     @property
     def _are_belts_slow_in_lanes(self) -> bool:
         # Without the processor's fused multiply-add, lanes with finite belts call a slow function.
-        return self.instruction_set == "baseline" and platform.machine().lower() in _X86
+        return self.instruction_set == "baseline" and platform.machine().lower() in _X86_MACHINES
 
     def static_starts(self, parameters: Floats, separation: NDArray[np.bool_]) -> Floats:
         """States at rest at the equilibria for μ = 0, shape (n, 4); infinite if there is none."""

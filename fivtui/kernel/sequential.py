@@ -14,7 +14,10 @@ _STATUS_COLUMN: Final = RunColumns._fields.index("status")
 
 
 class SequentialBatch:
-    """Runs of a batch, bit for bit those of `LaneBatch`; all extremes are recorded."""
+    """Runs of a batch, bit for bit those of `LaneBatch`; all extremes are recorded.
+
+    `begin` is `Kernel.begin_run`; the other arguments are as of `LaneBatch`.
+    """
 
     def __init__(
         self,

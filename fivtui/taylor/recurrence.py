@@ -26,7 +26,7 @@ Naming = Callable[[str, str], str]
 
 
 class Terms(NamedTuple):
-    """Optional terms of the equations.
+    """Which optional terms the equations have.
 
     They come from a friction law, a finite belt speed and parameters over time.
     """

@@ -25,6 +25,7 @@ from .test_model import belts
 MASS = Parameters(
     m=1.0, k1=1.0, k2=1.0, k3=0.0, c1=0.0, c2=0.0, F=1.0, k_nl=0.0, mu=0.5, mu_s=1.0, v_belt=0.2
 )
+# Period of its cycle, s.
 PERIOD = 8.902605407814523
 KERNELS: tuple[KernelChoice, ...] = ("interpreted", "compiled")
 kernels = pytest.mark.parametrize("kernel", KERNELS)

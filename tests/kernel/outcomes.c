@@ -1,5 +1,6 @@
-/* The outcomes of problems in a file, alone, on belts, over tables and in lanes, written to another:
-   what a machine makes of them without Python. Compiled with `single.c`, `belt.c` and `lanes.c`. */
+/* Reads problems from a file and writes the results of single runs, of runs on belts and with
+   tables over time, and of a batch to another. So a machine without Python computes them. Compiled
+   with `single.c`, `belt.c` and `lanes.c`. */
 
 #include <stdint.h>
 #include <stdio.h>
@@ -23,8 +24,13 @@ double fivtui_batch_advance_baseline(void *, const double *, const uint8_t *, co
                                      int64_t, int64_t, int64_t, int64_t);
 int64_t fivtui_batch_ended_baseline(const void *);
 
-enum { PARAMETERS = 9, STATE = 4, RESULTS = 19, MORE = 3, RUNNING = 5, SWITCHES = 50, LINE = 64 };
-enum { BELT = 12, CHANGE = 3, LEGS = 3, LEG = 10, TALLY = 26 };
+/* Numbers of columns and the status of a run, as in the kernel. After RESULTS a call adds COUNTS,
+   and on belts the stick time and counts of changes (TALLY). */
+enum { PARAMETERS = 9, BELT_PARAMETERS = 12, STATE = 4, RESULTS = 19, COUNTS = 3, TALLY = 26 };
+enum { CHANGE_COLUMNS = 3, ROW_COLUMNS = 10, RUNNING = 5 };
+/* Rows of a table over time, capacity for switches, steps per call, and bytes of a cache line. */
+enum { TABLE_ROWS = 3, MAX_SWITCHES = 50, BUDGET = 701, BATCH_BUDGET = 777, CACHE_LINE = 64 };
+static const double MAX_STEPS = 20000.0, GREATEST_LOAD = 80.0;
 
 /* What `emulated_results` in `test_other_machines.py` packs first. */
 typedef struct {
@@ -52,37 +58,43 @@ int main(int count, char **arguments)
     uint8_t *separation = read_items(in, header.members, 1);
     void *run = malloc((size_t)fivtui_run_size_baseline());
     for (int64_t i = 0; i < header.members; i++) {
-        double result[RESULTS + MORE], switches[SWITCHES];
-        fivtui_run_begin_baseline(run, parameters + i * PARAMETERS, separation[i], starts + i * STATE,
-                                  header.t_end, header.tol, header.order);
-        while (fivtui_run_advance_baseline(run, switches, SWITCHES, NULL, 0, NULL, NULL, NULL, 0, 701,
-                                           result) == RUNNING)
+        double result[RESULTS + COUNTS], switches[MAX_SWITCHES];
+        fivtui_run_begin_baseline(run, parameters + i * PARAMETERS, separation[i],
+                                  starts + i * STATE, header.t_end, header.tol, header.order);
+        while (fivtui_run_advance_baseline(run, switches, MAX_SWITCHES, NULL, 0, NULL, NULL, NULL,
+                                           0, BUDGET, result) == RUNNING)
             ;
         fwrite(result, sizeof(double), RESULTS, out);
     }
-    double *belts = read_items(in, header.members * BELT, sizeof(double));
-    double *legs = read_items(in, header.members * LEGS * LEG, sizeof(double));
+    double *belts = read_items(in, header.members * BELT_PARAMETERS, sizeof(double));
+    double *table_rows = read_items(in, header.members * TABLE_ROWS * ROW_COLUMNS, sizeof(double));
     void *on_belt = malloc((size_t)fivtui_belt_size_baseline());
     for (int driven = 0; driven < 2; driven++)
         for (int64_t i = 0; i < header.members; i++) {
-            double result[RESULTS + MORE + TALLY], changes[SWITCHES * CHANGE];
-            const double *p = belts + i * BELT, *start = starts + i * STATE;
+            double result[RESULTS + COUNTS + TALLY], changes[MAX_SWITCHES * CHANGE_COLUMNS];
+            const double *p = belts + i * BELT_PARAMETERS, *start = starts + i * STATE;
+            const double *rows = table_rows + i * TABLE_ROWS * ROW_COLUMNS;
+            const int finite = i % 4 > 0;
             if (driven)
-                fivtui_driven_begin_baseline(on_belt, p, separation[i], start, header.t_end, header.tol, header.order,
-                                             i % 4 > 0, legs + i * LEGS * LEG, LEGS, 80.0);
+                fivtui_driven_begin_baseline(on_belt, p, separation[i], start, header.t_end,
+                                             header.tol, header.order, finite, rows, TABLE_ROWS,
+                                             GREATEST_LOAD);
             else
-                fivtui_belt_begin_baseline(on_belt, p, separation[i], start, header.t_end, header.tol, header.order);
-            while (fivtui_belt_advance_baseline(on_belt, changes, SWITCHES, NULL, 0, NULL, NULL, NULL,
-                                                0, 701, result) == RUNNING)
+                fivtui_belt_begin_baseline(on_belt, p, separation[i], start, header.t_end,
+                                           header.tol, header.order);
+            while (fivtui_belt_advance_baseline(on_belt, changes, MAX_SWITCHES, NULL, 0, NULL, NULL,
+                                                NULL, 0, BUDGET, result) == RUNNING)
                 ;
             fwrite(result, sizeof(double), RESULTS, out);
         }
-    char *memory = calloc(1, (size_t)fivtui_batch_size_baseline() + LINE);
-    void *work = memory + LINE - (uintptr_t)memory % LINE;
+    char *memory = calloc(1, (size_t)fivtui_batch_size_baseline() + CACHE_LINE);
+    void *work = memory + CACHE_LINE - (uintptr_t)memory % CACHE_LINE;
     double *results = malloc((size_t)header.members * RESULTS * sizeof(double));
     while (fivtui_batch_ended_baseline(work) < header.members)
+        /* The ones select all extremes. */
         fivtui_batch_advance_baseline(work, parameters, separation, starts, results, header.members,
-                                      header.t_end, header.tol, 20000.0, header.order, header.cubic, 1, 1, 1, 777);
+                                      header.t_end, header.tol, MAX_STEPS, header.order,
+                                      header.cubic, 1, 1, 1, BATCH_BUDGET);
     fwrite(results, sizeof(double), (size_t)(header.members * RESULTS), out);
     return fclose(out);
 }

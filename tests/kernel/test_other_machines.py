@@ -15,9 +15,14 @@ import fivtui
 from fivtui.kernel import Kernel, Status, load_kernel
 from fivtui.kernel.field_text import FLAGS
 from fivtui.kernel.runs import CourseTable
+from fivtui.model import PARAMETERS
 
 from .test_same_bits import (
+    ALL_EXTREMES,
     COLUMNS,
+    K_NL,
+    LOAD,
+    MU,
     Members,
     assert_same_bits,
     batch_results,
@@ -27,7 +32,6 @@ from .test_same_bits import (
 
 HERE = Path(__file__).parent
 KERNEL = Path(fivtui.__file__).parent / "kernel"
-ALL_EXTREMES = (True, True, True)
 # Programs that run the code of a machine, by the compiler's name of the machine.
 EMULATORS = {
     "aarch64-linux-musl": ("qemu-aarch64-static", "qemu-aarch64"),
@@ -53,11 +57,11 @@ def random_belts(parameters: np.ndarray) -> tuple[np.ndarray, list[CourseTable]]
     """Parameters with a belt of finite speed, and a table over time, for each member."""
     rng, count = np.random.default_rng(3), len(parameters)
     speeds = rng.choice([0.0, 1.0], count) * rng.uniform(0.0, 3.0, count)
-    mu_static = parameters[:, 8] + rng.choice([0.0, 0.3], count)
+    mu_static = parameters[:, MU] + rng.choice([0.0, 0.3], count)
     v_s = np.where(rng.random(count) < 0.5, 0.0, rng.uniform(0.1, 1.0, count))
     tables = []
     for member, (speed, mu_s) in enumerate(zip(speeds, mu_static, strict=True)):
-        load, mu = parameters[member, 6], parameters[member, 8]
+        load, mu = parameters[member, LOAD], parameters[member, MU]
         slopes = rng.uniform(-1.0, 1.0, 2)
         row = [load, slopes[0], mu, 0.0, mu_s, 0.0, speed, abs(slopes[1]), speed + slopes[1]]
         rows = [[0.4 * T_END * n, *row] for n in range(3)]
@@ -72,13 +76,13 @@ def belt_results(
     rows = np.empty((len(belts), COLUMNS))
     for member, row in enumerate(belts.tolist()):
         run = kernel.begin_run(
-            row[:9],
+            row[: len(PARAMETERS)],
             starts[member].tolist(),
             separation=bool(separation[member]),
             t_end=T_END,
             tol=10.0 ** (-0.75 * ORDER),
             order=ORDER,
-            belt=None if driven and member % 4 == 0 else (row[9], row[10], row[11]),
+            belt=None if driven and member % 4 == 0 else tuple(row[len(PARAMETERS) :]),
             table=tables[member] if driven else None,
         )
         while run.advance(701) is Status.RUNNING:
@@ -113,7 +117,7 @@ def test_another_machine_gives_the_same_bits(target: str, tmp_path: Path) -> Non
     program = compile_for(target, tmp_path)
     kernel, inputs_of_all = load_kernel(), random_members(1000, 16)
     for has_cubic_spring in (True, False):
-        selected = (inputs_of_all[0][:, 7] > 0.0) == has_cubic_spring
+        selected = (inputs_of_all[0][:, K_NL] > 0.0) == has_cubic_spring
         inputs = (
             inputs_of_all[0][selected],
             inputs_of_all[1][selected],

@@ -14,10 +14,15 @@ import hatch_build
 from fivtui.kernel import Kernel, RunColumns, Status, load_kernel, native
 from fivtui.kernel.lanes import LaneBatch
 from fivtui.kernel.sequential import SequentialBatch
-from fivtui.model import ComputationError
+from fivtui.model import PARAMETERS, ComputationError
 from fivtui.taylor.stepper import MAX_LAW_ORDER
 
 COLUMNS = len(RunColumns._fields)
+STATUS = RunColumns._fields.index("status")
+# Columns of parameters and of belts.
+K3, LOAD, K_NL, MU = map(list(PARAMETERS).index, ("k3", "F", "k_nl", "mu"))
+V_S = 2
+# Extremes of y, all extremes, and extremes of y in the second half.
 ALL_EXTREMES = (True, True, True)
 Members = tuple[np.ndarray, np.ndarray, np.ndarray]
 
@@ -42,10 +47,10 @@ def random_members(count: int, seed: int) -> Members:
     starts = rng.normal(0.0, 1.0, (count, 4)) * np.array([1.0, 3.0, 1.0, 3.0])
     # Starts on the switch, some with forces that balance up to rounding.
     starts[rng.random(count) < 0.2, 2] = 0.0
-    balanced = (rng.random(count) < 0.1) & (parameters[:, 3] > 0.0)
+    balanced = (rng.random(count) < 0.1) & (parameters[:, K3] > 0.0)
     starts[balanced, 2] = 0.0
     starts[balanced, 3] *= rng.choice([0.0, 1e-16, 1.0], balanced.sum())
-    starts[balanced, 0] = parameters[balanced, 6] / (0.5 * parameters[balanced, 3])
+    starts[balanced, 0] = parameters[balanced, LOAD] / (0.5 * parameters[balanced, K3])
     return parameters, rng.random(count) < 0.9, starts
 
 
@@ -53,7 +58,7 @@ def random_belts(inputs: Members, seed: int) -> np.ndarray:
     """Random belts of finite speed for members; some members then start at their belt's speed."""
     rng = np.random.default_rng(seed)
     parameters, _, starts = inputs
-    count, mu = len(parameters), parameters[:, 8]
+    count, mu = len(parameters), parameters[:, MU]
     speed = np.where(rng.random(count) < 0.1, 0.0, rng.uniform(0.0, 4.0, count))
     mu_static = mu * np.where(rng.random(count) < 0.3, 1.0, rng.uniform(1.0, 1.6, count))
     has_law = (rng.random(count) < 0.5) & (mu_static > mu)
@@ -87,9 +92,10 @@ def batch_results(
 ) -> np.ndarray:
     parameters, separation, starts = inputs
     results = np.empty((len(parameters), COLUMNS))
-    kinds = (parameters[:, 7] > 0.0).astype(int)
+    # A batch has a cubic spring in all rows or in none, and a friction law in all rows or in none.
+    kinds = (parameters[:, K_NL] > 0.0).astype(int)
     if belts is not None:
-        kinds += 2 * (belts[:, 2] > 0.0)
+        kinds += 2 * (belts[:, V_S] > 0.0)
     for kind in np.unique(kinds):
         rows_of_kind = np.flatnonzero(kinds == kind)
         batch = make(
@@ -157,7 +163,7 @@ def test_a_member_of_a_batch_equals_the_single_run_to_the_last_bit(order: int) -
     inputs = random_members(500, order)
     kernel = load_kernel()
     single = single_runs(kernel, inputs, 30.0, order)
-    assert (single[:, RunColumns._fields.index("status")] == Status.DONE).all()
+    assert (single[:, STATUS] == Status.DONE).all()
     assert_same_bits(batch_results(kernel, inputs, 30.0, order, ALL_EXTREMES), single)
 
 
@@ -169,18 +175,18 @@ def test_a_member_on_a_belt_of_finite_speed_equals_the_single_run_to_the_last_bi
     belts = random_belts(inputs, order)
     kernel = load_kernel()
     single = single_runs(kernel, inputs, 15.0, order, belts)
-    assert (single[:, RunColumns._fields.index("status")] == Status.DONE).all()
+    assert (single[:, STATUS] == Status.DONE).all()
     assert_same_bits(batch_results(kernel, inputs, 15.0, order, ALL_EXTREMES, belts), single)
 
 
 def test_members_with_a_friction_law_equal_single_runs_to_the_last_bit() -> None:
     inputs = random_members(300, 24)
     belts = random_belts(inputs, 24)
-    by_law = belts[:, 2] > 0.0
+    by_law = belts[:, V_S] > 0.0
     inputs, belts = (inputs[0][by_law], inputs[1][by_law], inputs[2][by_law]), belts[by_law]
     kernel = load_kernel()
     single = single_runs(kernel, inputs, 15.0, MAX_LAW_ORDER, belts)
-    assert (single[:, RunColumns._fields.index("status")] == Status.DONE).all()
+    assert (single[:, STATUS] == Status.DONE).all()
     assert_same_bits(
         batch_results(kernel, inputs, 15.0, MAX_LAW_ORDER, ALL_EXTREMES, belts), single
     )
@@ -196,9 +202,9 @@ def test_sequential_members_equal_those_in_lanes_to_the_last_bit() -> None:
     for belt in (belts, None):
         arguments = (kernel, inputs, 15.0, 20, ALL_EXTREMES, belt, 150)
         side_by_side = batch_results(*arguments)
-        in_turn = batch_results(*arguments, make=sequential_batch)
-        assert_same_bits(in_turn, side_by_side)
-        statuses = side_by_side[:, RunColumns._fields.index("status")]
+        one_by_one = batch_results(*arguments, make=sequential_batch)
+        assert_same_bits(one_by_one, side_by_side)
+        statuses = side_by_side[:, STATUS]
         assert {*statuses} == {Status.DONE, Status.OVERFLOW, Status.STEP_LIMIT}
 
 
@@ -246,16 +252,18 @@ def test_additional_outputs_change_no_bit() -> None:
     inputs = random_members(300, 3)
     kernel = load_kernel()
     expected = batch_results(kernel, inputs, 30.0, 20, ALL_EXTREMES)
-    state = list(range(12))
-    low, high = map(RunColumns._fields.index, ("y_min", "y_max"))
-    assert_same_bits(
-        batch_results(kernel, inputs, 30.0, 20, (False, False, False)), expected, state
-    )
-    assert_same_bits(
-        batch_results(kernel, inputs, 30.0, 20, (True, False, False)), expected, [*state, low, high]
-    )
-    late = [*state, COLUMNS - 2, COLUMNS - 1]
-    assert_same_bits(batch_results(kernel, inputs, 30.0, 20, (False, False, True)), expected, late)
+    columns = RunColumns._fields.index
+    # The columns before the extremes are those of the motion, which is always computed.
+    motion = list(range(columns("x_min")))
+    amplitude = [columns("y_min"), columns("y_max")]
+    steady = [columns("second_half_min"), columns("second_half_max")]
+    for observed, observed_columns in (
+        ((False, False, False), []),
+        ((True, False, False), amplitude),
+        ((False, False, True), steady),
+    ):
+        results = batch_results(kernel, inputs, 30.0, 20, observed)
+        assert_same_bits(results, expected, [*motion, *observed_columns])
 
 
 @pytest.mark.parametrize("make", [lane_batch, sequential_batch])

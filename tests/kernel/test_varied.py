@@ -122,7 +122,7 @@ int main(void)
 def test_deviations_cross_a_switch_in_c_as_in_python(tmp_path: Path) -> None:
     if shutil.which("gcc") is None:
         pytest.skip("there is no gcc")
-    source, program = tmp_path / "pass.c", tmp_path / "pass"
+    source, program = tmp_path / "switch.c", tmp_path / "switch"
     source.write_text(SWITCH_PROGRAM, encoding="utf-8")
     for name, text in headers().items():
         (tmp_path / name).write_text(text, encoding="utf-8")
@@ -131,7 +131,7 @@ def test_deviations_cross_a_switch_in_c_as_in_python(tmp_path: Path) -> None:
     options = ["-std=c11", "-O0", "-Wno-psabi", *includes, str(source), "-o", str(program)]
     subprocess.run(["gcc", *options, "-lm"], check=True, capture_output=True)
     process = subprocess.run([str(program)], check=True, capture_output=True, text=True)
-    expected = apply_saltation(
-        (1.5, -2.0, 0.75, 4.0), (0.5, -1.0, 0.25, 2.0), 1.5 + 1.0 + 1.5 + 0.5 + 0.3, 1.25
-    )
+    # The change of the guard: the products of gradient and deviation, and its change by parameters.
+    guard_change = 1.5 + 1.0 + 1.5 + 0.5 + 0.3
+    expected = apply_saltation((1.5, -2.0, 0.75, 4.0), (0.5, -1.0, 0.25, 2.0), guard_change, 1.25)
     assert [*map(float, process.stdout.split())] == pytest.approx(expected, rel=1e-15)

@@ -1,3 +1,5 @@
+"""Values, bounds and names of parameters."""
+
 import math
 
 import pytest

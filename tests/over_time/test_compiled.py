@@ -146,19 +146,22 @@ def test_dense_output_is_that_of_the_interpreted_kernel() -> None:
     assert compiled.vx == pytest.approx(interpreted.vx, abs=1e-9)
 
 
-def test_legs_follow_the_tables() -> None:
+def test_rows_for_the_kernel_follow_the_tables() -> None:
     tables = {"F": [(1.0, 10.0), (3.0, 20.0)], "v_belt": [(0.0, 2.0), (2.0, 1.0), (2.0, 0.5)]}
     course = build_course(Parameters(mu=0.3), tables)
+    # Time, then value and slope of F, μ, μ_s and the belt's speed, and its speed at the next row.
     expected = [
         [0.0, 10.0, 0.0, 0.3, 0.0, 0.3, 0.0, 2.0, -0.5, 1.5],
         [1.0, 10.0, 5.0, 0.3, 0.0, 0.3, 0.0, 1.5, -0.5, 1.0],
         [2.0, 15.0, 5.0, 0.3, 0.0, 0.3, 0.0, 0.5, 0.0, 0.5],
     ]
-    legs = course_table(course, 2.5)
-    assert legs.rows.tolist() == expected
-    assert legs.greatest_load == 20.0
+    table = course_table(course, 2.5)
+    assert table.rows.tolist() == expected
+    assert table.greatest_load == 20.0
     friction_course = Course(Parameters(mu_s=0.9), {"mu": TimeTable((0.0, 1.0), (0.1, 0.5))})
-    assert course_table(friction_course, 0.5).rows[0, 3:7].tolist() == [0.1, 0.4, 0.9, 0.0]
+    mu_columns = slice(3, 7)
+    mu_and_mu_static = course_table(friction_course, 0.5).rows[0, mu_columns]
+    assert mu_and_mu_static.tolist() == [0.1, 0.4, 0.9, 0.0]
 
 
 @pytest.mark.parametrize("seed", range(1, 7))

@@ -17,14 +17,19 @@ from mpmath import mp, mpf
 Number = Any
 Table = dict[str, Any]
 
+# Decimal digits of the computation and of the results.
 mp.dps = 45
-ORDER = 40
-TOLERANCE = mpf(10) ** -40
 DIGITS = 25
+ORDER = 40
+# Size of the last series terms relative to the motion.
+TOLERANCE = mpf(10) ** -40
+# Parts of a step in which signs are compared.
 SAMPLES = 24
 
 BASE: Table = {"m": 5, "k1": 100, "k2": 50, "k3": 60, "c1": "0.32", "c2": "0.32"}
 BASE |= {"F": 80, "k_nl": 100, "mu": "0.7"}
+# Changes to the base set, whether separation is considered, the horizon in s, and the start; runs
+# without one begin at the static start.
 SCENES: dict[str, tuple[Table, bool, float, tuple[str | float, ...]]] = {
     "base": ({}, True, 100, ()),
     "base-ignored": ({}, False, 100, ()),
@@ -77,12 +82,12 @@ def expand(p: Table, state: list[Number], contact: bool) -> tuple[list[Number], 
             square.append(sum(y[i] * y[n - i] for i in range(n + 1)))
             cube = sum(y[i] * square[n - i] for i in range(n + 1))
             force = -p["k2"] * y[n] - p["k_nl"] * cube
-        pull = h * (x[n] - y[n])
+        coupling = h * (x[n] - y[n])
         load = p["F"] if n == 0 else 0
         divisor = p["m"] * (n + 1) * (n + 2)
-        force_x = p["mu"] * force - p["c1"] * (n + 1) * x[n + 1] - p["k1"] * x[n] - pull
+        force_x = p["mu"] * force - p["c1"] * (n + 1) * x[n + 1] - p["k1"] * x[n] - coupling
         x.append(force_x / divisor)
-        y.append((force - load - p["c2"] * (n + 1) * y[n + 1] + pull) / divisor)
+        y.append((force - load - p["c2"] * (n + 1) * y[n + 1] + coupling) / divisor)
     return x, y
 
 
@@ -113,11 +118,11 @@ def extreme_values(c: list[Number], duration: Number) -> list[Number]:
     """Values of a polynomial at both ends of a step and at every sign change of its slope."""
     slope_series = slope(c)
     grid = [duration * i / SAMPLES for i in range(SAMPLES + 1)]
-    signs = [value(slope_series, t) for t in grid]
+    slopes = [value(slope_series, t) for t in grid]
     values = [value(c, grid[0]), value(c, grid[-1])]
-    for (start, end), (s0, s1) in zip(pairwise(grid), pairwise(signs), strict=True):
-        if s0 * s1 < 0:
-            rising = slope_series if s1 > 0 else [-coefficient for coefficient in slope_series]
+    for (start, end), (first, second) in zip(pairwise(grid), pairwise(slopes), strict=True):
+        if first * second < 0:
+            rising = slope_series if second > 0 else [-coefficient for coefficient in slope_series]
             values.append(value(c, bisect_increasing(partial(value, rising), start, end)))
     return values
 
@@ -140,11 +145,12 @@ def first_root(y: list[Number], h: Number, contact: bool) -> Number | None:
     overshoot = y if contact else [-coefficient for coefficient in y]
     previous = mpf(0)
     for i in range(1, SAMPLES + 1):
-        at = h * i / SAMPLES
-        if value(overshoot, at) > 0:
-            low = previous if previous > 0 else at * mpf(10) ** -12
-            return bisect_increasing(partial(value, overshoot), low, at)
-        previous = at
+        t = h * i / SAMPLES
+        if value(overshoot, t) > 0:
+            # After a switch y is zero at the start, which is not the root.
+            low = previous if previous > 0 else t * mpf(10) ** -12
+            return bisect_increasing(partial(value, overshoot), low, t)
+        previous = t
     return None
 
 

@@ -14,17 +14,22 @@ from mpmath import exp, mp, mpf
 
 from .make import Number, Table, slope, value
 
+# Decimal digits of the computation and of the results.
 mp.dps = 42
+DIGITS = 25
 ORDER = 36
+# Size of the last series terms relative to the motion.
 TOLERANCE = mpf(10) ** -36
 # Largest change of v/v_s over a step.
 MAX_SPEED_CHANGE = mpf(1)
-DIGITS = 25
+# Parts of a step in which guards are evaluated, and bisections of a root.
 SAMPLES = 40
+BISECTIONS = 140
 
 BASE: Table = {"m": 5, "k1": 100, "k2": 50, "k3": 60, "c1": 0.32, "c2": 0.32}
 BASE |= {"F": 80, "k_nl": 100, "mu": 0.7, "mu_s": None, "v_s": None}
 AT_REST = (0, 0, -0.8, 0)
+# Changes to the base set, whether separation is considered, the horizon in s, and the start.
 SCENES: dict[str, tuple[Table, bool, float, tuple[float, ...]]] = {
     "slow": ({"v_belt": 0.2}, True, 8, AT_REST),
     "base": ({"v_belt": 1}, True, 8, AT_REST),
@@ -70,11 +75,11 @@ def expand(p: Table, state: list[Number], mode: str) -> tuple[list[Number], list
         friction = sign * (
             p["mu"] * force[n] + (p["mu_s"] - p["mu"]) * product(exponential, force, n)
         )
-        pull = h * (x[n] - y[n])
+        coupling = h * (x[n] - y[n])
         load = p["F"] if n == 0 else 0
-        ax_n = (friction - p["c1"] * (n + 1) * x[n + 1] - p["k1"] * x[n] - pull) / p["m"]
+        ax_n = (friction - p["c1"] * (n + 1) * x[n + 1] - p["k1"] * x[n] - coupling) / p["m"]
         ax.append(mpf(0) if mode == "stick" else ax_n)
-        ay_n = (force[n] - load - p["c2"] * (n + 1) * y[n + 1] + pull) / p["m"]
+        ay_n = (force[n] - load - p["c2"] * (n + 1) * y[n + 1] + coupling) / p["m"]
         x.append(ax[n] / ((n + 1) * (n + 2)))
         y.append(ay_n / ((n + 1) * (n + 2)))
     return x, y
@@ -128,7 +133,7 @@ def first_end(
                 low, high = h * (i - 1) / SAMPLES, h * i / SAMPLES
                 if i == 1:
                     low = high * mpf(10) ** -9
-                for _ in range(140):
+                for _ in range(BISECTIONS):
                     middle = (low + high) / 2
                     low, high = (
                         (low, middle) if guard_value_at(guard, middle) < 0 else (middle, high)

@@ -25,7 +25,7 @@ from .make import (
     value,
 )
 
-NUDGE = mpf(10) ** -12
+STEP = mpf(10) ** -12
 START = ("x0", "vx0", "y0", "vy0")
 QUANTITIES = (
     *("x", "vx", "y", "vy"),
@@ -100,15 +100,15 @@ def derivatives(name: str, p: Table, start: list[Number], t_end: Number) -> list
     for sign in (1, -1):
         shifted_parameters, shifted_start = dict(p), list(start)
         if name in START:
-            shifted_start[START.index(name)] += sign * NUDGE
+            shifted_start[START.index(name)] += sign * STEP
         else:
-            shifted_parameters[name] += sign * NUDGE
+            shifted_parameters[name] += sign * STEP
         ends.append(
             compute_quantities(
                 shifted_parameters, shifted_start or static_start(shifted_parameters), t_end
             )
         )
-    return [float((plus - minus) / (2 * NUDGE)) for plus, minus in zip(*ends, strict=True)]
+    return [float((plus - minus) / (2 * STEP)) for plus, minus in zip(*ends, strict=True)]
 
 
 def main() -> None:

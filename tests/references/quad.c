@@ -8,15 +8,23 @@
 #include <stdlib.h>
 
 #define ORDER 30
+/* Parts of a step in which signs are compared, bisections of a root, and relative local
+   tolerance. */
 #define SAMPLES 12
+#define BISECTIONS 130
+#define TOLERANCE 1e-32Q
+/* Entries of a state, and numbers of a problem. */
+enum { X, VX, Y, VY, STATE };
+enum { SEPARATION = 9, T_END, START, INPUTS = START + STATE };
 typedef __float128 quad;
 
 static quad m, k1, k2, k3, c1, c2, F, knl, mu;
 
-static void expand(const quad *s, int contact, quad *x, quad *y)
+/* Taylor coefficients of x and y from a state. */
+static void expand(const quad *state, int contact, quad *x, quad *y)
 {
     quad h = k3 / 2, square[ORDER + 1];
-    x[0] = s[0], x[1] = s[1], y[0] = s[2], y[1] = s[3];
+    x[0] = state[X], x[1] = state[VX], y[0] = state[Y], y[1] = state[VY];
     for (int n = 0; n < ORDER; n++) {
         quad force = 0;
         if (contact) {
@@ -28,9 +36,9 @@ static void expand(const quad *s, int contact, quad *x, quad *y)
                 cube += y[i] * square[n - i];
             force = -k2 * y[n] - knl * cube;
         }
-        quad pull = h * (x[n] - y[n]), load = n ? 0 : F, divisor = m * (n + 1) * (n + 2);
-        x[n + 2] = (mu * force - c1 * (n + 1) * x[n + 1] - k1 * x[n] - pull) / divisor;
-        y[n + 2] = (force - load - c2 * (n + 1) * y[n + 1] + pull) / divisor;
+        quad coupling = h * (x[n] - y[n]), load = n ? 0 : F, divisor = m * (n + 1) * (n + 2);
+        x[n + 2] = (mu * force - c1 * (n + 1) * x[n + 1] - k1 * x[n] - coupling) / divisor;
+        y[n + 2] = (force - load - c2 * (n + 1) * y[n + 1] + coupling) / divisor;
     }
 }
 
@@ -50,12 +58,14 @@ static quad slope(const quad *c, quad t)
     return total;
 }
 
-/* Where a function that is negative at low and positive at high, or the reverse, is zero. */
-static quad root(quad (*f)(const quad *, quad), const quad *c, quad low, quad high, int rising)
+/* Root of a function of a polynomial, which changes its sign between low and high, to positive if
+   `rising`. */
+static quad find_root(quad (*function)(const quad *, quad), const quad *c, quad low, quad high,
+                      int rising)
 {
-    for (int i = 0; i < 130; i++) {
+    for (int i = 0; i < BISECTIONS; i++) {
         quad middle = (low + high) / 2;
-        if ((f(c, middle) > 0) == rising)
+        if ((function(c, middle) > 0) == rising)
             high = middle;
         else
             low = middle;
@@ -63,96 +73,114 @@ static quad root(quad (*f)(const quad *, quad), const quad *c, quad low, quad hi
     return high;
 }
 
-static quad greatest(const quad *c, quad h, quad best)
+/* The greater of `peak` and the greatest absolute value of a polynomial on [0, h]. */
+static quad update_peak(const quad *c, quad h, quad peak)
 {
-    quad before = slope(c, 0), at = 0;
-    best = fmaxq(best, fmaxq(fabsq(value(c, 0)), fabsq(value(c, h))));
+    quad last_slope = slope(c, 0), last_time = 0;
+    peak = fmaxq(peak, fmaxq(fabsq(value(c, 0)), fabsq(value(c, h))));
     for (int i = 1; i <= SAMPLES; i++) {
-        quad t = h * i / SAMPLES, now = slope(c, t);
-        if ((before > 0) != (now > 0))
-            best = fmaxq(best, fabsq(value(c, root(slope, c, at, t, now > 0))));
-        before = now, at = t;
+        quad time = h * i / SAMPLES, next_slope = slope(c, time);
+        if ((last_slope > 0) != (next_slope > 0)) {
+            quad extremum = find_root(slope, c, last_time, time, next_slope > 0);
+            peak = fmaxq(peak, fabsq(value(c, extremum)));
+        }
+        last_slope = next_slope, last_time = time;
     }
-    return best;
+    return peak;
 }
 
-/* The first time after 0 at which y is on the other side; h if there is none. A step of an order so
-   high may hold a whole flight between two samples, so that its extremum is looked at as well. */
+/* The first time after 0 at which y changes its sign; h if there is none. A step of so high an
+   order may contain a flight between two samples, so y is also evaluated at its extremum between
+   them. */
 static quad first_switch(const quad *y, quad h, int contact, int *switched)
 {
-    quad low = 0, before = slope(y, 0);
+    quad low = 0, last_slope = slope(y, 0);
     for (int i = 1; i <= SAMPLES; i++) {
-        quad at = h * i / SAMPLES, now = slope(y, at), ends[2] = {at, at};
-        if ((before > 0) != (now > 0))
-            ends[0] = root(slope, y, low, at, now > 0);
+        quad sample = h * i / SAMPLES, next_slope = slope(y, sample), times[2] = {sample, sample};
+        if ((last_slope > 0) != (next_slope > 0))
+            times[0] = find_root(slope, y, low, sample, next_slope > 0);
         for (int j = 0; j < 2; j++) {
-            quad there = value(y, ends[j]);
-            if (contact ? there > 0 : there < 0) {
+            quad height = value(y, times[j]);
+            if (contact ? height > 0 : height < 0) {
                 *switched = 1;
-                return root(value, y, low > 0 ? low : ends[j] * 1e-12Q, ends[j], contact);
+                /* After a switch y is zero at 0, which is not the root. */
+                quad start = low > 0 ? low : times[j] * 1e-12Q;
+                return find_root(value, y, start, times[j], contact);
             }
-            low = ends[j];
+            low = times[j];
         }
-        before = now;
+        last_slope = next_slope;
     }
     return h;
 }
 
-static int in_contact(const quad *s)
+/* Whether the motion continues in contact: the first derivative of y that is not zero decides. */
+static int in_contact(const quad *state)
 {
-    quad h = k3 / 2, signs[5] = {s[2], s[3], h * s[0] - F, h * s[1], -h * s[0]};
-    for (int i = 0; i < 5; i++)
-        if (signs[i] != 0)
-            return signs[i] < 0;
+    enum { DERIVATIVES = 5 };
+    quad h = k3 / 2;
+    quad derivatives[DERIVATIVES] = {state[Y], state[VY], h * state[X] - F, h * state[VX],
+                                     -h * state[X]};
+    for (int i = 0; i < DERIVATIVES; i++)
+        if (derivatives[i] != 0)
+            return derivatives[i] < 0;
     return 1;
+}
+
+static void print_number(quad number)
+{
+    char text[64];
+    quadmath_snprintf(text, sizeof text, "%.25Qg", number);
+    printf("%s ", text);
 }
 
 int main(void)
 {
-    double in[15];
+    double inputs[INPUTS];
     for (;;) {
-        for (int i = 0; i < 15; i++)
-            if (scanf("%lf", &in[i]) != 1)
+        for (int i = 0; i < INPUTS; i++)
+            if (scanf("%lf", &inputs[i]) != 1)
                 return 0;
-        m = in[0], k1 = in[1], k2 = in[2], k3 = in[3], c1 = in[4], c2 = in[5];
-        F = in[6], knl = in[7], mu = in[8];
-        int separation = in[9] != 0;
-        quad t = 0, t_end = in[10], s[4] = {in[11], in[12], in[13], in[14]};
-        quad peak_x = 0, peak_y = 0, off = 0, x[ORDER + 2], y[ORDER + 2];
-        int contact = separation ? in_contact(s) : 1;
+        const double *in = inputs;
+        m = *in++, k1 = *in++, k2 = *in++, k3 = *in++, c1 = *in++, c2 = *in++;
+        F = *in++, knl = *in++, mu = *in++;
+        int separation = inputs[SEPARATION] != 0;
+        quad t = 0, t_end = inputs[T_END], state[STATE];
+        quad peak_x = 0, peak_y = 0, separated_time = 0, x[ORDER + 2], y[ORDER + 2];
+        for (int i = 0; i < STATE; i++)
+            state[i] = inputs[START + i];
+        int contact = separation ? in_contact(state) : 1;
         long separations = 0;
         while (t < t_end) {
-            expand(s, contact, x, y);
+            expand(state, contact, x, y);
             quad size = fabsq(F) / (k1 + k2), h = t_end - t;
-            for (int i = 0; i < 4; i++)
-                size = fmaxq(size, fabsq(s[i]));
+            for (int i = 0; i < STATE; i++)
+                size = fmaxq(size, fabsq(state[i]));
             for (int n = ORDER; n <= ORDER + 1; n++) {
                 quad last = fmaxq(fabsq(x[n]), fabsq(y[n]));
                 if (last > 0)
-                    h = fminq(h, powq(1e-32Q * size / last, 1.0Q / n));
+                    h = fminq(h, powq(TOLERANCE * size / last, 1.0Q / n));
             }
             int switched = 0;
             if (separation)
                 h = first_switch(y, h, contact, &switched);
-            peak_x = greatest(x, h, peak_x), peak_y = greatest(y, h, peak_y);
+            peak_x = update_peak(x, h, peak_x), peak_y = update_peak(y, h, peak_y);
             if (!contact)
-                off += h;
-            s[0] = value(x, h), s[1] = slope(x, h), s[2] = value(y, h), s[3] = slope(y, h);
+                separated_time += h;
+            state[X] = value(x, h), state[VX] = slope(x, h);
+            state[Y] = value(y, h), state[VY] = slope(y, h);
             t += h;
             if (switched) {
-                s[2] = 0;
+                state[Y] = 0;
                 separations += contact;
                 contact = !contact;
             }
         }
-        quad out[7] = {s[0], s[1], s[2], s[3], peak_y, peak_x, off};
-        for (int i = 0; i < 7; i++) {
-            char text[64];
-            quadmath_snprintf(text, sizeof text, "%.25Qg", out[i]);
-            printf("%s ", text);
-            if (i == 5)
-                printf("%ld ", separations);
-        }
+        for (int i = 0; i < STATE; i++)
+            print_number(state[i]);
+        print_number(peak_y), print_number(peak_x);
+        printf("%ld ", separations);
+        print_number(separated_time);
         printf("\n");
         fflush(stdout);
     }

@@ -1,3 +1,5 @@
+"""Roots, extremes and changes of variable of polynomials."""
+
 import math
 from itertools import pairwise
 

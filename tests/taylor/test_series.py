@@ -1,3 +1,5 @@
+"""The Taylor coefficients solve the equations of motion."""
+
 import pytest
 from hypothesis import given, strategies as st
 

@@ -1,3 +1,5 @@
+"""The Taylor integrator: errors, segments, known motions and orders."""
+
 import math
 
 import numpy as np

@@ -22,11 +22,11 @@ def test_derivatives_of_the_coefficients_equal_their_differences(
     mode: Mode, name: str, p: Parameters
 ) -> None:
     value = getattr(p, name)
-    nudge = 1e-6 * (1.0 + value)
-    changed_parameters = dataclasses.replace(p, **{name: value + nudge})
+    step = 1e-6 * (1.0 + value)
+    changed_parameters = dataclasses.replace(p, **{name: value + step})
     difference = (
         np.array(mode_constants(changed_parameters, mode)) - np.array(mode_constants(p, mode))
-    ) / nudge
+    ) / step
     change = derivative(np.array(mode_constants(p.perturbed({name: 1.0}), mode)))
     assert change == pytest.approx(difference, rel=1e-4, abs=1e-7)
 
