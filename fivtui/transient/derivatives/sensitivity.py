@@ -166,6 +166,6 @@ def _sensitivity(transient: Transient, name: str, variation: Variation, column: 
             peak_derivative("x_min", "x_max"),
             slopes["vx_max"],
         ),
-        Steady(0.5 * (slopes["y_high"] - slopes["y_low"])),
+        Steady(0.5 * (slopes["second_half_max"] - slopes["second_half_min"])),
         ContactForce(force_derivative("y_max"), force_derivative("y_min")),
     )

@@ -40,7 +40,15 @@ FloatArray = NDArray[np.float64]
 # An extreme replaces a former one if it is greater by more than this fraction of itself.
 _EXTREME_TOLERANCE: Final = 2.0**-50
 # Extremes over the whole run, and of y over its second half.
-EXTREMES: Final = ("x_min", "x_max", "y_min", "y_max", "vx_max", "y_low", "y_high")
+EXTREMES: Final = (
+    "x_min",
+    "x_max",
+    "y_min",
+    "y_max",
+    "vx_max",
+    "second_half_min",
+    "second_half_max",
+)
 # Seeds of the derivatives by x, ẋ, y and ẏ at the start.
 START_SEEDS: Final = (
     Seed((1.0, 0.0, 0.0, 0.0)),
