@@ -20,6 +20,7 @@ from tests.support.strategies import states
 from .test_model import belts
 from .test_motion import MASS
 
+# Parameters, start, horizon in s, and whether separation is considered.
 SCENES: Final[dict[str, tuple[Parameters, State, float, bool]]] = {
     "slow belt": (Parameters(v_belt=1.0), (0.1, 0.2, -0.5, 0.1), 8.0, True),
     "static friction": (Parameters(v_belt=1.0, mu_s=0.9), (0.1, 0.2, -0.5, 0.1), 8.0, True),
@@ -83,11 +84,14 @@ def run_changed(
 def difference_quotient(
     p: Parameters, start: State, direction: Sequence[float], size: float, **options: Any
 ) -> tuple[np.ndarray, bool]:
-    """The derivative along a direction by differences; whether all runs switch alike."""
-    runs = [run_changed(p, start, direction, part * size, **options) for part in (-2, -1, 1, 2)]
-    values = [state for state, _ in runs]
-    slope = (8.0 * (values[2] - values[1]) - (values[3] - values[0])) / (12.0 * size)
-    return slope, all(kinds == runs[0][1] for _, kinds in runs)
+    """The derivative along a direction by differences of fourth order.
+
+    Also returns whether all runs have the same transitions; else there is no derivative.
+    """
+    runs = [run_changed(p, start, direction, step * size, **options) for step in (-2, -1, 1, 2)]
+    far_below, below, above, far_above = (values for values, _ in runs)
+    slope = (8.0 * (above - below) - (far_above - far_below)) / (12.0 * size)
+    return slope, all(transitions == runs[0][1] for _, transitions in runs)
 
 
 def derivative_along(variation: Variation, direction: Sequence[float]) -> np.ndarray:
@@ -115,10 +119,10 @@ def test_derivatives_are_differences_of_runs(name: str) -> None:
         if name == "at rest":
             # A moving slider on a belt at rest would change the sequence of modes.
             direction[:2] = 0.0, 0.0
-        expected, alike = difference_quotient(
+        expected, same_transitions = difference_quotient(
             p, start, direction, 1e-6, t_end=t_end, separation=separation
         )
-        assert alike
+        assert same_transitions
         assert (
             np.abs(derivative_along(variation, direction) - expected).max()
             < 3e-8 * np.abs(expected).max()
@@ -131,8 +135,8 @@ def test_the_scenes_have_all_transitions_of_the_table() -> None:
         run = simulate(p, start=start, t_end=t_end, separation=separation)
         transitions |= set(run.events.transitions)
     rows = [(mode, end) for mode, row in MODES.items() for end in row.ends]
-    kinds = [(mode, successor) for mode, end in rows for successor in end.next_modes]
-    assert transitions == {transition_name(*kind) for kind in kinds if Mode.CONTACT not in kind}
+    pairs = [(mode, successor) for mode, end in rows for successor in end.next_modes]
+    assert transitions == {transition_name(*pair) for pair in pairs if Mode.CONTACT not in pair}
 
 
 # At the end of the stick rounding makes the slider faster than the belt.
@@ -164,10 +168,10 @@ def test_derivatives_of_random_scenes_are_differences_of_runs(
     p = p.with_values({**inside, "mu_s": max(p.mu_static, inside["mu"] + 0.01)})
     (direction,) = random_directions(p, 1)
     options: dict[str, Any] = {"t_end": duration, "separation": separation}
-    coarse, alike = difference_quotient(p, start, direction, 2e-6, **options)
-    fine, alike_fine = difference_quotient(p, start, direction, 1e-6, **options)
+    coarse, same_when_coarse = difference_quotient(p, start, direction, 2e-6, **options)
+    fine, same_when_fine = difference_quotient(p, start, direction, 1e-6, **options)
     scale = np.abs(fine).max()
-    assume(alike and alike_fine and np.abs(coarse - fine).max() < 1e-6 * scale)
+    assume(same_when_coarse and same_when_fine and np.abs(coarse - fine).max() < 1e-6 * scale)
     derivative = derivative_along(
         compute_derivatives(p, start, duration, separation=separation), direction
     )

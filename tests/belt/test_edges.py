@@ -19,8 +19,8 @@ from tests.support.own_belt import OwnBelt, integrate
 from .test_motion import MASS
 
 kernels = pytest.mark.parametrize("kernel", ["interpreted", "compiled"])
-# Factors just below and just above the value at which the slider touches.
-FACTORS = (1.0 - 1e-9, 1.0 + 1e-9)
+# Factors just below and just above a critical value.
+JUST_BELOW, JUST_ABOVE = 1.0 - 1e-9, 1.0 + 1e-9
 
 
 @kernels
@@ -28,7 +28,7 @@ def test_a_slider_just_slower_than_the_belt_slides_on_and_one_just_faster_sticks
     kernel: KernelChoice,
 ) -> None:
     # The slider oscillates about x = mu P/k1 with a peak speed of 0.3 m/s.
-    for v_belt, sticks in ((0.3 * FACTORS[1], 0), (0.3 * FACTORS[0], 1)):
+    for v_belt, sticks in ((0.3 * JUST_ABOVE, 0), (0.3 * JUST_BELOW, 1)):
         p = MASS.with_values({"v_belt": v_belt})
         run = simulate(p, t_end=6.0, start=(0.2, 0.0, -1.0, 0.0), kernel=kernel)
         assert run.events.sticks == sticks
@@ -46,7 +46,7 @@ def test_a_belt_exactly_as_fast_as_the_slider_gives_the_motion_of_a_slightly_slo
     kernel: KernelChoice,
 ) -> None:
     final_states = []
-    for factor in (FACTORS[0], 1.0, FACTORS[1]):
+    for factor in (JUST_BELOW, 1.0, JUST_ABOVE):
         p = MASS.with_values({"v_belt": 0.3 * factor})
         final_states.append(
             simulate(p, t_end=6.0, start=(0.2, 0.0, -1.0, 0.0), kernel=kernel).final[1:]
@@ -61,7 +61,7 @@ def test_friction_just_above_the_holding_force_holds_and_just_below_it_slips(
     kernel: KernelChoice,
 ) -> None:
     # P = 1 - 0.2 cos t is least after full cycles.
-    for factor, sticks in ((FACTORS[0], True), (FACTORS[1], False)):
+    for factor, sticks in ((JUST_BELOW, True), (JUST_ABOVE, False)):
         p = MASS.with_values({"v_belt": 0.0})
         start = (0.8 * factor, 0.0, -1.2, 0.0)
         run = simulate(p, t_end=20.0, start=start, kernel=kernel)
@@ -113,15 +113,15 @@ def test_a_slider_that_lifts_off_as_it_reaches_the_speed_of_the_belt_separates(
     speed = float(fast_run.solution(np.array([lift_off_time])).vx[0])
     vx_before = fast_run.solution(np.linspace(0.0, lift_off_time, 2001)[:-1]).vx.max()
     assert vx_before < speed
-    finals = []
+    final_states = []
     for value in (speed, math.nextafter(speed, 0.0), speed * (1.0 - 1e-13), speed * (1.0 + 1e-13)):
         run = simulate(
             p.with_values({"v_belt": value, "mu_s": 0.9}), t_end=1.5, start=start, kernel=kernel
         )
         assert Mode.SEPARATED in [change.then for change in run.mode_changes[:3]]
         assert run.switch_times[0] == pytest.approx(lift_off_time, abs=1e-9)
-        finals.append(run.final[1:])
-    assert np.ptp(np.array(finals), axis=0).max() < 1e-8
+        final_states.append(run.final[1:])
+    assert np.ptp(np.array(final_states), axis=0).max() < 1e-8
 
 
 @kernels
