@@ -23,6 +23,8 @@ WIDTHS = [20, 40, 60, 80, 120, 200]
 
 
 class Terminal(io.StringIO):
+    """Output that claims to be a terminal; its value has no escape sequences."""
+
     def isatty(self) -> bool:
         return True
 
@@ -31,6 +33,7 @@ class Terminal(io.StringIO):
 
 
 def redirect_output(monkeypatch: pytest.MonkeyPatch, columns: int | None) -> io.StringIO:
+    """Redirect stdout to a terminal of some columns, or to no terminal if None."""
     stream = io.StringIO() if columns is None else Terminal()
     monkeypatch.setattr(sys, "stdout", stream)
     monkeypatch.setenv("COLUMNS", str(columns))

@@ -1,4 +1,4 @@
-"""Tests of which one fails if a numerical tolerance is ten thousand times larger."""
+"""Limits of accuracy: if a numerical tolerance were 10,000 times larger, a test here would fail."""
 
 import math
 
@@ -15,9 +15,11 @@ from fivtui.taylor.polynomial import roots
 from fivtui.transient.derivatives.variation import START_SEEDS, vary
 from fivtui.transient.request import Request
 
-# F = 80 N: friction at the fold of separating cycles, and the period from lift-off there, by an
+# F = 80 N: μ at the fold of separating cycles, and the period of the cycle there, s, by an
 # independent continuation.
 FOLD, FOLD_PERIOD = 0.277876613, 1.1945636
+# F = 40 N: amplitude of the small cycle over the root of the distance from the Hopf point, m.
+AMPLITUDE_RATIO = 3.53
 
 
 def as_state(values: list[float]) -> State:
@@ -33,6 +35,7 @@ def cycle_at_fold() -> PeriodicOrbit:
         p, t_end=200.0, start=(0.0, 0.0, 1.5, 3.0), samples="dense", kernel="interpreted"
     )
     assert run.solution is not None
+    # Separations are every second switch; the last two are the ends of a cycle.
     begin, end = run.switch_times[0 if run.first_mode else 1 :: 2][-2:]
     motion = run.solution([begin])
     guess = as_state([float(motion.x[0]), float(motion.vx[0]), 0.0, float(motion.vy[0])])
@@ -80,12 +83,14 @@ def test_a_small_cycle_is_distinguished_from_the_equilibrium(distance: float) ->
     p = Parameters(F=40.0, mu=critical + distance)
     verdict = stability(p)
     mode = max(verdict.modes, key=lambda mode: mode.growth_rate)
-    x, y = (fraction / mode.shape[1] * -3.53 * math.sqrt(distance) for fraction in mode.shape)
+    # The eigenvector, scaled so that y is at its lowest point.
+    amplitude = AMPLITUDE_RATIO * math.sqrt(distance)
+    x, y = (component / mode.shape[1] * -amplitude for component in mode.shape)
     rest = verdict.equilibrium
     guess = (rest.x + x.real, (mode.eigenvalue * x).real, rest.y + y.real, 0.0)
     period = 2.0 * math.pi / mode.angular_frequency
     orbit = shoot(System(p), guess, period, Section.LOWEST_POINT)
-    assert orbit.half_range / math.sqrt(distance) == pytest.approx(3.53, rel=2e-3)
+    assert orbit.half_range / math.sqrt(distance) == pytest.approx(AMPLITUDE_RATIO, rel=2e-3)
     assert orbit.period == pytest.approx(period, rel=distance + 1e-9)
 
 

@@ -41,7 +41,7 @@ def blocks_in(text: str) -> list[tuple[str, str]]:
 
 
 BLOCKS = {name: blocks_in(text) for name, text in DOCUMENTS.items()}
-# First lines of parts of long documents, which take about equal time.
+# First lines of the parts of long documents; the parts take about equal time.
 PARTS = {
     "README.md": [
         "python3 -m venv",

@@ -100,7 +100,8 @@ RESULTS: Final[dict[str, tuple[str, Callable[[], Result]]]] = {
     "tradeoff": ("trade-off", _tradeoff),
     "fmu": ("", _fmu_run),
 }
-PLAIN: Final = [name for name in RESULTS if name not in ("trajectory", "modes")]
+# Results with `to_dict`, with columns, and with a figure.
+WITH_DATA: Final = [name for name in RESULTS if name not in ("trajectory", "modes")]
 TABULAR: Final = [name for name in RESULTS if name not in ("dense", "stability", "attractors")]
 DRAWN: Final = [
     name for name, (kind, _) in RESULTS.items() if kind and kind not in ("attractors", "accuracy")
@@ -113,6 +114,7 @@ def result_named(name: str) -> Any:
 
 
 class _Cells(HTMLParser):
+    # The texts of all cells of a table, and the tags that are open.
     def __init__(self) -> None:
         super().__init__()
         self.texts: list[str] = []
@@ -173,7 +175,7 @@ def test_the_scene_is_described_by_its_differences_from_the_base_set() -> None:
     assert scene_text(System(Parameters(), separation=False)) == "base set; separation ignored"
 
 
-@pytest.mark.parametrize("name", PLAIN)
+@pytest.mark.parametrize("name", WITH_DATA)
 def test_to_dict_returns_json_data(name: str) -> None:
     data = result_named(name).to_dict()
     assert data
@@ -203,7 +205,7 @@ def test_a_result_can_be_pickled_and_copied(name: str, duplicate: Callable[[Any]
     assert repr(copied) == repr(result_named(name))
     assert copied == result_named(name)
     assert hash(copied) == hash(result_named(name))
-    if name in PLAIN:
+    if name in WITH_DATA:
         assert equal_values(copied.to_dict(), result_named(name).to_dict())
     if name in TABULAR:
         assert equal_values(copied.to_columns(), result_named(name).to_columns())

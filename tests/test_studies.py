@@ -188,7 +188,7 @@ STORED = [name for name, (kind, _) in RESULTS.items() if kind and study(kind).st
 
 
 @pytest.mark.parametrize(("name", "suffix"), WRITTEN)
-def test_a_result_is_written_with_the_same_bytes_and_its_columns(
+def test_a_result_is_written_twice_with_the_same_bytes_and_with_its_columns(
     name: str, suffix: str, tmp_path: Path
 ) -> None:
     kind, result = RESULTS[name][0], result_named(name)

@@ -219,8 +219,8 @@ def validate(
     >>> run = simulate(t_end=30.0, samples="dense")
     >>> t = np.linspace(10.0, 12.0, 201)
     >>> np.savetxt("test.csv", np.column_stack([t - 10.0, run.solution(t).y]), delimiter=",")
-    >>> found = validate(run, read_measurement("test.csv"), shift="auto")
-    >>> f"{found.shift:.3f} s, correlation {found.correlation:.4f}"
+    >>> result = validate(run, read_measurement("test.csv"), shift="auto")
+    >>> f"{result.shift:.3f} s, correlation {result.correlation:.4f}"
     '10.000 s, correlation 1.0000'
     """
     check_known("quantity", quantity, QUANTITIES)

@@ -247,8 +247,8 @@ def _random_points(seed: int, dimensions: int, first: int, stop: int) -> NDArray
     generator = np.random.Philox(key=seed)
     blocks, skipped = divmod(first * dimensions, _PHILOX_BLOCK)
     generator.advance(blocks)
-    words = generator.random_raw(skipped + (stop - first) * dimensions)[skipped:]
-    mantissas = (words >> np.uint64(_WORD_BITS - _MANTISSA_BITS)).astype(np.float64)
+    raw_numbers = generator.random_raw(skipped + (stop - first) * dimensions)[skipped:]
+    mantissas = (raw_numbers >> np.uint64(_WORD_BITS - _MANTISSA_BITS)).astype(np.float64)
     fractions = mantissas * 2.0**-_MANTISSA_BITS
     return fractions.reshape(stop - first, dimensions)
 

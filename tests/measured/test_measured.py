@@ -1,6 +1,7 @@
 """Measured data: read from files of any kind, shifted, compared, drawn, on the command line."""
 
 import dataclasses
+import itertools
 import json
 from pathlib import Path
 
@@ -16,6 +17,7 @@ from fivtui.measured.tolerances import Tolerance, Tolerances, read_tolerance
 from fivtui.model import InputError, Parameters
 from fivtui.simulation import simulate
 
+# The run that is compared with signals made of itself.
 RUN = simulate(t_end=40.0, samples="dense")
 
 
@@ -117,7 +119,7 @@ def test_the_run_itself_agrees_and_its_shift_is_found() -> None:
         ("column 2", "y", False),
     ],
 )
-def test_a_column_that_bears_the_name_of_another_quantity_is_warned_of(
+def test_a_column_named_like_another_quantity_has_a_warning(
     signal: str, quantity: str, warned: bool
 ) -> None:
     t = np.linspace(0.0, 5.0, 51)
@@ -146,8 +148,9 @@ def test_a_trajectory_is_compared_with_the_column_of_its_quantity(
 
 def test_the_band_is_absolute_or_relative_and_a_share_may_be_outside() -> None:
     t, y = signal()
-    off = y + np.where(np.arange(t.size) % 10 == 0, 0.5, 0.0)
-    shifted = measurement(t + 20.0, off)
+    # Every tenth sample deviates.
+    disturbed = y + np.where(np.arange(t.size) % 10 == 0, 0.5, 0.0)
+    shifted = measurement(t + 20.0, disturbed)
     for band, share, passed in (
         (Tolerance(0.4), 1.0, False),
         (Tolerance(0.4), 0.85, True),
@@ -230,16 +233,22 @@ def test_the_command_passes_or_fails_and_writes_both(
     monkeypatch.chdir(tmp_path)
     t, y = signal()
     np.savetxt("rig.csv", np.column_stack([1e3 * t, 1e3 * y]), delimiter=";", header="t;y")
-    line = ["validate", "--measured", "rig.csv", "--scale", "1e-3", "--time-scale", "1e-3"]
-    line += ["--t-end", "40", "--shift", "auto"]
-    assert command([*line, "--band", "2%", "--frequency", "1%", "--out", "a.csv"]) == 0
+    options = {"--measured": "rig.csv", "--scale": "1e-3", "--time-scale": "1e-3"}
+    options |= {"--t-end": "40", "--shift": "auto"}
+
+    def validate_with(*arguments: str) -> int:
+        # Run the command; an argument replaces an option of the same name.
+        remaining = {name: text for name, text in options.items() if name not in arguments}
+        return command(["validate", *itertools.chain(*remaining.items()), *arguments])
+
+    assert validate_with("--band", "2%", "--frequency", "1%", "--out", "a.csv") == 0
     report = capsys.readouterr().out
     assert "verdict" in report
     assert "PASS" in report
     columns = read_columns(tmp_path / "a.csv", "validation")
     np.testing.assert_allclose(columns["measured"], columns["computed"], atol=1e-6)
     assert read_header(tmp_path / "a.csv", "validation")["validation"]["passed"] is True
-    assert command([*line, "--set", "F=60", "--amplitude", "1%", "--json"]) == 1
+    assert validate_with("--set", "F=60", "--amplitude", "1%", "--json") == 1
     printed = capsys.readouterr()
     data = json.loads(printed.out)
     assert printed.err == ""
@@ -254,15 +263,9 @@ def test_the_command_passes_or_fails_and_writes_both(
         (["--scale", "x"], "--scale"),
         (["--quantity", "z"], "quantity"),
     ):
-        arguments = (
-            [argument for argument in line if argument != "auto"][:-1]
-            if wrong[0] == "--shift"
-            else line
-        )
-        arguments = arguments[:5] + arguments[7:] if wrong[0] == "--scale" else arguments
-        assert command([*arguments, *wrong]) == 2
+        assert validate_with(*wrong) == 2
         assert message in capsys.readouterr().err
-    assert command([*line, "--band", "2%", "--share", "100%"]) == 0
+    assert validate_with("--band", "2%", "--share", "100%") == 0
     assert command(["validate"]) == 2
     assert "must be given" in capsys.readouterr().err
 

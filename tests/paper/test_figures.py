@@ -22,6 +22,7 @@ from fivtui.paper.results import PaperResults
 from fivtui.scene.scene import Scene
 from tests.support.reading import transient_figure
 
+# Numbers of figures by kind.
 EIGENVALUES, CRITICAL, TRANSIENTS, AMPLITUDES = (3, 4, 5), (6, 7, 8, 9), (10, 11, 12), (13, 16)
 
 

@@ -26,6 +26,7 @@ from tests.support import own_slider
 from tests.support.reading import entries, labels, legend_entries, line_like, plain, points
 
 FloatArray = NDArray[np.float64]
+# Stored states of the paper's method, by separation and time.
 STATES: Final = {
     bool(point["changes"]["separation"]): point["states"]
     for point in json.loads(
@@ -104,6 +105,7 @@ def results() -> PaperResults:
 
 
 def legend_names(key: str) -> dict[str, float]:
+    """Names of the lines in the legend of a figure, and the values that they state."""
     _, by, values, _ = FIGURES[key]
     if not by:
         return {name: float(case) for name, case in CASES.items()}

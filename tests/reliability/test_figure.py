@@ -24,17 +24,18 @@ def bar_patches(axes: Axes) -> list[Rectangle]:
 
 
 def sum_of_bin_heights(axes: Axes) -> float:
-    """Sum of the heights of all 40 bins."""
+    """Sum of the heights of all 40 bins, from the areas of the regions and the width of a bin."""
     low, high = axes.dataLim.intervalx
-    area = sum(
-        abs(np.trapezoid(*np.asarray(path.vertices).T[::-1]))
-        for collection in axes.collections
-        for path in collection.get_paths()
-    )
+    area = 0.0
+    for collection in axes.collections:
+        for path in collection.get_paths():
+            x, y = np.asarray(path.vertices).T
+            area += abs(np.trapezoid(y, x))
     return float(area * 40.0 / (high - low))
 
 
 def panel_position(axes: Axes) -> int:
+    """Index of a panel in its grid, row by row."""
     cell = axes.get_subplotspec()
     assert cell is not None
     return cell.num1

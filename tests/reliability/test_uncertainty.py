@@ -264,6 +264,8 @@ def test_truncation_is_reported() -> None:
 
 
 def counting_engine(engine: Engine, sizes: list[int], stop_after: int = 10**9) -> Engine:
+    """An engine that records the sizes of computed pieces, and cancels after some pieces."""
+
     def count_pieces(
         study: Study, pieces: Iterable[SweepPiece]
     ) -> Generator[tuple[SweepPiece, Rows]]:
@@ -278,7 +280,7 @@ def counting_engine(engine: Engine, sizes: list[int], stop_after: int = 10**9) -
 
 @pytest.mark.parametrize("suffix", [".csv", ".parquet"])
 def test_a_stopped_study_continues_to_the_same_bytes(suffix: str, tmp_path: Path) -> None:
-    complete, stopped = tmp_path / f"whole{suffix}", tmp_path / f"stopped{suffix}"
+    complete, stopped = tmp_path / f"complete{suffix}", tmp_path / f"stopped{suffix}"
     study, engine = scene_study(), local_engine(1)
     expected = compute_uncertainty(study, engine, file=MembersFile(complete, 100))
     with pytest.raises(Cancelled):

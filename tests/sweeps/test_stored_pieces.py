@@ -1,4 +1,4 @@
-"""Sweeps copy_stored by earlier versions are continued, or assert_refused with the reason."""
+"""Sweeps begun by earlier versions are continued, or refused with the reason."""
 
 import json
 import shutil

@@ -1,3 +1,5 @@
+"""Trade-offs: errors and CPU times of settings, the best settings, and the measurement itself."""
+
 import math
 from dataclasses import replace
 from types import SimpleNamespace
@@ -30,16 +32,17 @@ SHORT = replace(PRESETS["base"], t_end=4.0)
 
 
 def row(cpu_s: float, error: float | None) -> MeasuredSetting:
+    """A setting with the same error in all quantities; a failed run without an error."""
     errors = None if error is None else Deviation(error, error, error, error, 0)
     return MeasuredSetting(Setting("rk4", "", "step", 0.1), cpu_s, 1, errors)
 
 
-measured = st.lists(
+row_lists = st.lists(
     st.builds(row, st.floats(1e-6, 10.0), st.none() | st.floats(0.0, 1.0)), max_size=12
 )
 
 
-@given(measured)
+@given(row_lists)
 def test_the_front_holds_exactly_the_settings_that_no_other_beats(
     rows: list[MeasuredSetting],
 ) -> None:
@@ -50,21 +53,21 @@ def test_the_front_holds_exactly_the_settings_that_no_other_beats(
         assert second.error is not None
         return first.cpu_s <= second.cpu_s and first.error.peak <= second.error.peak
 
-    for better in rows:
-        if better.error is not None:
-            assert not any(beats(better, best) and not beats(best, better) for best in front)
-            assert any(beats(best, better) for best in front)
+    for entry in rows:
+        if entry.error is not None:
+            assert not any(beats(entry, best) and not beats(best, entry) for best in front)
+            assert any(beats(best, entry) for best in front)
 
 
-@given(measured, st.floats(1e-9, 1.0))
+@given(row_lists, st.floats(1e-9, 1.0))
 def test_the_cheapest_setting_has_the_error_and_no_cheaper_one_has(
     rows: list[MeasuredSetting], error: float
 ) -> None:
-    fit = [entry for entry in rows if entry.error is not None and entry.error.peak <= error]
+    accurate = [entry for entry in rows if entry.error is not None and entry.error.peak <= error]
     best = cheapest(rows, "peak", error)
-    assert (best is None) == (not fit)
+    assert (best is None) == (not accurate)
     if best is not None:
-        assert best.cpu_s == min(entry.cpu_s for entry in fit)
+        assert best.cpu_s == min(entry.cpu_s for entry in accurate)
 
 
 def test_errors_within_the_uncertainty_are_equal() -> None:
@@ -90,8 +93,8 @@ def test_a_deviation_is_the_error_against_a_stored_reference() -> None:
     assert result.peak == pytest.approx(
         abs(coarse.peak.y_abs / reference.peak_y_abs - 1.0), rel=1e-6
     )
-    late = max(abs(a - b) for a, b in zip(coarse.switch_times, reference.switch_times, strict=True))
-    assert result.events == pytest.approx(late, rel=1e-6)
+    delays = np.subtract(coarse.switch_times, reference.switch_times)
+    assert result.events == pytest.approx(np.abs(delays).max(), rel=1e-6)
     assert deviation(observation(fine), observation(fine)) == Deviation(0.0, 0.0, 0.0, 0.0, 0)
 
 
@@ -154,15 +157,18 @@ def test_a_quick_setting_is_measured_several_times_and_its_least_time_counts(
     clock = [100.0]
     costs: list[float] = []
 
-    def timed(*_: object) -> tuple[Observation, int, float]:
+    def pretend_run(*_: object) -> tuple[Observation, int, float]:
+        # Measured times vary a little around the time on the clock.
         costs.append(cost * (1.0 + 1e-3 * (len(costs) % 2 - len(costs) % 3)))
         clock[0] += cost
         return observed, 7, costs[-1]
 
-    monkeypatch.setattr(measure._Benchmark, "_run", timed)
+    monkeypatch.setattr(measure._Benchmark, "_run", pretend_run)
     monkeypatch.setattr("time.thread_time", lambda: clock[0])
-    bench = measure._Benchmark(SHORT, observed, deviation(observed, observed), {}, Progress(None))
-    result = bench.measure(Setting("rk4", "", "step", 0.1), budget)
+    benchmark = measure._Benchmark(
+        SHORT, observed, deviation(observed, observed), {}, Progress(None)
+    )
+    result = benchmark.measure(Setting("rk4", "", "step", 0.1), budget)
     assert len(costs) == runs
     assert result.cpu_s == min(costs)
 
@@ -182,7 +188,7 @@ def test_the_cost_in_a_batch_is_that_of_a_member(monkeypatch: pytest.MonkeyPatch
 
 
 @pytest.fixture(scope="module")
-def short() -> Tradeoff:
+def short_tradeoff() -> Tradeoff:
     return measure_tradeoff(SHORT)
 
 
@@ -197,27 +203,29 @@ def test_without_a_compiled_kernel_the_interpreted_one_is_measured(
 
 
 @pytest.mark.slow
-def test_every_method_is_measured_and_the_finer_setting_has_less_error(short: Tradeoff) -> None:
+def test_every_method_is_measured_and_the_finer_setting_has_less_error(
+    short_tradeoff: Tradeoff,
+) -> None:
     by_method: dict[str, list[MeasuredSetting]] = {}
-    for entry in short.rows:
+    for entry in short_tradeoff.rows:
         by_method.setdefault(entry.setting.label, []).append(entry)
     assert len(by_method) == 9
     for method, rows in by_method.items():
         errors = [entry.error.peak for entry in rows if entry.error is not None]
         assert errors, method
-        assert errors[-1] <= errors[0] or errors[-1] <= short.floor.peak
+        assert errors[-1] <= errors[0] or errors[-1] <= short_tradeoff.floor.peak
         assert all(
             entry.cpu_s > 0.0 and entry.steps > 0 for entry in rows if entry.error is not None
         )
-    assert short.floor.final < 1e-10
+    assert short_tradeoff.floor.final < 1e-10
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("method", ["fmu", "fmu-native"])
 def test_the_fmu_has_the_final_state_at_any_communication_step_and_samples_its_peak(
-    short: Tradeoff, method: str
+    short_tradeoff: Tradeoff, method: str
 ) -> None:
-    rows = [entry for entry in short.rows if entry.setting.method == method]
+    rows = [entry for entry in short_tradeoff.rows if entry.setting.method == method]
     errors = [entry.error for entry in rows if entry.error is not None]
     assert len(errors) > 1
     assert all(error.final < 1e-10 and error.events < 1e-10 for error in errors)
@@ -225,11 +233,13 @@ def test_the_fmu_has_the_final_state_at_any_communication_step_and_samples_its_p
 
 
 @pytest.mark.slow
-def test_a_tradeoff_is_drawn(short: Tradeoff) -> None:
-    figure = short.figure()
+def test_a_tradeoff_is_drawn(short_tradeoff: Tradeoff) -> None:
+    figure = short_tradeoff.figure()
     assert [axes.get_xscale() for axes in figure.axes] == ["log"] * 3
     legend = {text.get_text() for text in figure.legends[0].get_texts()}
-    assert legend == {entry.setting.label for entry in short.rows if entry.error is not None}
+    assert legend == {
+        entry.setting.label for entry in short_tradeoff.rows if entry.error is not None
+    }
 
 
 def test_a_reference_that_cannot_be_verified_is_refused_with_the_time() -> None:
@@ -244,7 +254,7 @@ def test_a_tradeoff_can_be_cancelled() -> None:
 
 
 @pytest.mark.parametrize(
-    ("arguments", "says"),
+    ("arguments", "message"),
     [
         (["--error", "peek=1e-3"], "peak"),
         (["--error", "peak=0"], "must be above 0 and at most 1"),
@@ -253,8 +263,8 @@ def test_a_tradeoff_can_be_cancelled() -> None:
     ],
 )
 def test_a_wrong_request_for_a_tradeoff_is_one_line(
-    arguments: list[str], says: str, capsys: pytest.CaptureFixture[str]
+    arguments: list[str], message: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert run(["tradeoff", *arguments]) == 2
-    assert says in capsys.readouterr().err
+    assert message in capsys.readouterr().err
     assert set(QUANTITIES) == {"final", "peak", "half_range", "events"}

@@ -60,6 +60,6 @@ def crossing(along: FloatArray, excess: FloatArray) -> float | None:
     is_positive = excess > 0.0
     if is_positive[0] or np.count_nonzero(np.diff(is_positive)) != 1:
         return None
-    last = int(np.argmax(is_positive)) - 1
-    share = excess[last] / (excess[last] - excess[last + 1])
-    return float(along[last] + share * (along[last + 1] - along[last]))
+    last_index = int(np.argmax(is_positive)) - 1
+    share = excess[last_index] / (excess[last_index] - excess[last_index + 1])
+    return float(along[last_index] + share * (along[last_index + 1] - along[last_index]))
