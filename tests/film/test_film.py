@@ -26,10 +26,10 @@ STICKING = simulate(Parameters(v_belt=3.0, mu_s=0.9, v_s=0.4), t_end=20.0, sampl
 ORANGE: Final = (240, 180, 41)
 
 
-def shapes(run: Transient, t: float, travel: float = 0.0) -> dict[str, Shape]:
+def shapes(run: Transient, t: float, belt_travel: float = 0.0) -> dict[str, Shape]:
     motion = motion_at(run, np.linspace(0.0, run.t_end, 4001))
-    moment = motion_at(run, np.array([t]))
-    return shapes_at(run, layout_of(motion), moment, travel)
+    state = motion_at(run, np.array([t]))
+    return shapes_at(run, layout_of(motion), state, belt_travel)
 
 
 def longest_interval_middle(run: Transient, mode: Mode) -> float:
@@ -55,8 +55,8 @@ def test_in_contact_the_foot_is_on_the_belt_and_the_arrows_are_the_forces() -> N
     assert friction_length / force_length == pytest.approx(0.7)
     # The block moves to scale, and no part overlaps the belt.
     rise = drawn["block"].y.min() - shapes(RUN, 0.0)["block"].y.min()
-    start = motion_at(RUN, np.array([0.0, t]))
-    assert rise == pytest.approx(start.y[1] - start.y[0])
+    start_y, final_y = motion_at(RUN, np.array([0.0, t])).y
+    assert rise == pytest.approx(final_y - start_y)
     assert drawn["block"].y.min() > drawn["foot"].y.max()
 
 
@@ -80,8 +80,8 @@ def test_marks_travel_with_the_belt_and_all_shapes_are_in_the_picture() -> None:
     )
     assert marks_after.x[0] - marks_before.x[0] == pytest.approx(0.01 * layout.size)
     for t in np.linspace(0.0, 20.0, 41).tolist():
-        moment = motion_at(STICKING, np.array([t]))
-        for shape in shapes_at(STICKING, layout, moment, 0.0).values():
+        state = motion_at(STICKING, np.array([t]))
+        for shape in shapes_at(STICKING, layout, state, 0.0).values():
             assert np.nanmin(shape.x) >= layout.x_range[0] - 0.1 * layout.size, shape.name
             assert np.nanmax(shape.x) <= layout.x_range[1], shape.name
             assert np.nanmin(shape.y) >= layout.y_range[0], shape.name
@@ -116,7 +116,7 @@ def test_a_film_shows_the_modes_by_the_colour_of_the_foot(tmp_path: Path) -> Non
             image.seek(1)
             pixels = np.asarray(image.convert("RGB")).reshape(-1, 3).astype(int)
         counts[name] = int((np.abs(pixels - ORANGE).max(axis=1) < 40).sum())
-    # Both pictures show orange in the key and the curve; the foot adds at least 300 pixels.
+    # Both pictures show orange in the legend and the curve; the foot adds at least 300 pixels.
     assert counts["stick"] > counts["off"] + 300
 
 

@@ -96,9 +96,9 @@ def test_every_curve_shows_its_column_to_the_last_extreme(
     runs = [separating_run, bilateral_run]
     figure = transient_figure(runs)
     for axes, name in zip(figure.axes[:3], "Pxy", strict=True):
-        for line, run_shown in zip(labelled_curves(axes), runs, strict=True):
-            assert run_shown.trajectory is not None
-            values = getattr(run_shown.trajectory, name)
+        for line, plotted in zip(labelled_curves(axes), runs, strict=True):
+            assert plotted.trajectory is not None
+            values = getattr(plotted.trajectory, name)
             drawn_values = np.asarray(line.get_ydata())
             assert drawn_values.min() == values.min()
             assert drawn_values.max() == values.max()
@@ -254,7 +254,8 @@ def test_a_figure_is_saved_in_the_format_and_size_of_its_suffix_with_the_same_by
     with pytest.raises(InputError, match="exists already"):
         save_figure(figures[0], paths[0])
     if suffix == ".png":
-        size = [int.from_bytes(first[at : at + 4]) for at in (16, 20)]
+        # Width and height follow the signature and the name of the first chunk.
+        size = [int.from_bytes(first[16:20]), int.from_bytes(first[20:24])]
         assert size == [round(200 * inches) for inches in figures[0].get_size_inches()]
 
 

@@ -106,7 +106,10 @@ def test_a_file_records_its_request_and_units(
     save_trajectory(transient, path)
     assert provenance(path) == {
         "fivtui": __version__,
-        "parameters": {**{n: s.default for n, s in PARAMETERS.items()}, "mu": 0.75},
+        "parameters": {
+            **{name: spec.default for name, spec in PARAMETERS.items()},
+            "mu": 0.75,
+        },
         "separation": True,
         "start": list(transient.start),
         "t_end": 6.0,
@@ -262,6 +265,7 @@ def test_unreadable_files_give_one_line(tmp_path: Path, suffix: str) -> None:
 
 
 def key_structure(data: object) -> object:
+    # The keys of nested data, with ... for values.
     return (
         {key: key_structure(value) for key, value in data.items()}
         if isinstance(data, dict)
