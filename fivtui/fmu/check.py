@@ -13,6 +13,7 @@ from typing import Final
 
 from .instance import check_archive
 
+# Limit of the wall-clock time of the short run, s.
 _TIMEOUT_S: Final = 60.0
 
 

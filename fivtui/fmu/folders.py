@@ -1,6 +1,6 @@
-"""Folders to extract FMUs to, reused and with plain paths that every FMU can handle.
+"""Folders to extract FMUs to, with paths of plain characters that every FMU can handle.
 
-A closed library may stay in memory. Loading it again from the same path takes no more memory. So an
+A closed library may stay in memory; loading it again from the same path takes no more memory. So an
 FMU is extracted to the folder of its last run, unless another run of this process uses it.
 """
 
@@ -26,7 +26,7 @@ _unused_paths: Final[dict[tuple[int, str, bytes], list[str]]] = {}
 
 
 class Folder:
-    """A folder for one extracted FMU; not reused if the FMU `failed_fatally`."""
+    """A folder for one extracted FMU; it is not used again if the FMU `failed_fatally`."""
 
     def __init__(self, path: str) -> None:
         self.path = path

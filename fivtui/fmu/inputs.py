@@ -1,4 +1,4 @@
-"""Inputs of an FMU run: start values, and values of inputs over time."""
+"""Checked inputs of an FMU run: start values, and inputs over time from a CSV file."""
 
 import math
 from collections.abc import Collection, Mapping
@@ -18,6 +18,7 @@ _NON_NUMERIC_TYPES: Final = ("String", "Binary")
 # Variables of the slider-belt FMU: the belt's speed, and the flag that enables it.
 _BELT_SPEED: Final = "v_belt"
 _FINITE_BELT: Final = "finite_belt"
+# Texts of Boolean values.
 _BOOLEANS: Final = {"true": True, "1": True, "false": False, "0": False}
 
 

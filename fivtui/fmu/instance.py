@@ -22,9 +22,10 @@ from fmu_src.build import IMPORT_LOCK
 
 from .folders import Folder, reserve_folder
 
-# FMI statuses.
+# FMI statuses: 0 is success, 2 discard, 3 error.
 _WARNING: Final = 1
 _FATAL: Final = 4
+# Messages that are kept, of each kind.
 _MAX_MESSAGES: Final = 20
 _DESCRIPTION: Final = "modelDescription.xml"
 
@@ -120,7 +121,7 @@ def create_instance(fmu: FmuFile) -> Iterator[tuple[Any, Messages]]:
     instantiate = _choose_instantiation(fmu)
     number, messages = next(_instance_numbers), Messages()
     _messages_by_instance[number] = messages
-    instance, fatal = None, False
+    instance, failed_fatally = None, False
     exclusion_filter = _exclusion_filter(number)
     _LOGGER.addFilter(exclusion_filter)
     try:
@@ -129,10 +130,10 @@ def create_instance(fmu: FmuFile) -> Iterator[tuple[Any, Messages]]:
         yield instance, messages
     except Exception as error:
         causes = (error, error.__context__)
-        fatal = any(getattr(cause, "status", None) == _FATAL for cause in causes)
+        failed_fatally = any(getattr(cause, "status", None) == _FATAL for cause in causes)
         raise
     finally:
-        if fatal:
+        if failed_fatally:
             fmu.discard_folder()
         elif instance is not None:
             with suppress(Exception):
@@ -146,6 +147,7 @@ def _instance_name(number: int) -> str:
 
 
 def _exclusion_filter(number: int) -> Callable[[logging.LogRecord], bool]:
+    # A logging filter that drops the records of an instance.
     name = _instance_name(number)
     return lambda record: getattr(record, "fmu_instance", None) != name
 
@@ -178,7 +180,7 @@ def has_binary(fmu: FmuFile) -> bool:
     is_fmi3 = fmu.description.fmiVersion.startswith("3.")
     binaries = Path(fmu.folder, "binaries")
     folder = binaries / (fmpy.platform_tuple if is_fmi3 else fmpy.platform)
-    # The x86 folder may contain a copy of the ARM binary.
+    # On x86, a file in this folder may be a copy of the binary for ARM, and is then not counted.
     arm_folder = binaries / f"aarch64-{fmpy.system}"
     is_not_arm = fmpy.architecture != "aarch64"
 
@@ -191,6 +193,7 @@ def has_binary(fmu: FmuFile) -> bool:
 
 
 def _choose_instantiation(fmu: FmuFile) -> Callable[[int, Messages], Any]:
+    # The function that creates an instance by the FMI version of the FMU.
     import fmpy
 
     version = fmu.description.fmiVersion

@@ -1,4 +1,8 @@
-"""Co-simulation master of one transient: communication steps, switches, segments."""
+"""Co-simulation master: runs the slider-belt FMU and turns its outputs into segments.
+
+A segment is a polynomial of the motion between two communication points. Where the mode changes,
+at a switch, a segment must end.
+"""
 
 import math
 from collections.abc import Callable
@@ -19,17 +23,22 @@ from fivtui.transient import Recorder, Request, segment_between
 from .instance import Messages
 
 MAX_STEPS: Final = 20_000_000
-# Longest interval over which outputs are interpolated, in √(m/tangent stiffness).
+# Longest interval over which outputs are interpolated, as a part of √(m/tangent stiffness).
 _LONGEST_INTERVAL: Final = 0.06
 _STATES: Final = ("x", "vx", "y", "vy")
 _READ_VARIABLES: Final = (*_STATES, "P", "mode", "last_event")
-# Counters of mode changes: without and with a finite belt speed.
+# Variables that count changes of the mode: without and with a finite belt speed.
 _SLIDING_SWITCHES: Final = ("separations", "reattachments")
 _BELT_SWITCHES: Final = ("switches",)
+# Order of the derivatives of inputs that the FMU accepts.
+_FIRST_ORDER: Final = 1
 
 
 class Point(NamedTuple):
-    """Outputs of the FMU at a communication point; `last_event` is the time of the last switch."""
+    """Outputs of the FMU at a communication point.
+
+    `P` is the contact force, N; `last_event` is the time of the last switch, s.
+    """
 
     t: float
     state: State
@@ -116,7 +125,7 @@ class Slave:
         ends = [table.before(target) for table in course.tables.values()]
         slopes = [(end - value) / (target - t) for value, end in zip(values, ends, strict=True)]
         self._fmu.setReal(references, values)
-        self._fmu.setRealInputDerivatives(references, [1] * len(slopes), slopes)
+        self._fmu.setRealInputDerivatives(references, [_FIRST_ORDER] * len(slopes), slopes)
 
     def _point(self, t: float) -> Point:
         values = self._fmu.getReal(self._read_references)
@@ -185,6 +194,8 @@ class Master:
             self.point = self._integrate(restore_first, self.point, target)
 
     def _integrate(self, restore_first: Callable[[], None], first: Point, target: float) -> Point:
+        # Step from the point `first` to a time, and record the segments; returns the point there.
+        # `restore_first` returns the FMU to `first`.
         slave = self._slave
         final = slave.step(first.t, target)
         switches = final.switches - first.switches
@@ -228,10 +239,12 @@ class Master:
         # Longest interval over which interpolation is accurate enough for peaks, s.
         p = self._request.parameters
         has_contact = first.mode in IN_CONTACT or final.mode in IN_CONTACT
-        y = max(abs(first.state[2]), abs(final.state[2])) if has_contact else 0.0
+        (_, _, first_y, _), (_, _, final_y, _) = first.state, final.state
+        y = max(abs(first_y), abs(final_y)) if has_contact else 0.0
         return _LONGEST_INTERVAL * time_scale(p, y)
 
     def _include(self, first: Point, final: Point, *, next_mode: Mode) -> None:
+        # Record the segment between two points; after it the mode is `next_mode`.
         p, rates, course = self._request.parameters, CONSTANT, self._request.course
         if course is not None:
             p, rates = course.after(first.t)

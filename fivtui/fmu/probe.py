@@ -1,4 +1,7 @@
-"""A short run of an FMU: ``python -m fivtui.fmu.probe FILE`` prints its problems as JSON."""
+"""A short run of any FMU, as a program of its own: the FMU may crash its process.
+
+``python -m fivtui.fmu.probe FILE`` prints the problems of the FMU as JSON.
+"""
 
 import json
 import math
@@ -12,7 +15,9 @@ from fivtui.model import ComputationError, InputError
 
 from .instance import FmuFile, create_instance, extract_fmu, has_binary
 
+# Communication steps of each run, and rows of the default experiment if it has no step size.
 _STEPS: Final = 10
+_DEFAULT_STEPS: Final = 100
 
 
 def find_problems(path: Path) -> list[str]:
@@ -24,20 +29,20 @@ def find_problems(path: Path) -> list[str]:
             return [f"there is no binary for this platform, {fmpy.platform}"]
         start, step = _start_and_step(fmu)
         stop = start + _STEPS * step
-        runs = [
+        first_run, second_run = (
             fmpy.simulate_fmu(
                 fmu.folder, start_time=start, stop_time=stop, output_interval=step, validate=False
             )
             for _ in range(2)
-        ]
+        )
         problems = []
-        if not math.isclose(runs[0]["time"][-1], stop, rel_tol=1e-9, abs_tol=1e-12):
-            problems.append(f"the run ends at {runs[0]['time'][-1]:g} s instead of {stop:g} s")
-        for name in runs[0].dtype.names:
-            first, second = (np.asarray(run[name]) for run in runs)
-            if not np.all(np.isfinite(first)):
+        end = first_run["time"][-1]
+        if not math.isclose(end, stop, rel_tol=1e-9, abs_tol=1e-12):
+            problems.append(f"the run ends at {end:g} s instead of {stop:g} s")
+        for name in first_run.dtype.names:
+            if not np.all(np.isfinite(first_run[name])):
                 problems.append(f"the output {name} is not finite")
-            elif not np.array_equal(first, second):
+            elif not np.array_equal(first_run[name], second_run[name]):
                 problems.append(f"the output {name} differs between two equal runs")
         interface = fmu.description.coSimulation
         if not problems and interface is not None and interface.canGetAndSetFMUstate:
@@ -50,7 +55,7 @@ def _start_and_step(fmu: FmuFile) -> tuple[float, float]:
     start = float(getattr(default, "startTime", None) or 0.0)
     stop = float(getattr(default, "stopTime", None) or start + 1.0)
     step = getattr(interface, "fixedInternalStepSize", None) or getattr(default, "stepSize", None)
-    return start, float(step or (stop - start) / 100.0)
+    return start, float(step or (stop - start) / _DEFAULT_STEPS)
 
 
 def _find_state_problems(fmu: FmuFile, start: float, step: float) -> list[str]:

@@ -1,4 +1,4 @@
-"""Runs of any co-simulation FMU by fmpy, with checked requests and clear errors."""
+"""Runs of any co-simulation FMU by fmpy: checks before the run, the run, and its result."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -26,6 +26,7 @@ from fivtui.taylor import TOL_RANGE
 from .inputs import TIME, check_start_values, enable_belt_speed, read_signals
 from .instance import FmuFile, create_instance, defer_interrupts, extract_fmu
 
+# Communication steps: limit per run, number by default, and between two reports of progress.
 _MAX_STEPS: Final = 20_000_000
 _DEFAULT_STEPS: Final = 1000
 _STEPS_PER_REPORT: Final = 128

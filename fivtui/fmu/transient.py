@@ -1,4 +1,4 @@
-"""Transients computed by this project's FMU, run step by step through fmpy."""
+"""Transients of the slider-belt computed by this project's FMU, run step by step through fmpy."""
 
 import dataclasses
 import heapq
@@ -32,8 +32,10 @@ from fivtui.transient import (
 from .instance import create_instance, defer_interrupts, extract_fmu
 from .master import MAX_STEPS, Master, Point, Slave
 
-# Default communication step in √(m/stiffness).
+# Default communication step, as a part of √(m/stiffness).
 _STEP: Final = 0.05
+# A multiple of the step this close to the end is the end, as a part of the step.
+_END_TOLERANCE: Final = 1e-9
 _STEPS_PER_REPORT: Final = 128
 _SAMPLES_PER_CALL: Final = 256
 _FMU_NAME: Final = "slider_belt.fmu"
@@ -55,7 +57,7 @@ def integrate_fmu(
     on_samples: OnSamples | None = None,
     fmu: Path | None = None,
 ) -> Transient:
-    """Compute a transient through the FMU."""
+    """Compute a transient through the FMU in the file `fmu`, or one that is built for the run."""
     step = request.step or _STEP * time_scale(request.parameters)
     if request.t_end / step > MAX_STEPS:
         raise ComputationError(
@@ -93,6 +95,7 @@ def integrate_fmu(
         master = Master(slave, request, recorder)
         points = [master.point] if times and times[0] == 0.0 else []
         sample_times = frozenset(times)
+        # The slopes of inputs over time change at the rows of their tables.
         kinks = [] if course is None else course.row_times_before(request.t_end)
         for t in _communication_points(request.t_end, step, [*heapq.merge(times, kinks)]):
             master.step_to(t)
@@ -114,7 +117,7 @@ def integrate_fmu(
 def _communication_points(t_end: float, step: float, times: Sequence[float]) -> Iterator[float]:
     # Multiples of the step merged with the given times, without repetition, up to the end.
     grid = itertools.takewhile(
-        lambda t: t < t_end - 1e-9 * step, (count * step for count in itertools.count(1))
+        lambda t: t < t_end - _END_TOLERANCE * step, (count * step for count in itertools.count(1))
     )
     previous = 0.0
     for t in heapq.merge(grid, times, [t_end]):

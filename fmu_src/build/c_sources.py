@@ -1,6 +1,7 @@
 """The C files of the native FMUs, and the tables of variables generated for them.
 
-The build hook imports this module, so it imports only the standard library.
+A unit is the name of a C file without its suffix. The build hook imports this module, so it imports
+only the standard library.
 """
 
 import hashlib
@@ -18,7 +19,7 @@ MODELS: Final[Mapping[str, VariableTable]] = {
     "SliderBelt": SLIDER_BELT_TABLE,
     "BrakeActuator": ACTUATOR_TABLE,
 }
-# C files of each model besides the shared ones.
+# Units of each model besides the shared ones; the first is the model itself.
 UNITS: Final[Mapping[str, tuple[str, ...]]] = {
     "SliderBelt": ("slider_belt", "processor"),
     "BrakeActuator": ("brake_actuator",),
@@ -30,8 +31,11 @@ SHARED_UNITS: Final = (
 # Unit that is compiled once for each instruction set.
 STEPPING_UNIT: Final = "stepping"
 _PACKAGE_FOLDER: Final = Path(__file__).parents[1]
+# Folders of the C files: the FMI functions, and the kernel.
 NATIVE: Final = _PACKAGE_FOLDER / "native"
 KERNEL: Final = _PACKAGE_FOLDER.parent / "fivtui" / "kernel"
+# Length of the name of a build, BUILD in ``state.c``.
+_BUILD_DIGITS: Final = 32
 _C_KINDS: Final = {
     Type.REAL: "REAL",
     Type.INTEGER: "INTEGER",
@@ -42,13 +46,15 @@ _C_KINDS: Final = {
 
 def sources(model: str) -> dict[str, str]:
     """All C files of the binary of a model, by file name."""
-    other_units = {unit for model_name in UNITS for unit in UNITS[model_name]} - {*UNITS[model]}
-    excluded = {f"{unit}{end}" for unit in other_units for end in (".c", "_table.h")}
+    all_units = {unit for units in UNITS.values() for unit in units}
+    excluded_units = all_units - {*UNITS[model]}
+    excluded = {f"{unit}{end}" for unit in excluded_units for end in (".c", "_table.h")}
     texts = {**_all_sources(), **generated_files()}
     return {name: text for name, text in sorted(texts.items()) if name not in excluded}
 
 
 def _all_sources() -> dict[str, str]:
+    # All C files of all models, except ``build.h``, which has their hash.
     files = [*NATIVE.glob("*.[ch]"), *KERNEL.glob("*.h")]
     texts = {file.name: file.read_text(encoding="utf-8") for file in files}
     for model, table in MODELS.items():
@@ -74,9 +80,9 @@ def install_name_options(library: str) -> list[str]:
 
 
 def build_name() -> str:
-    """A hash of the sources; binaries and saved states of other sources are refused."""
+    """A hash of the C sources: binaries and saved states from other sources are refused."""
     content = "\0".join(f"{name}\0{text}" for name, text in _all_sources().items())
-    return hashlib.sha256(content.encode()).hexdigest()[:32]
+    return hashlib.sha256(content.encode()).hexdigest()[:_BUILD_DIGITS]
 
 
 def model_guid(model: str) -> str:
@@ -108,7 +114,7 @@ def _table_header(table: VariableTable) -> str:
 
 
 def _parameter_references(table: VariableTable) -> list[str]:
-    # Value references of the kernel's parameters, in its order.
+    # The value references of the kernel's parameters, in its order, as a C array.
     names = {variable.name for variable in table.variables}
     if not names.issuperset(PARAMETERS):
         return []
@@ -117,10 +123,11 @@ def _parameter_references(table: VariableTable) -> list[str]:
 
 
 def _table_row(v: Variable) -> str:
+    # The fields of `Variable` in ``component.h``.
     numbers = [_c_number(value) for value in (v.start, v.lower, v.upper)]
     is_continuous = str(int(v.variability == "continuous"))
-    columns = (f'"{v.name}"', _C_KINDS[v.type], v.role.name, *numbers, f'"{v.range_text}"')
-    return f"    {{{', '.join((*columns, _c_number(v.nominal or 1.0), is_continuous))}}},"
+    fields = (f'"{v.name}"', _C_KINDS[v.type], v.role.name, *numbers, f'"{v.range_text}"')
+    return f"    {{{', '.join((*fields, _c_number(v.nominal or 1.0), is_continuous))}}},"
 
 
 def _c_number(value: float) -> str:

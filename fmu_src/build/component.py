@@ -1,4 +1,4 @@
-"""A component to build FMUs of, and its documentation and reference run as files."""
+"""A component: a model that FMUs are built of, with documentation and a reference run as files."""
 
 import html
 from collections.abc import Callable, Mapping, Sequence
@@ -36,22 +36,26 @@ allowed), is logged, and changes nothing. A tolerance out of range is replaced b
 one, with fmi2Warning.</p>
 <p>The FMU needs only the C library.</p>
 """
+# Titles of the tables of variables in the documentation.
 _TITLES: Final = {
     Role.PARAMETER: "Parameters, fixed after initialization",
     Role.INPUT: "Inputs, held from one communication point to the next",
     Role.OUTPUT: "Outputs",
     Role.LOCAL: "Local variables",
 }
+# Folder of an FMU for files that FMI does not define.
 _EXTRA_FOLDER: Final = "extra"
 
 
 class Reference(NamedTuple):
-    """A run that any tool can repeat: inputs and outputs by name, each with a column ``time``, s.
+    """A reference run: inputs and outputs by name, each with a column ``time``, s.
 
-    Two equal times in the inputs are a jump; outputs are given at all communication points.
+    Importers repeat it to test themselves. Two equal times in the inputs are a jump; outputs are
+    given at all communication points.
     """
 
     stop_time: float
+    # Communication step, s, and relative tolerance.
     step: float
     tol: float
     inputs: Mapping[str, Sequence[float]]
@@ -64,7 +68,7 @@ class Component:
 
     # Name of the model in the FMU.
     model: str
-    # Module of ``fmu_src.slave`` that the wrapper imports.
+    # Module of ``fmu_src.slave`` that pythonfmu's wrapper imports.
     entry: str
     # Modules that the FMU contains, by package; they import only the standard library, pythonfmu
     # and each other.
@@ -72,7 +76,7 @@ class Component:
     table: VariableTable
     # One sentence on the model.
     description: str
-    # Documentation of the model.
+    # Documentation of the model, as paragraphs of HTML.
     about_html: str
     # Computes a reference run.
     reference: Callable[[], Reference]

@@ -1,4 +1,4 @@
-"""The components that FMUs can be built of."""
+"""The components that FMUs can be built of, with their documentation and reference runs."""
 
 import math
 from collections.abc import Mapping
@@ -18,6 +18,7 @@ from fmu_src.slave import (
 
 from .component import Component, Reference
 
+# Modules that the Python FMUs contain: of every instance, and of the model.
 _INSTANCE_MODULES: Final = ("experiment", "instance", "instance_state", "variable")
 _MODEL_MODULES: Final[Mapping[str, tuple[str, ...]]] = {
     "fivtui.model": (
@@ -42,12 +43,15 @@ _MODEL_MODULES: Final[Mapping[str, tuple[str, ...]]] = {
         "stepper",
     ),
 }
+# Communication step and stop time of the reference runs, s.
 _STEP_SIZE: Final = 0.01
 _STOP_TIME: Final = 20.0
 # Jump of preload or command in the reference run: time, s; forces before and after, N.
 _JUMP_TIME: Final = 10.0
 _FORCE_BEFORE: Final = 80.0
 _FORCE_AFTER: Final = 120.0
+# Contact force that is fed back to the actuator, as part of the preload before the jump.
+_FEEDBACK_RATIO: Final = 0.75
 
 
 def _times() -> list[float]:
@@ -64,8 +68,9 @@ def _slider_belt_reference() -> Reference:
         if t > 0.0:
             motion.move_to(t, F=_FORCE_BEFORE if t <= _JUMP_TIME else _FORCE_AFTER, mu=p.mu)
         current = motion.current
-        force = motion.contact_force(current.state[2])
-        rows.append((t, *current.state, force, current.separations, current.reattachments))
+        x, vx, y, vy = current.state
+        force = motion.contact_force(y)
+        rows.append((t, x, vx, y, vy, force, current.separations, current.reattachments))
     return Reference(
         _STOP_TIME,
         _STEP_SIZE,
@@ -81,15 +86,18 @@ def _slider_belt_reference() -> Reference:
 
 def _actuator_reference() -> Reference:
     starts: Mapping[str, Any] = {v.name: v.start for v in ACTUATOR_TABLE.variables}
-    tau, gain, initial = starts["tau"], starts["gain"], starts["F_start"]
-    feedback = 0.75 * _FORCE_BEFORE
+    tau, gain, start_force = starts["tau"], starts["gain"], starts["F_start"]
+    feedback = _FEEDBACK_RATIO * _FORCE_BEFORE
 
-    targets = [command + gain * (command - feedback) for command in (_FORCE_BEFORE, _FORCE_AFTER)]
+    target_before, target_after = (
+        command + gain * (command - feedback) for command in (_FORCE_BEFORE, _FORCE_AFTER)
+    )
 
     def preload(t: float) -> float:
-        force: float = targets[0] + (initial - targets[0]) * math.exp(-min(t, _JUMP_TIME) / tau)
+        decay = math.exp(-min(t, _JUMP_TIME) / tau)
+        force: float = target_before + (start_force - target_before) * decay
         if t > _JUMP_TIME:
-            force = targets[1] + (force - targets[1]) * math.exp((_JUMP_TIME - t) / tau)
+            force = target_after + (force - target_after) * math.exp((_JUMP_TIME - t) / tau)
         return force
 
     times = _times()

@@ -16,18 +16,20 @@ from fivtui.model import ComputationError, InputError
 from .c_sources import STEPPING_UNIT, build_name, install_name_options, sources
 
 _TIMEOUT_S: Final = 600.0
+# Longest line of the compiler that an error shows, in characters.
+_LONGEST_MESSAGE: Final = 200
 
 
 class Platform(NamedTuple):
-    """A platform: the compiler's name for it, suffix of binaries, and its folders in FMI 2.0, 3.0.
+    """A platform that native FMUs can be compiled for."""
 
-    FMI 2.0 names no folders for 64-bit ARM before 2.0.4: there many importers look in `x86_folder`,
-    the folder of the x86 platform.
-    """
-
+    # The compiler's name for it, and the suffix of binaries.
     triple: str
     suffix: str
+    # Folders of the binary in FMI 2.0 and 3.0.
     folders: tuple[str, str]
+    # On 64-bit ARM, the folder of the x86 platform: before 2.0.4, FMI named no folder for ARM, and
+    # many importers look in this one.
     x86_folder: str = ""
 
 
@@ -66,6 +68,7 @@ def compile_binary(model: str, platform: str) -> bytes:
     with temporary_folder() as folder:
         source_folder = _source_folder(model, folder)
         headers = Path(str(fmpy_file)).parent / "c-code"
+        # Code of Windows libraries is always position-independent.
         flags = [flag for flag in FLAGS if (flag, target.suffix) != ("-fPIC", ".dll")]
         options = ["-target", target.triple, *flags, "-I.", f"-I{headers}"]
         units = [path.name for path in source_folder.glob("*.c") if path.stem != STEPPING_UNIT]
@@ -128,6 +131,6 @@ def _run_compiler(folder: Path, *arguments: str) -> None:
         output = getattr(error, "stderr", None) or str(error)
         lines = [line for line in output.splitlines() if "error" in line.lower()]
         raise ComputationError(
-            f"ziglang cannot compile the FMU: {(lines or [output.strip()])[0][:200]}",
+            f"ziglang cannot compile the FMU: {(lines or [output.strip()])[0][:_LONGEST_MESSAGE]}",
             "build it for this platform alone",
         ) from None

@@ -1,4 +1,4 @@
-"""Model descriptions of FMI 2.0: complete that of pythonfmu from the table of variables."""
+"""Model descriptions, FMI's XML files: completing that of pythonfmu, and parts for native FMUs."""
 
 import hashlib
 import math
@@ -52,6 +52,7 @@ def complete_xml(xml: bytes, content: Mapping[str, bytes], table: VariableTable)
     root = ET.fromstring(xml)  # noqa: S314
     root.set("generationDateAndTime", TIMESTAMP)
     root.set("generationTool", f"fivtui with {root.get('generationTool')}")
+    # Elements have a fixed order: the first is the interface, then come units and types.
     root.insert(1, unit_definitions(table))
     for types in type_definitions(table, add_type):
         root.insert(2, types)
@@ -59,6 +60,7 @@ def complete_xml(xml: bytes, content: Mapping[str, bytes], table: VariableTable)
         complete_variable(element, variable, table)
     root.remove(_find_child(root, "ModelStructure"))
     root.append(model_structure(table, lambda v: v.depends_on))
+    # The GUID is a hash of the description without it, and of the other files.
     root.set("guid", "")
     digest = hashlib.sha256(ET.tostring(root))
     for name in sorted(content):
@@ -98,7 +100,7 @@ def unit_definitions(table: VariableTable) -> ET.Element:
 def type_definitions(
     table: VariableTable, add_type: Callable[[ET.Element, str], ET.Element]
 ) -> list[ET.Element]:
-    """``TypeDefinitions`` with an element from `add_type` per enumeration; empty without any."""
+    """``TypeDefinitions``, made by `add_type`, as the only item of a list; empty if not needed."""
     definitions = ET.Element("TypeDefinitions")
     for variable in table.variables:
         if variable.value_names:
@@ -189,6 +191,7 @@ def value_attributes(variable: Variable, derivative_of: str) -> dict[str, str]:
 
 
 def _index_text(table: VariableTable, name: str) -> str:
+    # FMI 2.0 refers to variables by indices that begin with 1.
     return str(table.references[name] + 1)
 
 
@@ -219,7 +222,7 @@ def _add_unknowns(
             "Unknown",
             index=_index_text(table, variable.name),
             dependencies=" ".join(
-                str(i + 1) for i in sorted(table.references[name] for name in names)
+                _index_text(table, name) for name in sorted(names, key=table.references.__getitem__)
             ),
             dependenciesKind=" ".join("dependent" for _ in names),
         )

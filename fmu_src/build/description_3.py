@@ -19,6 +19,7 @@ from .description import (
     xml_bytes,
 )
 
+# XML elements of variables, by type.
 _TAGS: Final = {
     Type.REAL: "Float64",
     Type.INTEGER: "Int32",
@@ -136,7 +137,7 @@ def _attributes(variable: Variable, reference: int, table: VariableTable) -> dic
 
 
 def _model_structure(table: VariableTable, indicators: Sequence[Indicator]) -> ET.Element:
-    # The references of the event indicators follow the reference of the time.
+    # The value reference of the time follows those of the table, then come the event indicators.
     structure = ET.Element("ModelStructure")
     states = {v.derivative_of for v in table.variables if v.derivative_of}
 
@@ -172,10 +173,11 @@ def dependencies_in_exchange(output: Variable, states: Collection[str]) -> tuple
 
 
 def _direct_parameters(variable: Variable) -> tuple[str, ...]:
-    """Parameters that an output or derivative depends on directly, listed only in FMI 3.0."""
+    """Parameters that an output or derivative depends on directly, which only FMI 3.0 lists."""
     return _FROM_PARAMETERS.get(variable.name, ())
 
 
+# States on which outputs depend, and parameters on which outputs and state derivatives depend.
 _FROM_STATES: Final = {
     "P": ("y",),
     "friction_slider": ("x", "vx", "y"),

@@ -33,7 +33,7 @@ from .description_3 import (
 _DESCRIPTION: Final = "modelDescription.xml"
 # Contains the reason if the compilation at installation failed.
 _FAILURE_FILE: Final = NATIVE / "native.txt"
-# Name in `TARGETS` of the host, by `sys.platform` and processor.
+# Platforms on which fivtui may run: name in `TARGETS` by `sys.platform` and processor.
 _HOSTS: Final[Mapping[tuple[str, str], str]] = {
     ("linux", "x86_64"): "linux64",
     ("linux", "aarch64"): "aarch64-linux",
@@ -56,6 +56,7 @@ _CAPABILITIES: Final = {
     "canSerializeFMUstate": "true",
     "providesDirectionalDerivative": "true",
 }
+# The two interfaces of a native FMU, with their capability flags.
 _INTERFACES: Final[Mapping[str, Mapping[str, str]]] = {
     "ModelExchange": {**_CAPABILITIES, "completedIntegratorStepNotNeeded": "true"},
     "CoSimulation": {
@@ -94,7 +95,8 @@ def native_files(
         target = TARGETS[name]
         is_host = name == _HOSTS.get(_machine())
         binary = _read_binary(model) if is_host else compile_binary(model, name)
-        folders = (target.folders[0], target.x86_folder) if fmi == "2" else target.folders[1:]
+        folder_2, folder_3 = target.folders
+        folders = (folder_2, target.x86_folder) if fmi == "2" else (folder_3,)
         for folder in filter(None, folders):
             content.setdefault(f"binaries/{folder}/{model}{target.suffix}", binary)
     if with_sources:
@@ -126,8 +128,9 @@ def _read_binary(model: str) -> bytes:
     advice = "install fivtui anew, or build the Python flavour"
     file = NATIVE / f"{model}{TARGETS[_host_platform()].suffix}"
     if not file.is_file():
-        is_known = _FAILURE_FILE.is_file()
-        reason = _FAILURE_FILE.read_text(encoding="utf-8").strip() if is_known else "not installed"
+        reason = "not installed"
+        if _FAILURE_FILE.is_file():
+            reason = _FAILURE_FILE.read_text(encoding="utf-8").strip()
         raise InputError(f"the native FMU is not compiled: {reason}; {advice}")
     binary = file.read_bytes()
     if build_name().encode() not in binary:

@@ -1,4 +1,7 @@
-"""An SSP archive (SSP 1.0) of the slider-belt coupled with its brake actuator."""
+"""An SSP archive (SSP 1.0) of the slider-belt coupled with its brake actuator.
+
+SSP is a format for coupled FMUs: a ZIP archive of the FMUs and of the connections between them.
+"""
 
 import zipfile
 from pathlib import Path
@@ -14,8 +17,8 @@ SUFFIX: Final = ".ssp"
 _NAMESPACE: Final = "http://ssp-standard.org/SSP1/SystemStructure"
 _SSD: Final = f"{{{_NAMESPACE}Description}}"
 _SSC: Final = f"{{{_NAMESPACE}Common}}"
-# Ports of each component. The actuator's command is not a port: hosts overwrite the start value of
-# an input port, and not every host can connect it to a port of the system.
+# Ports of each component: variables that are connected or shown. The actuator's command is not a
+# port: hosts overwrite the start value of an input port, and not every host can connect it.
 # The actuator comes first: its preload does not depend on the contact force, and hosts that
 # initialize in this order start the slider under that preload.
 _PORTS: Final = {

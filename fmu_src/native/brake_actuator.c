@@ -1,4 +1,6 @@
-/* The brake actuator: τ dF/dt = command + gain (command − P) − F, solved exactly over a step. */
+/* The brake actuator: τ dF/dt = command + gain (command − P) − F, solved exactly over a step.
+
+   `i` is the instance; `v` are the values of its variables and `d` their changes, by reference. */
 
 #include <math.h>
 
@@ -11,6 +13,7 @@ static const uint32_t DERIVATIVE_REFERENCES[] = {V_F_rate};
 
 _Static_assert(VARIABLE_COUNT <= (int)MAX_VARIABLES, "there is no room for the values");
 
+/* The preload that the actuator approaches under constant inputs, N. */
 static double target_force(const double *v)
 {
     return v[V_command] + v[V_gain] * (v[V_command] - v[V_P]);
@@ -22,7 +25,7 @@ static const char *begin_motion(Instance *i)
     return NULL;
 }
 
-static const char *move_on(Instance *i, double from, double *end, int *switched)
+static const char *advance_motion(Instance *i, double from, double *end, int *switched)
 {
     (void)switched;
     const double t = *end;
@@ -100,7 +103,7 @@ const Component COMPONENT = {
     .state_count = 1,
     .indicator_count = 0,
     .begin = begin_motion,
-    .move = move_on,
+    .advance = advance_motion,
     .computed_until = computed_until,
     .motion_step_end = motion_step_end,
     .compute_outputs = compute_outputs,

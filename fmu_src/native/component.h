@@ -1,4 +1,5 @@
-/* Interface of a component to the FMI functions: variables, motion, equations. */
+/* A component is the model in an FMU: its variables, its motion in co-simulation, its equations in
+   model exchange. The FMI functions call it through `COMPONENT`. */
 
 #ifndef FIVTUI_FMU_COMPONENT_H
 #define FIVTUI_FMU_COMPONENT_H
@@ -11,13 +12,15 @@
 typedef enum { REAL, INTEGER, BOOLEAN } Kind;
 typedef enum { PARAMETER, INPUT, OUTPUT, LOCAL } Role;
 
-/* A row of the table of variables; `allowed` describes the range in messages. */
+/* A row of the table of variables; its index is the value reference. */
 typedef struct {
     const char *name;
     Kind kind;
     Role role;
     double start, lower, upper;
+    /* The range as a phrase for messages. */
     const char *allowed;
+    /* Typical size. */
     double nominal;
     int is_continuous;
 } Variable;
@@ -29,7 +32,7 @@ static inline int is_settable(const Variable *v)
 
 struct Instance;
 
-/* Functions that return text return the reason for a refusal, or NULL. */
+/* A function that returns text returns the reason why it failed, or NULL. */
 typedef struct {
     const char *guid;
     const Variable *variables;
@@ -41,12 +44,13 @@ typedef struct {
     const char *(*begin)(struct Instance *i);
     /* A warning about the fixed values, or NULL. Optional. */
     const char *(*find_warning)(struct Instance *i);
-    /* The reason to refuse a value that is in the range of an input, but contradicts other values.
-       Called after the motion has begun. Optional. */
+    /* Checks a new value of an input that is in its range against other values. Called after the
+       motion has begun. Optional. */
     const char *(*check_input)(struct Instance *i, uint32_t reference, double value);
-    /* Advances to t, or with `switched` to the first switch up to t; ramps begin at `from`. */
-    const char *(*move)(struct Instance *i, double from, double *t, int *switched);
-    /* The time up to which the motion under the same held inputs is computed. */
+    /* Advances to t with inputs that follow their slopes from the time `from` on. Unless `switched`
+       is NULL, stops at the first switch up to t, sets t to its time and `switched` to 1. */
+    const char *(*advance)(struct Instance *i, double from, double *t, int *switched);
+    /* The time up to which the motion is computed, if its inputs do not change. */
     double (*computed_until)(const struct Instance *i);
     /* End of the step of the motion after the current time, under held inputs. */
     double (*motion_step_end)(struct Instance *i);
@@ -55,9 +59,9 @@ typedef struct {
     /* Model exchange: computes event indicators; updates the mode, returns whether it changed. */
     void (*event_indicators)(const struct Instance *i, double *indicators);
     int (*update_mode)(struct Instance *i);
-    /* Directional derivatives; `changes` are those of all variables, by value reference. From the
-       changes of parameters, inputs and states, the first function computes the changes of outputs
-       and state derivatives, the second the changes of initial states. */
+    /* Directional derivatives; `changes` has the change of each variable, by value reference.
+       `differentiate` computes the changes of outputs and state derivatives from those of
+       parameters, inputs and states; `differentiate_start` computes those of the initial states. */
     void (*differentiate)(const struct Instance *i, double *changes);
     void (*differentiate_start)(const struct Instance *i, double *changes);
     /* Write the motion to MOTION_NUMBERS numbers; read it, and return whether they are valid. */
@@ -65,6 +69,7 @@ typedef struct {
     int (*unpack)(struct Instance *i, const double *numbers);
 } Component;
 
+/* Room for the motion in a saved state, in numbers. */
 #define MOTION_NUMBERS 40
 
 extern const Component COMPONENT;

@@ -4,29 +4,32 @@
 
 #include "instance.h"
 
-/* Accepted difference of the times of importer and FMU: absolute, s, and relative. */
+/* Accepted difference of the times of importer and FMU, s. */
 #define TIME_TOLERANCE 1e-9
+/* Relative rounding error of times and extrapolated inputs. */
 #define ROUNDING 0x1p-50
 /* Accepted excess of an input over its bound after a step, relative to its nominal value. */
 #define BOUND_TOLERANCE 1e-12
 
-static int is_same_time(double one, double other)
+static int is_same_time(double time, double reference)
 {
-    return fabs(one - other) <= fmax(TIME_TOLERANCE, ROUNDING * fabs(other));
+    return fabs(time - reference) <= fmax(TIME_TOLERANCE, ROUNDING * fabs(reference));
 }
 
 /* The input after `change`. If it exceeds its bound only by rounding, it is set to the bound: the
    importer may have computed it from larger values. */
 static double extrapolate_input(const Variable *v, double value, double change)
 {
-    const double now = value + change;
-    const double bound = now > v->upper ? v->upper : now < v->lower ? v->lower : now;
-    const double excess = fabs(now - bound);
+    const double end_value = value + change;
+    const double bound = end_value > v->upper   ? v->upper
+                         : end_value < v->lower ? v->lower
+                                                : end_value;
+    const double excess = fabs(end_value - bound);
     const double rounding = ROUNDING * (fabs(value) + fabs(change));
-    return excess <= fmax(rounding, BOUND_TOLERANCE * v->nominal) ? bound : now;
+    return excess <= fmax(rounding, BOUND_TOLERANCE * v->nominal) ? bound : end_value;
 }
 
-/* Extrapolate inputs to the end of a step; returns the reason if a value is invalid. */
+/* Extrapolate inputs over h, s, into `end_values`; returns the reason if a value is invalid. */
 static const char *extrapolate_inputs(Instance *i, double h, double *end_values)
 {
     for (uint32_t r = 0; r < COMPONENT.variable_count; r++) {
@@ -46,10 +49,11 @@ static const char *extrapolate_inputs(Instance *i, double h, double *end_values)
     return NULL;
 }
 
+/* Refuse a step for a reason; the importer may repeat it with another size. */
 static fmi2Status discard_step(Instance *i, const char *reason)
 {
     i->s.fast_until = -INFINITY;
-    return i->s.last_step = refuse(i, fmi2Discard, "%s", reason);
+    return i->s.last_step = report(i, fmi2Discard, "%s", reason);
 }
 
 fmi2Status check_step(Instance *i, double current, double h)
@@ -74,10 +78,11 @@ fmi2Status advance_to(Instance *i, double end, int *switched)
     const double target = end;
     double end_values[MAX_VARIABLES];
     const char *reason = s->has_slopes ? extrapolate_inputs(i, end - s->t, end_values) : NULL;
-    reason = reason ? reason : COMPONENT.move(i, s->t, &end, switched);
+    reason = reason ? reason : COMPONENT.advance(i, s->t, &end, switched);
     if (reason)
         return discard_step(i, reason);
     s->switch_pending = switched && *switched;
+    /* The motion stopped at a switch: the inputs have not reached the end of the step. */
     if (s->has_slopes && end != target)
         extrapolate_inputs(i, end - s->t, end_values);
     if (s->has_slopes)
@@ -88,7 +93,7 @@ fmi2Status advance_to(Instance *i, double end, int *switched)
     return s->last_step = fmi2OK;
 }
 
-/* Slow path of a step, kept out of line. */
+/* Slow path of a communication step, kept out of line. */
 static __attribute__((noinline)) fmi2Status do_computed_step(Instance *c, double current, double h,
                                                              int *switched)
 {
@@ -123,16 +128,16 @@ fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference
     REQUIRE("set_real_input_derivatives", fmi2CoSimulation,
             IN(INSTANTIATED) | IN(INITIALIZATION) | IN(STEPPING));
     if (count > 0 && (!r || !order || !value))
-        return refuse(i, fmi2Error, "value references, orders and values must be given");
+        return report(i, fmi2Error, "value references, orders and values must be given");
     for (size_t n = 0; n < count; n++) {
         const int is_input =
             r[n] < COMPONENT.variable_count && COMPONENT.variables[r[n]].role == INPUT;
         if (!is_input)
-            return refuse(i, fmi2Error, "value reference %u: must be that of an input", r[n]);
+            return report(i, fmi2Error, "value reference %u: must be that of an input", r[n]);
         if (order[n] != 1)
-            return refuse(i, fmi2Error, "order of an input derivative = %d: must be 1", order[n]);
+            return report(i, fmi2Error, "order of an input derivative = %d: must be 1", order[n]);
         if (!isfinite(value[n]))
-            return refuse(i, fmi2Discard, "derivative of %s: must be a finite number",
+            return report(i, fmi2Discard, "derivative of %s: must be a finite number",
                           COMPONENT.variables[r[n]].name);
     }
     for (size_t n = 0; n < count; n++)
@@ -148,19 +153,20 @@ fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReferenc
 {
     Instance *i = c;
     (void)r, (void)count, (void)order, (void)value;
-    return i ? refuse(i, fmi2Error, "derivatives of outputs are not provided") : fmi2Error;
+    return i ? report(i, fmi2Error, "derivatives of outputs are not provided") : fmi2Error;
 }
 
 fmi2Status fmi2CancelStep(fmi2Component c)
 {
     Instance *i = c;
-    return i ? refuse(i, fmi2Error, "cancel_step: steps are not asynchronous") : fmi2Error;
+    return i ? report(i, fmi2Error, "cancel_step: steps are not asynchronous") : fmi2Error;
 }
 
+/* Refuse a call for a status that does not exist. */
 static fmi2Status check_status(Instance *c, int exists)
 {
     REQUIRE("get_status", fmi2CoSimulation, IN(STEPPING));
-    return exists ? fmi2OK : refuse(c, fmi2Discard, "get_status: there is no such status");
+    return exists ? fmi2OK : report(c, fmi2Discard, "get_status: there is no such status");
 }
 
 fmi2Status fmi2GetStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Status *value)

@@ -1,6 +1,7 @@
-/* Exact directional derivatives of outputs and state derivatives with respect to inputs, states and
-   parameters, at the current time and constant mode. In initialization mode states are not knowns:
-   initial values depend only on inputs and parameters. */
+/* Exact directional derivatives of unknowns with respect to knowns, at the current time and in the
+   current mode. Unknowns are outputs and state derivatives; knowns are inputs, states and Real
+   parameters, in initialization mode without the states: initial values depend on the others alone.
+   `changes` has the change of each variable, by value reference. */
 
 #include <math.h>
 
@@ -31,12 +32,12 @@ static fmi2Status check_references(Instance *i, const fmi2ValueReference unknown
 {
     for (size_t n = 0; n < unknown_count; n++)
         if (!is_unknown(unknowns[n]))
-            return refuse(i, fmi2Error,
+            return report(i, fmi2Error,
                           "value reference %u: must be that of an output or derivative",
                           unknowns[n]);
     for (size_t n = 0; n < known_count; n++)
         if (!is_known(i, knowns[n]))
-            return refuse(i, fmi2Error, "value reference %u: must be that of %s", knowns[n],
+            return report(i, fmi2Error, "value reference %u: must be that of %s", knowns[n],
                           i->s.phase == INITIALIZATION ? "an input or Real parameter"
                                                        : "an input, state or Real parameter");
     return update_outputs(i);
@@ -47,7 +48,7 @@ static fmi2Status check_seeds(Instance *i, const fmi2ValueReference r[], size_t 
 {
     for (size_t n = 0; n < count; n++)
         if (!isfinite(seeds[n]))
-            return refuse(i, fmi2Discard, "seed of %s = %s: must be a finite number",
+            return report(i, fmi2Discard, "seed of %s = %s: must be a finite number",
                           COMPONENT.variables[r[n]].name, number(seeds[n]).text);
     return fmi2OK;
 }
@@ -64,7 +65,7 @@ static fmi2Status check_derivative(Instance *i, fmi2ValueReference r, double val
 {
     if (isfinite(value))
         return fmi2OK;
-    return refuse(i, fmi2Discard, "the derivative of %s is not a finite number",
+    return report(i, fmi2Discard, "the derivative of %s is not a finite number",
                   COMPONENT.variables[r].name);
 }
 
@@ -77,7 +78,7 @@ fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueReferenc
     double changes[MAX_VARIABLES] = {0.0};
     REQUIRE("get_directional_derivative", ANY_TYPE, READABLE);
     if ((unknown_count > 0 && (!unknowns || !result)) || (known_count > 0 && (!knowns || !seeds)))
-        return refuse(i, fmi2Error, "value references and values must be given");
+        return report(i, fmi2Error, "value references and values must be given");
     fmi2Status status = check_references(i, unknowns, unknown_count, knowns, known_count);
     status = status == fmi2OK ? check_seeds(i, knowns, known_count, seeds) : status;
     if (status != fmi2OK)
@@ -100,7 +101,7 @@ fmi2Status get_adjoint_derivative(Instance *c, const fmi2ValueReference unknowns
     double sums[MAX_VARIABLES];
     REQUIRE("get_adjoint_derivative", ANY_TYPE, READABLE);
     if ((unknown_count > 0 && (!unknowns || !seeds)) || (known_count > 0 && (!knowns || !result)))
-        return refuse(i, fmi2Error, "value references and values must be given");
+        return report(i, fmi2Error, "value references and values must be given");
     fmi2Status status = check_references(i, unknowns, unknown_count, knowns, known_count);
     status = status == fmi2OK ? check_seeds(i, unknowns, unknown_count, seeds) : status;
     for (size_t k = 0; k < known_count && status == fmi2OK; k++) {

@@ -20,7 +20,7 @@ fmi2Status fmi2NewDiscreteStates(fmi2Component c, fmi2EventInfo *info)
     Instance *i = c;
     REQUIRE("new_discrete_states", fmi2ModelExchange, IN(EVENTS));
     if (!info)
-        return refuse(i, fmi2Error, "a pointer to the result must be given");
+        return report(i, fmi2Error, "a pointer to the result must be given");
     memset(info, 0, sizeof *info);
     /* At a switch the states change: the importer must restart its solver. */
     info->valuesOfContinuousStatesChanged = COMPONENT.update_mode(i) ? fmi2True : fmi2False;
@@ -43,7 +43,7 @@ fmi2Status fmi2CompletedIntegratorStep(fmi2Component c, fmi2Boolean no_way_back,
     (void)no_way_back;
     REQUIRE("completed_integrator_step", fmi2ModelExchange, IN(CONTINUOUS));
     if (!enter_event_mode || !terminate)
-        return refuse(i, fmi2Error, "pointers to the results must be given");
+        return report(i, fmi2Error, "pointers to the results must be given");
     *enter_event_mode = *terminate = fmi2False;
     return fmi2OK;
 }
@@ -53,16 +53,17 @@ fmi2Status fmi2SetTime(fmi2Component c, fmi2Real time)
     Instance *i = c;
     REQUIRE("set_time", fmi2ModelExchange, EXCHANGE_PHASES);
     if (!isfinite(time))
-        return refuse(i, fmi2Error, "time = %g: must be a finite number of seconds", time);
+        return report(i, fmi2Error, "time = %g: must be a finite number of seconds", time);
     i->s.t = time, i->s.has_outputs = 0;
     return fmi2OK;
 }
 
+/* Refuse an array of states or indicators of a wrong length. */
 static fmi2Status check_count(Instance *i, const void *numbers, size_t count, uint32_t expected)
 {
     if (count == expected && (numbers || count == 0))
         return fmi2OK;
-    return refuse(i, fmi2Error, "%zu numbers: must be %u", count, expected);
+    return report(i, fmi2Error, "%zu numbers: must be %u", count, expected);
 }
 
 fmi2Status fmi2SetContinuousStates(fmi2Component c, const fmi2Real x[], size_t count)
@@ -72,7 +73,7 @@ fmi2Status fmi2SetContinuousStates(fmi2Component c, const fmi2Real x[], size_t c
     fmi2Status status = check_count(i, x, count, COMPONENT.state_count);
     for (size_t n = 0; n < count && status == fmi2OK; n++)
         if (!isfinite(x[n]))
-            status = refuse(i, fmi2Discard, "%s = %g: must be a finite number",
+            status = report(i, fmi2Discard, "%s = %g: must be a finite number",
                             COMPONENT.variables[COMPONENT.states[n]].name, x[n]);
     if (status != fmi2OK)
         return status;

@@ -4,10 +4,6 @@
 
 #include "instance.h"
 
-/* `TOL_RANGE` in `fivtui.taylor.stepper`. */
-#define LEAST_TOLERANCE 1e-13
-#define GREATEST_TOLERANCE 1e-2
-
 fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean with_tolerance, fmi2Real tolerance,
                                fmi2Real start, fmi2Boolean with_stop, fmi2Real stop)
 {
@@ -15,11 +11,11 @@ fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean with_tolerance, fmi2
     REQUIRE("setup_experiment", ANY_TYPE, IN(INSTANTIATED));
     State *s = &i->s;
     if (!isfinite(start))
-        return refuse(i, fmi2Error, "start time = %g: must be a finite number of seconds", start);
+        return report(i, fmi2Error, "start time = %g: must be a finite number of seconds", start);
     if (with_stop && !(isfinite(stop) && stop >= start))
-        return refuse(i, fmi2Error, "stop time = %g: must be at least %g s", stop, start);
+        return report(i, fmi2Error, "stop time = %g: must be at least %g s", stop, start);
     if (with_tolerance && isnan(tolerance))
-        return refuse(i, fmi2Error, "tolerance = nan: must be from %g to %g", LEAST_TOLERANCE,
+        return report(i, fmi2Error, "tolerance = nan: must be from %g to %g", LEAST_TOLERANCE,
                       GREATEST_TOLERANCE);
     s->start_time = start, s->stop_time = with_stop ? stop : INFINITY;
     s->is_set_up = 1, s->has_motion = 0;
@@ -28,7 +24,7 @@ fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean with_tolerance, fmi2
     s->tolerance = fmin(fmax(tolerance, LEAST_TOLERANCE), GREATEST_TOLERANCE);
     if (s->tolerance == tolerance)
         return fmi2OK;
-    return refuse(i, fmi2Warning, "tolerance = %g: must be from %g to %g, %g is used", tolerance,
+    return report(i, fmi2Warning, "tolerance = %g: must be from %g to %g, %g is used", tolerance,
                   LEAST_TOLERANCE, GREATEST_TOLERANCE, s->tolerance);
 }
 
@@ -37,7 +33,7 @@ fmi2Status fmi2EnterInitializationMode(fmi2Component c)
     Instance *i = c;
     REQUIRE("enter_initialization_mode", ANY_TYPE, IN(INSTANTIATED));
     if (!i->s.is_set_up)
-        return refuse(i, fmi2Error,
+        return report(i, fmi2Error,
                       "enter_initialization_mode is not allowed before setup_experiment");
     i->s.phase = INITIALIZATION;
     return fmi2OK;
@@ -54,6 +50,6 @@ fmi2Status fmi2ExitInitializationMode(fmi2Component c)
     const char *warning = COMPONENT.find_warning ? COMPONENT.find_warning(i) : NULL;
     /* The call returns fmi2OK even with a warning, because the values are valid. */
     if (warning)
-        refuse(i, fmi2Warning, "%s", warning);
+        report(i, fmi2Warning, "%s", warning);
     return fmi2OK;
 }

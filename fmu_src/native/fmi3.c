@@ -8,11 +8,13 @@
 
 #include "instance.h"
 
-#define REQUIRE_BUFFERS(place)                                                            \
+/* Return with a failure unless the importer passed the pointers to results. */
+#define REQUIRE_POINTERS(given)                                                           \
     do {                                                                                  \
-        if (!(place))                                                                     \
-            return (fmi3Status)refuse(i, fmi2Error, "pointers to results must be given");  \
+        if (!(given))                                                                     \
+            return (fmi3Status)report(i, fmi2Error, "pointers to results must be given");  \
     } while (0)
+/* `REQUIRE` for the instance `i` of a function of FMI 3.0. */
 #define REQUIRE3(call, type, phases)                              \
     do {                                                          \
         fmi2Status status_ = check_call(i, call, type, phases);   \
@@ -104,7 +106,7 @@ fmi3Status fmi3EnterEventMode(fmi3Instance c)
     if (i->type == fmi2ModelExchange)
         return (fmi3Status)fmi2EnterEventMode(c);
     if (!i->uses_events)
-        return (fmi3Status)refuse(i, fmi2Error, "enter_event_mode: the instance was created "
+        return (fmi3Status)report(i, fmi2Error, "enter_event_mode: the instance was created "
                                                 "without event mode");
     i->s.phase = EVENTS, i->s.switch_pending = i->s.has_outputs = 0, i->s.fast_until = -INFINITY;
     return (fmi3Status)update_outputs(i);
@@ -124,7 +126,7 @@ fmi3Status fmi3UpdateDiscreteStates(fmi3Instance c, fmi3Boolean *more, fmi3Boole
 {
     Instance *i = c;
     REQUIRE3("update_discrete_states", ANY_TYPE, IN(EVENTS));
-    REQUIRE_BUFFERS(more && terminate && nominals && values && with_time && time);
+    REQUIRE_POINTERS(more && terminate && nominals && values && with_time && time);
     fmi2EventInfo info = {0};
     if (i->type == fmi2ModelExchange)
         fmi2NewDiscreteStates(c, &info);
@@ -149,11 +151,12 @@ fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 current, fmi3Float64 h, fmi3Bo
     (void)no_way_back;
     if (!i)
         return fmi3Error;
-    REQUIRE_BUFFERS(event && terminate && early && reached);
-    int switched = 0, returned_early = 0, *switch_flag = i->stops_at_switches ? &switched : NULL;
+    REQUIRE_POINTERS(event && terminate && early && reached);
+    int switched = 0, returned_early = 0;
+    int *stop_at_switch = i->stops_at_switches ? &switched : NULL;
     const fmi2Status status =
-        i->update ? do_step_with_updates(i, current, h, switch_flag, &returned_early)
-                  : do_communication_step(i, current, h, switch_flag);
+        i->update ? do_step_with_updates(i, current, h, stop_at_switch, &returned_early)
+                  : do_communication_step(i, current, h, stop_at_switch);
     *reached = i->s.t, *event = switched != 0, *terminate = fmi3False;
     *early = (switched || returned_early) && *reached < current + h;
     return (fmi3Status)status;
@@ -171,12 +174,13 @@ fmi3Status fmi3CompletedIntegratorStep(fmi3Instance c, fmi3Boolean no_way_back, 
                                        fmi3Boolean *terminate)
 {
     Instance *i = c;
-    fmi2Boolean flags[2] = {0};
+    fmi2Boolean enter_event_mode = fmi2False, terminate_run = fmi2False;
     if (!i)
         return fmi3Error;
-    REQUIRE_BUFFERS(event && terminate);
-    const fmi2Status status = fmi2CompletedIntegratorStep(c, no_way_back, flags, flags + 1);
-    *event = flags[0] != 0, *terminate = flags[1] != 0;
+    REQUIRE_POINTERS(event && terminate);
+    const fmi2Status status =
+        fmi2CompletedIntegratorStep(c, no_way_back, &enter_event_mode, &terminate_run);
+    *event = enter_event_mode != 0, *terminate = terminate_run != 0;
     return (fmi3Status)status;
 }
 
@@ -211,7 +215,7 @@ fmi3Status fmi3GetNumberOfEventIndicators(fmi3Instance c, size_t *count)
 {
     Instance *i = c;
     REQUIRE3("get_number_of_event_indicators", fmi2ModelExchange, ~0u);
-    REQUIRE_BUFFERS(count);
+    REQUIRE_POINTERS(count);
     *count = COMPONENT.indicator_count;
     return fmi3OK;
 }
@@ -220,7 +224,7 @@ fmi3Status fmi3GetNumberOfContinuousStates(fmi3Instance c, size_t *count)
 {
     Instance *i = c;
     REQUIRE3("get_number_of_continuous_states", fmi2ModelExchange, ~0u);
-    REQUIRE_BUFFERS(count);
+    REQUIRE_POINTERS(count);
     *count = COMPONENT.state_count;
     return fmi3OK;
 }

@@ -4,17 +4,18 @@
 
 #include "instance.h"
 
-/* Value references after those of the table: the time, then the event indicators. */
+/* Value references after those of the table: of the time, then of the event indicators. */
 #define TIME COMPONENT.variable_count
 #define FIRST_INDICATOR (COMPONENT.variable_count + 1)
 
+/* Refuse a call with unequal numbers of value references and values: no variable is an array. */
 static fmi3Status check_counts(Instance *i, size_t references, size_t values)
 {
     if (!i)
         return fmi3Error;
     if (references == values)
         return fmi3OK;
-    return (fmi3Status)refuse(i, fmi2Error, "%zu value references, but %zu values", references,
+    return (fmi3Status)report(i, fmi2Error, "%zu value references, but %zu values", references,
                               values);
 }
 
@@ -62,7 +63,7 @@ fmi3Status fmi3SetInt32(fmi3Instance c, const fmi3ValueReference r[], size_t cou
     return status == fmi3OK ? (fmi3Status)fmi2SetInteger(c, r, count, values) : status;
 }
 
-/* Enumerations are read by this function. */
+/* Importers read enumerations by this function. */
 fmi3Status fmi3GetInt64(fmi3Instance c, const fmi3ValueReference r[], size_t count,
                         fmi3Int64 values[], size_t value_count)
 {
@@ -95,7 +96,7 @@ fmi3Status fmi3SetBoolean(fmi3Instance c, const fmi3ValueReference r[], size_t c
     fmi2Boolean numbers[MAX_VARIABLES];
     fmi3Status status = check_counts(c, count, value_count);
     if (status == fmi3OK && count > MAX_VARIABLES)
-        status = (fmi3Status)refuse(c, fmi2Error, "%zu values: there are fewer variables", count);
+        status = (fmi3Status)report(c, fmi2Error, "%zu values: there are fewer variables", count);
     if (status != fmi3OK)
         return status;
     for (size_t n = 0; n < count && values; n++)
@@ -103,14 +104,14 @@ fmi3Status fmi3SetBoolean(fmi3Instance c, const fmi3ValueReference r[], size_t c
     return (fmi3Status)fmi2SetBoolean(c, r, count, values ? numbers : NULL);
 }
 
-/* Types that no variable has. */
+/* Functions for types that no variable has: without references they succeed. */
 #define NO_GETTER(Type)                                                                       \
     fmi3Status fmi3Get##Type(fmi3Instance c, const fmi3ValueReference r[], size_t count,      \
                              fmi3##Type values[], size_t value_count)                         \
     {                                                                                         \
         (void)r, (void)values, (void)value_count;                                             \
         return count == 0 || !c ? (c ? fmi3OK : fmi3Error)                                    \
-                                : (fmi3Status)refuse(c, fmi2Error, "no variable is of type "  \
+                                : (fmi3Status)report(c, fmi2Error, "no variable is of type "  \
                                                                    #Type);                    \
     }
 #define NO_SETTER(Type)                                                                       \
@@ -119,7 +120,7 @@ fmi3Status fmi3SetBoolean(fmi3Instance c, const fmi3ValueReference r[], size_t c
     {                                                                                         \
         (void)r, (void)values, (void)value_count;                                             \
         return count == 0 || !c ? (c ? fmi3OK : fmi3Error)                                    \
-                                : (fmi3Status)refuse(c, fmi2Error, "no variable of type "     \
+                                : (fmi3Status)report(c, fmi2Error, "no variable of type "     \
                                                                    #Type " can be set");      \
     }
 #define NO_ACCESS(Type) NO_GETTER(Type) NO_SETTER(Type)

@@ -61,7 +61,7 @@ static void log_text(Instance *i, fmi2Status status, const char *text)
                             CATEGORY_NAMES[category], text);
 }
 
-fmi2Status refuse(Instance *i, fmi2Status status, const char *format, ...)
+fmi2Status report(Instance *i, fmi2Status status, const char *format, ...)
 {
     char text[TEXT_SIZE];
     va_list arguments;
@@ -89,6 +89,7 @@ const char *advise(Instance *i, const Remedy *remedies, int count)
     for (int n = 0; n < count; n++) {
         if (!remedies[n].applies)
             continue;
+        /* "; use " before the first, " or " before the last, commas between the others. */
         const char *separator = !listed ? "; use " : listed + 1 < applying ? ", " : " or ";
         const size_t length = strlen(i->reason);
         snprintf(i->reason + length, sizeof i->reason - length, "%s%s", separator,
@@ -109,10 +110,10 @@ fmi2Status check_call(Instance *i, const char *call, int type, unsigned phases)
     if (!i)
         return fmi2Error;
     if (type != ANY_TYPE && type != (int)i->type)
-        return refuse(i, fmi2Error, "%s is for %s", call,
+        return report(i, fmi2Error, "%s is for %s", call,
                       type == fmi2CoSimulation ? "co-simulation" : "model exchange");
     if (!(phases & IN(i->s.phase)))
-        return refuse(i, fmi2Error, "%s is not allowed %s", call, phase_name(i));
+        return report(i, fmi2Error, "%s is not allowed %s", call, phase_name(i));
     return fmi2OK;
 }
 
@@ -122,7 +123,7 @@ fmi2Status update_outputs(Instance *i)
     if (!s->has_motion) {
         const char *reason = COMPONENT.begin(i);
         if (reason)
-            return refuse(i, fmi2Error, "%s", reason);
+            return report(i, fmi2Error, "%s", reason);
         s->t = s->start_time, s->has_motion = 1, s->has_outputs = 0;
         s->inputs_unchanged = !s->has_slopes;
     }
@@ -135,24 +136,24 @@ fmi2Status update_outputs(Instance *i)
 
 Instance *make_instance(const Instance *settings, const char *name, const char *guid)
 {
-    const char *given_name = name ? name : "";
+    const char *instance_name = name ? name : "";
     Instance *i = calloc(1, sizeof *i);
     if (!i)
         return NULL;
     *i = *settings;
-    i->name = malloc(strlen(given_name) + 1);
+    i->name = malloc(strlen(instance_name) + 1);
     if (!i->name) {
         free(i);
         return NULL;
     }
-    strcpy(i->name, given_name);
+    strcpy(i->name, instance_name);
     for (int category = 0; category < CATEGORIES; category++)
         i->logging[category] = 1;
-    if (!*given_name || !guid || strcmp(guid, COMPONENT.guid) != 0) {
-        if (!*given_name)
-            refuse(i, fmi2Error, "the name of the instance is empty");
+    if (!*instance_name || !guid || strcmp(guid, COMPONENT.guid) != 0) {
+        if (!*instance_name)
+            report(i, fmi2Error, "the name of the instance is empty");
         else
-            refuse(i, fmi2Error, "the GUID is not that of this FMU, %s", COMPONENT.guid);
+            report(i, fmi2Error, "the GUID is not that of this FMU, %s", COMPONENT.guid);
         fmi2FreeInstance(i);
         return NULL;
     }
@@ -177,7 +178,7 @@ void fmi2FreeInstance(fmi2Component c)
     Instance *i = c;
     if (i && i->s.phase == INTERMEDIATE) {
         /* The step continues, and needs the instance. */
-        refuse(i, fmi2Error, "free_instance is not allowed %s", phase_name(i));
+        report(i, fmi2Error, "free_instance is not allowed %s", phase_name(i));
     } else if (i) {
         free(i->name);
         free(i);
@@ -193,13 +194,13 @@ fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean on, size_t count,
         return fmi2Error;
     for (size_t n = 0; n < count; n++) {
         const char *name = categories && categories[n] ? categories[n] : "";
-        const int all = strcmp(name, "logAll") == 0;
-        int found = all;
+        const int is_all = strcmp(name, "logAll") == 0;
+        int is_known = is_all;
         for (int category = 0; category < CATEGORIES; category++)
-            if (all || strcmp(name, CATEGORY_NAMES[category]) == 0)
-                found = chosen[category] = 1;
-        if (!found)
-            return refuse(i, fmi2Error, "there is no such category of messages");
+            if (is_all || strcmp(name, CATEGORY_NAMES[category]) == 0)
+                is_known = chosen[category] = 1;
+        if (!is_known)
+            return report(i, fmi2Error, "there is no such category of messages");
     }
     for (int category = 0; category < CATEGORIES; category++)
         if (count == 0 || chosen[category])

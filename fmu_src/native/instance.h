@@ -1,4 +1,7 @@
-/* An instance; checks, refusals and messages of its calls. */
+/* An instance of the FMU, and what its FMI functions share: checks of calls, messages, outputs.
+
+   In the FMI functions `c` is the component that the importer passes, `i` the instance behind it,
+   and `s` the state of the instance. */
 
 #ifndef FIVTUI_FMU_INSTANCE_H
 #define FIVTUI_FMU_INSTANCE_H
@@ -15,11 +18,15 @@
 /* Hidden: other libraries of the process may have functions of the same names. */
 #pragma GCC visibility push(hidden)
 
+/* Sizes of arrays, for both components; MOTION_SIZE is in numbers, TEXT_SIZE in characters. */
 enum {
     MAX_VARIABLES = 48, MAX_STATES = 4, MAX_INDICATORS = 4, MOTION_SIZE = 288, TEXT_SIZE = 320
 };
+/* The range of tolerances: `TOL_RANGE` in `fivtui.taylor.stepper`. */
+#define LEAST_TOLERANCE 1e-13
+#define GREATEST_TOLERANCE 1e-2
 
-/* INTERMEDIATE occurs only inside a step, and in no saved state. */
+/* Phases of the calling sequence. INTERMEDIATE occurs only inside a step, and in no saved state. */
 typedef enum {
     INSTANTIATED, INITIALIZATION, STEPPING, EVENTS, CONTINUOUS, TERMINATED, INTERMEDIATE
 } Phase;
@@ -27,17 +34,25 @@ typedef enum {
 /* Categories of messages, as the model description names them. */
 typedef enum { WARNINGS, DISCARDS, ERRORS, CATEGORIES } Category;
 
-/* The state that determines all later results. `t` is the current time, s. Steps that end before
-   `fast_until` need no computation and no checks. `has_motion`: the motion began from the values;
-   `has_outputs`: the outputs are those of the motion. `slopes` of inputs hold for the next
-   communication step; `inputs_unchanged`: no input was set since the last step; `switch_pending`: a
-   switch has been reached, and event mode not yet entered; `states` are those of model exchange. */
+/* The state of an instance, which determines all later results. */
 typedef struct {
     Phase phase;
+    /* Status of the last communication step. */
     fmi2Status last_step;
-    int is_set_up, has_motion, has_outputs, has_slopes, inputs_unchanged, switch_pending;
+    /* Whether the experiment is set up. */
+    int is_set_up;
+    /* Whether the motion began from the values, and whether the outputs are those of the motion. */
+    int has_motion, has_outputs;
+    /* Whether an input has a slope, and whether no input was set since the last step. */
+    int has_slopes, inputs_unchanged;
+    /* Whether a switch has been reached, and event mode not yet entered. */
+    int switch_pending;
+    /* Times, s; `t` is the current one. Steps that end before `fast_until` need no computation. */
     double start_time, stop_time, tolerance, t, fast_until;
-    double values[MAX_VARIABLES], slopes[MAX_VARIABLES], states[MAX_STATES];
+    /* Values of all variables; slopes of inputs over the next communication step. */
+    double values[MAX_VARIABLES], slopes[MAX_VARIABLES];
+    /* States of model exchange; the motion in co-simulation, as its component stores it. */
+    double states[MAX_STATES];
     double motion[MOTION_SIZE];
 } State;
 
@@ -52,12 +67,14 @@ typedef struct Instance {
     fmi3LogMessageCallback log;
     fmi3InstanceEnvironment environment;
     int uses_events, returns_early, stops_at_switches;
-    /* Intermediate updates: inputs set by the importer, and whether it may set them now. */
+    /* Intermediate updates of FMI 3.0: the importer's callback; the inputs that it sets, and
+       whether there is one; whether it is being asked for them. */
     fmi3IntermediateUpdateCallback update;
     unsigned char is_updated[MAX_VARIABLES];
     int updates_inputs, wants_inputs;
     /* The `Stepping` for this processor. */
     const void *stepping;
+    /* The newest text of `set_reason`. */
     char reason[TEXT_SIZE];
 } Instance;
 
@@ -68,8 +85,9 @@ Instance *make_instance(const Instance *settings, const char *name, const char *
 /* Does a communication step; with `switched` it may end at a switch, and reports it there. */
 fmi2Status do_communication_step(Instance *i, double current, double h, int *switched);
 
-/* Refuses a communication step with a wrong time or step size. */
+/* Refuses a communication step of size h, s, from a wrong time or with a wrong size. */
 fmi2Status check_step(Instance *i, double current, double h);
+
 /* Advances to `end` with inputs along their slopes, or with `switched` to the first switch. */
 fmi2Status advance_to(Instance *i, double end, int *switched);
 
@@ -87,40 +105,45 @@ const char *phase_name(const Instance *i);
 /* Reset to the state of a new instance. */
 void clear_state(State *s);
 
-/* Log why a call is refused; returns `status`. */
-fmi2Status refuse(Instance *i, fmi2Status status, const char *format, ...)
+/* Log a message for a call that returns `status`, a warning or failure; returns `status`. */
+fmi2Status report(Instance *i, fmi2Status status, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
 
 /* Format a text into `i->reason`; returns it. */
 const char *set_reason(Instance *i, const char *format, ...) __attribute__((format(printf, 2, 3)));
-/* Append "; use A, B or C" to the reason, from the remedies that apply; returns the reason. */
+
+/* Advice, and whether it applies. */
 typedef struct {
     const char *text;
     int applies;
 } Remedy;
+
+/* Append "; use A, B or C" to the reason, from the remedies that apply; returns the reason. */
 const char *advise(Instance *i, const Remedy *remedies, int count);
 
 /* The reason why a communication step with too many steps of the motion stopped at t. */
 const char *step_limit_reason(Instance *i, double t);
 
-/* Shortest text that reads back as the number, like Python's `repr`. */
+/* A number as the shortest text that reads back as the number, like Python's `repr`. */
 typedef struct {
     char text[40];
 } Number;
 Number number(double value);
 
-/* Refuse a call unless the instance is of a type and in one of some phases. */
+/* A set of phases, joined by |. */
 #define IN(phase) (1u << (phase))
 /* The phases after initialization, and all phases in which outputs can be computed. */
 #define INITIALIZED (IN(STEPPING) | IN(EVENTS) | IN(CONTINUOUS))
 #define READABLE (IN(INITIALIZATION) | INITIALIZED | IN(TERMINATED))
+/* Return from an FMI function with a failure, unless its component `c` is of a type (or ANY_TYPE)
+   and in one of some phases. */
 #define REQUIRE(call, type, phases)                               \
     do {                                                          \
         fmi2Status status_ = check_call(c, call, type, phases);   \
         if (status_ != fmi2OK)                                    \
             return status_;                                       \
     } while (0)
-/* For `type`: the call is allowed in both co-simulation and model exchange. */
+/* Both co-simulation and model exchange. */
 enum { ANY_TYPE = -1 };
 fmi2Status check_call(Instance *i, const char *call, int type, unsigned phases);
 

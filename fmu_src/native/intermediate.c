@@ -22,7 +22,7 @@ int register_updates(Instance *i, const fmi3ValueReference *needed, size_t count
     for (size_t n = 0; n < count; n++) {
         /* After the variables of the table come the time and the event indicators. */
         if (!needed || needed[n] > COMPONENT.variable_count + COMPONENT.indicator_count) {
-            refuse(i, fmi2Error,
+            report(i, fmi2Error,
                    "required intermediate variable %zu: must be the value reference of a variable",
                    n);
             return 0;
@@ -32,7 +32,7 @@ int register_updates(Instance *i, const fmi3ValueReference *needed, size_t count
         const Variable *v = COMPONENT.variables + needed[n];
         /* Only a warning: importers that record all outputs require all of them. */
         if (!v->is_continuous)
-            refuse(i, fmi2Warning, "required intermediate variable %s is not continuous: ignored",
+            report(i, fmi2Warning, "required intermediate variable %s is not continuous: ignored",
                    v->name);
         i->is_updated[needed[n]] = v->is_continuous && v->role == INPUT;
         i->updates_inputs |= i->is_updated[needed[n]];
@@ -40,7 +40,8 @@ int register_updates(Instance *i, const fmi3ValueReference *needed, size_t count
     return 1;
 }
 
-/* Call the importer for a time; an early return reduces `stop`, the end of the step. */
+/* Call the importer at a time, s, for inputs or to read outputs; an early return reduces `stop`,
+   the end of the step. */
 static void call_update(Instance *i, double time, int wants_inputs, double *stop)
 {
     State *s = &i->s;
@@ -87,10 +88,10 @@ fmi2Status do_step_with_updates(Instance *i, double current, double h, int *swit
             ask_for_inputs(i, target, &stop);
         if (stop <= i->s.t)
             break;
-        const fmi2Status status_of_part = parts++ < MAX_PARTS
+        const fmi2Status part_status = parts++ < MAX_PARTS
                                      ? advance_to(i, fmin(target, stop), switched)
-                                     : refuse(i, fmi2Discard, "%s", step_limit_reason(i, i->s.t));
-        if (status_of_part != fmi2OK) {
+                                     : report(i, fmi2Discard, "%s", step_limit_reason(i, i->s.t));
+        if (part_status != fmi2OK) {
             i->s = before, i->s.fast_until = -INFINITY;
             return i->s.last_step = fmi2Discard;
         }

@@ -1,4 +1,5 @@
-/* Choose the instruction set; all give the same bits. */
+/* Choose the functions of the motion for the instruction set of this processor; all give the same
+   bits. */
 
 #ifdef WITH_AVX2
 #include "processor.h"

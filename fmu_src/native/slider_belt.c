@@ -1,4 +1,8 @@
-/* The slider-belt model: its motion in co-simulation, its equations in model exchange. */
+/* The slider-belt model: its motion in co-simulation, its equations in model exchange.
+
+   In all functions `i` is the instance, `s` its state, `v` the values of its variables by value
+   reference, and `d` the changes of these values in directional derivatives. `p` are the parameters
+   in the kernel's columns (P_M to P_V_S), and `q` their changes. */
 
 #include <float.h>
 #include <string.h>
@@ -9,41 +13,62 @@
 #include "rest.h"
 #include "slider_belt_table.h"
 
-/* Relative distance to a switch, on either side, at which an importer stops. */
+/* An importer stops near a switch, on either side: its distance relative to the scale of motion. */
 #define SWITCH_TOLERANCE 1e-8
-/* Relative distance by which an importer of low accuracy may overshoot v_r = 0. */
+/* An importer of low accuracy may overshoot v_r = 0 by this part of the belt speed. */
 #define OVERSHOOT_TOLERANCE 1e-2
-/* A motion that fails at a smaller size is too fast, not too large: `_SMALL` in
+/* A motion that fails with smaller coordinates is too fast, not too large: `_SMALL` in
    `fivtui.taylor.stepper`. */
 #define OVERFLOW_SIZE 1e30
-/* `local_tolerance` in `fivtui.taylor.stepper`. */
+/* Tolerance of one Taylor step, as part of the tolerance of a run: `local_tolerance` in
+   `fivtui.taylor.stepper`. */
 #define LOCAL_TOLERANCE 3e-3
-/* Smaller speeds count as zero: `_LEAST` in `fivtui.model.parameters`. */
+/* Speeds below this count as zero, m/s: `_LEAST` in `fivtui.model.parameters`. */
 #define LEAST_SPEED 1e-12
+/* Rounding errors, relative: of the belt speed along a ramp, and of a time. */
+#define SPEED_ROUNDING 0x1p-40
+#define TIME_ROUNDING 0x1p-50
 
+/* Order of the states in the model description; the kernel's order is `Coordinate`. */
 enum { X, Y, VX, VY, STATES };
 static const uint32_t STATE_REFERENCES[STATES] = {V_x, V_y, V_vx, V_vy};
 static const uint32_t DERIVATIVE_REFERENCES[STATES] = {V_vx, V_vy, V_ax, V_ay};
 
-/* Event indicators: y, v_r, and the margins of stick. */
+/* Event indicators: y, the sliding speed v_r = v_belt - vx, and the margins by which friction
+   keeps the slider from slipping forward and backward. */
 enum { HEIGHT, SLIDING_SPEED, FORWARD_MARGIN, BACKWARD_MARGIN, INDICATORS };
 
-/* The motion in the state of an instance. `mode` is as in `fivtui.model.modes`; `starts_in_stick`
-   is 0 or 1. `speed` is the speed of the belt at the last update of the mode in model exchange,
-   `acceleration` is that of the belt in the outputs. */
+/* What the state of an instance stores of the motion: mode, as in `fivtui.model.modes`, and counts
+   for the outputs, then the motion in Taylor steps. */
 typedef struct {
     double mode, separations, reattachments, switches, sticks, last_event;
-    double starts_in_stick, speed, acceleration;
+    /* 0 or 1. */
+    double starts_in_stick;
+    /* Speed of the belt at the last update of the mode in model exchange, m/s. */
+    double update_speed;
+    /* Acceleration of the belt for the outputs, m/s². */
+    double belt_acceleration;
     Motion motion;
-} BeltMotion;
+} MotionRecord;
 
-_Static_assert(sizeof(BeltMotion) <= sizeof(double) * MOTION_SIZE, "the motion is too large");
+_Static_assert(sizeof(MotionRecord) <= sizeof(double) * MOTION_SIZE, "the motion is too large");
 _Static_assert(VARIABLE_COUNT <= (int)MAX_VARIABLES, "there is no room for the values");
 _Static_assert(INDICATORS <= (int)MAX_INDICATORS, "there is no room for the event indicators");
 
-static BeltMotion *belt_motion(Instance *i) { return (BeltMotion *)i->s.motion; }
-static const BeltMotion *const_motion(const Instance *i) { return (const BeltMotion *)i->s.motion; }
+static MotionRecord *motion_record(Instance *i) { return (MotionRecord *)i->s.motion; }
+static const MotionRecord *const_record(const Instance *i)
+{
+    return (const MotionRecord *)i->s.motion;
+}
 
+/* Store a state in the kernel's order as the states of model exchange. */
+static void store_states(State *s, const double *state)
+{
+    s->states[X] = state[S_X], s->states[VX] = state[S_VX];
+    s->states[Y] = state[S_Y], s->states[VY] = state[S_VY];
+}
+
+/* The functions of the motion, chosen for this processor at the first call. */
 static const Stepping *get_stepping(Instance *i)
 {
     i->stepping = i->stepping ? i->stepping : choose_stepping();
@@ -58,8 +83,8 @@ static double clipped_speed(const State *s, int variable)
     return speed < LEAST_SPEED ? 0.0 : speed;
 }
 
-/* Get BELT_PARAMETERS columns for `Stepping`. */
-static void get_parameters(const State *s, double *p)
+/* Read the parameters in the kernel's columns: P_MU_S is -1 where static friction equals μ. */
+static void read_parameters(const State *s, double *p)
 {
     for (int n = 0; n < PARAMETERS; n++)
         p[n] = s->values[PARAMETER_REFERENCES[n]];
@@ -68,8 +93,8 @@ static void get_parameters(const State *s, double *p)
     p[P_MU_S] = mu_s > 0.0 ? mu_s : -1.0, p[P_V_S] = mu_s > 0.0 ? clipped_speed(s, V_v_s) : 0.0;
 }
 
-/* Get the changes of these parameters from those of the variables. */
-static void get_parameter_changes(const double *d, double *q)
+/* Read their changes from those of the variables. */
+static void read_parameter_changes(const double *d, double *q)
 {
     for (int n = 0; n < PARAMETERS; n++)
         q[n] = d[PARAMETER_REFERENCES[n]];
@@ -89,7 +114,7 @@ static const char *check_input(Instance *i, uint32_t reference, double value)
         return NULL;
     if (reference == V_mu && mu_s > 0.0 && value > mu_s)
         return set_reason(i, "mu = %g: must be at most mu_s = %g", value, mu_s);
-    if (reference == V_v_belt && s->phase == CONTINUOUS && const_motion(i)->mode == STICK
+    if (reference == V_v_belt && s->phase == CONTINUOUS && const_record(i)->mode == STICK
         && value != s->values[V_v_belt])
         return set_reason(i, "v_belt = %g: must stay %g while the slider sticks, except in event "
                              "mode", value, s->values[V_v_belt]);
@@ -120,28 +145,27 @@ static const char *find_warning(Instance *i)
 static const char *begin_motion(Instance *i)
 {
     State *s = &i->s;
-    BeltMotion *data = belt_motion(i);
+    MotionRecord *record = motion_record(i);
     const double *v = s->values;
     const int separation = v[V_separation] != 0.0;
     const char *reason = check_input(i, V_mu, v[V_mu]);
     double p[BELT_PARAMETERS];
-    double state[4] = {v[V_x_start], v[V_vx_start], v[V_y_start], v[V_vy_start]};
+    double state[COORDINATES] = {v[V_x_start], v[V_vx_start], v[V_y_start], v[V_vy_start]};
     if (reason)
         return reason;
-    get_parameters(s, p);
+    read_parameters(s, p);
     if (v[V_start_static] != 0.0)
         resting_state(p, separation, state);
-    if (!is_finite_number(state[2]))
+    if (!is_finite_number(state[S_Y]))
         return set_reason(i, "no equilibrium: F = %g N lifts the slider and no spring holds it "
                           "vertically; use F >= 0, a larger k3, or ignore separation", p[P_F]);
-    get_stepping(i)->begin(&data->motion, p, separation, is_finite_belt(s), state, s->start_time,
+    get_stepping(i)->begin(&record->motion, p, separation, is_finite_belt(s), state, s->start_time,
                            s->tolerance * LOCAL_TOLERANCE);
-    data->mode = motion_mode(&data->motion), data->last_event = s->start_time;
-    data->separations = data->reattachments = data->switches = 0.0;
-    data->sticks = data->starts_in_stick = data->mode == STICK;
-    data->speed = p[P_V_BELT], data->acceleration = 0.0;
-    s->states[X] = state[0], s->states[VX] = state[1];
-    s->states[Y] = state[2], s->states[VY] = state[3];
+    record->mode = motion_mode(&record->motion), record->last_event = s->start_time;
+    record->separations = record->reattachments = record->switches = 0.0;
+    record->sticks = record->starts_in_stick = record->mode == STICK;
+    record->update_speed = p[P_V_BELT], record->belt_acceleration = 0.0;
+    store_states(s, state);
     return NULL;
 }
 
@@ -152,7 +176,8 @@ static int has_friction_law(const State *s)
     return is_finite_belt(s) && clipped_speed(s, V_v_s) > 0.0 && v[V_mu_s] > v[V_mu];
 }
 
-/* As `overflow_error` in `fivtui.taylor.stepper`. */
+/* The reason why a motion overflows, with advice: as `overflow_error` in `fivtui.taylor.stepper`.
+   `size` is the largest coordinate at time t. */
 static const char *overflow_reason(Instance *i, double t, double size)
 {
     const State *s = &i->s;
@@ -177,7 +202,7 @@ static const char *overflow_reason(Instance *i, double t, double size)
     return advise(i, remedies_if_large, sizeof remedies_if_large / sizeof *remedies_if_large);
 }
 
-/* As `stall_error` in `fivtui.taylor.stepper`. */
+/* The reason why steps do not advance the time: as `stall_error` in `fivtui.taylor.stepper`. */
 static const char *stall_reason(Instance *i, double t)
 {
     const Remedy remedies[] = {
@@ -189,13 +214,13 @@ static const char *stall_reason(Instance *i, double t)
     return advise(i, remedies, sizeof remedies / sizeof *remedies);
 }
 
-static const char *move_on(Instance *i, double from, double *t, int *switched)
+static const char *advance_motion(Instance *i, double from, double *t, int *switched)
 {
     const State *s = &i->s;
-    Motion *m = &belt_motion(i)->motion;
+    Motion *m = &motion_record(i)->motion;
     const Ramp force = {s->values[V_F], s->slopes[V_F]}, mu = {s->values[V_mu], s->slopes[V_mu]};
     const Ramp speed = {clipped_speed(s, V_v_belt), s->slopes[V_v_belt]};
-    switch (get_stepping(i)->move(m, from, t, switched, force, mu, speed)) {
+    switch (get_stepping(i)->advance(m, from, t, switched, force, mu, speed)) {
     case OVERFLOW:
         return overflow_reason(i, m->failed_at, m->failed_size);
     case STALLED:
@@ -209,7 +234,7 @@ static const char *move_on(Instance *i, double from, double *t, int *switched)
 
 static double computed_until(const Instance *i)
 {
-    const Motion *m = &const_motion(i)->motion;
+    const Motion *m = &const_record(i)->motion;
     /* Where a ramp ends, the inputs are held again and a new step must begin. */
     return has_ramps(m) ? -INFINITE : m->end;
 }
@@ -217,55 +242,54 @@ static double computed_until(const Instance *i)
 static double motion_step_end(Instance *i)
 {
     double t = i->s.t;
-    Motion *m = &belt_motion(i)->motion;
+    Motion *m = &motion_record(i)->motion;
     const Motion before = *m;
-    /* A failure is reported when the step is taken. */
-    const double end = move_on(i, t, &t, NULL) ? INFINITE : m->end;
+    /* Ignore a failure: the step that follows reports it. */
+    const double end = advance_motion(i, t, &t, NULL) ? INFINITE : m->end;
     /* Do not count modes met while looking ahead. */
     if (i->updates_inputs && is_finite_belt(&i->s))
         *m = before;
     return end;
 }
 
-/* Read the state at the current time, and unless a switch is pending, mode and counts. */
+/* Read the state at the current time; also mode and counts unless a switch is pending. */
 static void read_motion(Instance *i)
 {
     State *s = &i->s;
-    BeltMotion *data = belt_motion(i);
-    const Motion *m = &data->motion;
+    MotionRecord *record = motion_record(i);
+    const Motion *m = &record->motion;
     const Block *w = &m->w;
-    double state[4];
+    double state[COORDINATES];
     get_stepping(i)->state(m, s->t, state);
-    s->states[X] = state[0], s->states[VX] = state[1];
-    s->states[Y] = state[2], s->states[VY] = state[3];
+    store_states(s, state);
     if (s->switch_pending)
         return;
-    data->mode = motion_mode(m);
-    data->last_event = is_finite_belt(s) ? m->last_change : w->last_switch;
-    data->separations = w->separations, data->reattachments = w->reattachments;
-    data->switches = is_finite_belt(s) ? m->changes : w->separations + w->reattachments;
-    data->sticks = m->sticks + data->starts_in_stick;
+    record->mode = motion_mode(m);
+    record->last_event = is_finite_belt(s) ? m->last_change : w->last_switch;
+    record->separations = w->separations, record->reattachments = w->reattachments;
+    record->switches = is_finite_belt(s) ? m->changes : w->separations + w->reattachments;
+    record->sticks = m->sticks + record->starts_in_stick;
 }
 
-/* On a belt of finite speed, read the acceleration of the belt and the mode: of the last step if no
-   input was set since, else of the beginning of the next step. */
+/* On a belt of finite speed, read the acceleration of the belt and the mode: of the last step, or
+   if an input was set after it, of the beginning of the next step. */
 static void read_belt_mode(Instance *i)
 {
     const State *s = &i->s;
-    BeltMotion *data = belt_motion(i);
-    const Motion *m = &data->motion;
-    data->acceleration = s->inputs_unchanged ? m->speed.slope : s->slopes[V_v_belt];
+    MotionRecord *record = motion_record(i);
+    const Motion *m = &record->motion;
+    record->belt_acceleration = s->inputs_unchanged ? m->speed.slope : s->slopes[V_v_belt];
     if (s->inputs_unchanged || s->switch_pending)
         return;
     const Motion before = *m;
     double t = s->t;
-    /* A failure is reported when the step is taken. */
-    if (!move_on(i, t, &t, NULL))
-        data->mode = motion_mode(m);
-    data->motion = before;
+    /* Ignore a failure: the step that follows reports it. */
+    if (!advance_motion(i, t, &t, NULL))
+        record->mode = motion_mode(m);
+    record->motion = before;
 }
 
-/* Absolute sliding speed in a mode; rounding below zero is clipped. */
+/* Absolute sliding speed |v_r| in a mode; negative rounding errors become zero. */
 static double sliding_speed(const State *s, double mode)
 {
     const double v_r = clipped_speed(s, V_v_belt) - s->states[VX];
@@ -275,10 +299,10 @@ static double sliding_speed(const State *s, double mode)
 /* The friction force on the slider; `force` is the contact force. */
 static double friction_on_slider(const Instance *i, const double *p, double force)
 {
-    const BeltMotion *data = const_motion(i);
-    const double mode = data->mode;
+    const MotionRecord *record = const_record(i);
+    const double mode = record->mode;
     if (mode == STICK)
-        return holding_force(p, i->s.states[X], i->s.states[Y], data->acceleration);
+        return holding_force(p, i->s.states[X], i->s.states[Y], record->belt_acceleration);
     if (mode != FORWARD && mode != BACKWARD)
         return i->s.values[V_mu] * force;
     const double friction = friction_coefficient(p, sliding_speed(&i->s, mode)) * force;
@@ -292,39 +316,39 @@ static void compute_outputs(Instance *i)
         if (is_finite_belt(&i->s))
             read_belt_mode(i);
     }
-    const BeltMotion *data = const_motion(i);
+    const MotionRecord *record = const_record(i);
     const double *states = i->s.states;
     double *v = i->s.values, x = states[X], y = states[Y], vx = states[VX], vy = states[VY];
     double p[BELT_PARAMETERS];
-    get_parameters(&i->s, p);
-    const double force = data->mode != SEPARATED ? spring_force(p, y) + 0.0 : 0.0;
+    read_parameters(&i->s, p);
+    const double force = record->mode != SEPARATED ? spring_force(p, y) + 0.0 : 0.0;
     const double friction = friction_on_slider(i, p, force);
     v[V_x] = x, v[V_vx] = vx, v[V_y] = v[V_switching] = y, v[V_vy] = vy;
     v[V_P] = force;
     v[V_friction_slider] = friction, v[V_friction_belt] = -friction;
     v[V_ax] = horizontal_acceleration(p, x, vx, y, friction);
-    if (data->mode == STICK)
-        v[V_ax] = data->acceleration;
+    if (record->mode == STICK)
+        v[V_ax] = record->belt_acceleration;
     v[V_ay] = vertical_acceleration(p, x, y, vy, force - load_of(p));
-    v[V_mode] = v[V_mode_integer] = v[V_mode_enumeration] = data->mode;
-    v[V_separations] = data->separations, v[V_reattachments] = data->reattachments;
-    v[V_switches] = data->switches, v[V_sticks] = data->sticks;
-    v[V_last_event] = data->last_event;
+    v[V_mode] = v[V_mode_integer] = v[V_mode_enumeration] = record->mode;
+    v[V_separations] = record->separations, v[V_reattachments] = record->reattachments;
+    v[V_switches] = record->switches, v[V_sticks] = record->sticks;
+    v[V_last_event] = record->last_event;
 }
 
-/* The value, or a tiny number with the sign of `side` if it is zero. */
+/* The value; if it is zero, the least normal number with the sign of `side`. */
 static double signed_value(double value, double side)
 {
     return value != 0.0 ? value : side * DBL_MIN;
 }
 
-/* An indicator is y, v_r or a margin of stick if its zero ends the mode, else 1. At zero it has the
-   sign that it has within the mode. */
+/* Indicators whose zero does not end the current mode are 1. At zero an indicator has the sign that
+   it has within the mode, so that the importer finds no event at the start of the mode. */
 static void event_indicators(const Instance *i, double *indicators)
 {
     const State *s = &i->s;
-    const BeltMotion *data = const_motion(i);
-    const double mode = data->mode, y = s->states[Y];
+    const MotionRecord *record = const_record(i);
+    const double mode = record->mode, y = s->states[Y];
     for (int n = 0; n < INDICATORS; n++)
         indicators[n] = 1.0;
     indicators[HEIGHT] = signed_value(y, mode == SEPARATED ? 1.0 : -1.0);
@@ -333,81 +357,84 @@ static void event_indicators(const Instance *i, double *indicators)
         indicators[SLIDING_SPEED] = signed_value(clipped_speed(s, V_v_belt) - s->states[VX], side);
     } else if (mode == STICK) {
         double p[BELT_PARAMETERS];
-        get_parameters(s, p);
+        read_parameters(s, p);
         const double friction_limit = static_friction(s) * spring_force(p, y);
-        const double holding = holding_force(p, s->states[X], y, data->acceleration);
+        const double holding = holding_force(p, s->states[X], y, record->belt_acceleration);
         indicators[FORWARD_MARGIN] = signed_value(friction_limit - holding, 1.0);
         indicators[BACKWARD_MARGIN] = signed_value(friction_limit + holding, 1.0);
     }
 }
 
-static double largest(double a, double b) { return a > b ? a : b; }
-
-/* Find the mode on a belt of finite speed at a state whose y is exact. Set v_r to zero if its sign
-   is due to rounding or to the importer, which overshot the zero. `scale` is a speed. */
+/* Find the mode on a belt of finite speed at a state whose y is exact. If the sign of v_r is due to
+   rounding, or to an importer that overshot its zero, set vx to the speed of the belt. `scale` is
+   the typical speed of the motion, m/s. */
 static double find_mode(const Instance *i, Block *w, double *p, double *state, double scale)
 {
-    const BeltMotion *data = const_motion(i);
-    const double vx = state[1], speed = p[P_V_BELT], v_r = speed - vx;
+    const MotionRecord *record = const_record(i);
+    const double vx = state[S_VX], speed = p[P_V_BELT], v_r = speed - vx;
     const int has_overshot =
-        (data->mode == FORWARD && v_r < 0.0) || (data->mode == BACKWARD && v_r > 0.0);
+        (record->mode == FORWARD && v_r < 0.0) || (record->mode == BACKWARD && v_r > 0.0);
     const double tolerance =
-        has_overshot && speed == data->speed ? OVERSHOOT_TOLERANCE : SWITCH_TOLERANCE;
+        has_overshot && speed == record->update_speed ? OVERSHOOT_TOLERANCE : SWITCH_TOLERANCE;
     Belt belt;
-    if (vabs(v_r) <= tolerance * largest(scale, speed))
-        state[1] = speed;
+    if (vabs(v_r) <= tolerance * maximum(scale, speed))
+        state[S_VX] = speed;
     p[P_MU_S] = p[P_MU_S] < 0.0 ? p[P_MU] : p[P_MU_S];
     begin_problem(w, 0, p, i->s.values[V_separation] != 0.0, state);
     begin_belt(&belt, w, 0, p, 1);
     if (belt.mode == SEPARATED) {
-        state[1] = vx;
+        state[S_VX] = vx;
         return SEPARATED;
     }
     belt.hold_tolerance = SWITCH_TOLERANCE;
-    return (double)mode_on_belt(&belt, state[0], state[1], state[2], state[3]);
+    return (double)mode_on_belt(&belt, state[S_X], state[S_VX], state[S_Y], state[S_VY]);
 }
 
+/* Model exchange: update mode, counts and states at the current time; returns whether the mode
+   changed. */
 static int update_mode(Instance *i)
 {
     State *s = &i->s;
-    BeltMotion *data = belt_motion(i);
+    MotionRecord *record = motion_record(i);
     double p[BELT_PARAMETERS];
-    double state[4] = {s->states[X], s->states[VX], s->states[Y], s->states[VY]};
+    double state[COORDINATES] = {s->states[X], s->states[VX], s->states[Y], s->states[VY]};
     Block w;
-    get_parameters(s, p);
+    read_parameters(s, p);
     begin_problem(&w, 0, p, s->values[V_separation] != 0.0, state);
-    const double speed = largest(vabs(state[1]), vabs(state[3])) / w.frequency;
-    const double position = largest(vabs(state[0]), vabs(state[2]));
-    const double scale = largest(w.deflection, largest(position, speed));
-    if (vabs(state[2]) <= SWITCH_TOLERANCE * scale) {
+    /* The scale of motion, m: of positions, and of speeds over the frequency. */
+    const double speed = maximum(vabs(state[S_VX]), vabs(state[S_VY])) / w.frequency;
+    const double position = maximum(vabs(state[S_X]), vabs(state[S_Y]));
+    const double scale = maximum(w.deflection, maximum(position, speed));
+    if (vabs(state[S_Y]) <= SWITCH_TOLERANCE * scale) {
         /* The sign of y is due to rounding: the direction of the motion selects the mode. */
-        state[2] = 0.0;
+        state[S_Y] = 0.0;
         begin_problem(&w, 0, p, s->values[V_separation] != 0.0, state);
     }
     double mode = w.side > 0.0 ? SEPARATED : CONTACT;
     if (is_finite_belt(s)) {
         mode = find_mode(i, &w, p, state, scale * w.frequency);
-        data->speed = p[P_V_BELT];
+        record->update_speed = p[P_V_BELT];
     }
-    if (mode == data->mode)
+    if (mode == record->mode)
         return 0;
-    data->separations += mode == SEPARATED, data->reattachments += data->mode == SEPARATED;
-    data->switches += 1.0, data->sticks += mode == STICK;
-    data->mode = mode, data->last_event = s->t, s->states[VX] = state[1], s->states[Y] = state[2];
+    record->separations += mode == SEPARATED, record->reattachments += record->mode == SEPARATED;
+    record->switches += 1.0, record->sticks += mode == STICK;
+    record->mode = mode, record->last_event = s->t;
+    s->states[VX] = state[S_VX], s->states[Y] = state[S_Y];
     return 1;
 }
 
-/* The change of the friction force on the slider; `force` is the change of the contact force. */
+/* The change of the friction force on the slider; `force_change` is that of the contact force. */
 static double friction_change(const Instance *i, const double *p, const double *q, const double *d,
-                              double force)
+                              double force_change)
 {
     const State *s = &i->s;
-    const double *v = s->values, mode = const_motion(i)->mode;
+    const double *v = s->values, mode = const_record(i)->mode;
     if (mode == STICK)
         return holding_force_change(p, q, v[V_x], d[V_x], v[V_y], d[V_y],
-                                    const_motion(i)->acceleration, 0.0);
+                                    const_record(i)->belt_acceleration, 0.0);
     if (mode != FORWARD && mode != BACKWARD)
-        return v[V_mu] * force + d[V_mu] * v[V_P];
+        return v[V_mu] * force_change + d[V_mu] * v[V_P];
     const double sign = mode == FORWARD ? 1.0 : -1.0, speed = sliding_speed(s, mode);
     const double mu = friction_coefficient(p, speed);
     const double speed_change = sign * (d[V_v_belt] - d[V_vx]);
@@ -416,14 +443,15 @@ static double friction_change(const Instance *i, const double *p, const double *
         /* mu_s = 0 stands for μ, so friction is discontinuous there. */
         change = __builtin_nan("");
     }
-    return sign * (mu * force + change * v[V_P]);
+    return sign * (mu * force_change + change * v[V_P]);
 }
 
+/* Changes of the outputs and accelerations from those of parameters, inputs and states. */
 static void differentiate(const Instance *i, double *d)
 {
-    const double *v = i->s.values, y = v[V_y], mode = const_motion(i)->mode;
+    const double *v = i->s.values, y = v[V_y], mode = const_record(i)->mode;
     double p[BELT_PARAMETERS], q[BELT_PARAMETERS];
-    get_parameters(&i->s, p), get_parameter_changes(d, q);
+    read_parameters(&i->s, p), read_parameter_changes(d, q);
     const double force = mode != SEPARATED ? spring_force_change(p, q, y, d[V_y]) : 0.0;
     const double friction = friction_change(i, p, q, d, force);
     d[V_P] = force, d[V_switching] = d[V_y];
@@ -436,7 +464,7 @@ static void differentiate(const Instance *i, double *d)
                                            v[V_P] - load_of(p), force - load_of_change(p, q));
 }
 
-/* As `static_start_change` in `fivtui.model.slider_belt`. */
+/* Changes of the initial states: as `static_start_change` in `fivtui.model.slider_belt`. */
 static void differentiate_start(const Instance *i, double *d)
 {
     const double *v = i->s.values;
@@ -445,7 +473,7 @@ static void differentiate_start(const Instance *i, double *d)
     if (v[V_start_static] == 0.0)
         return;
     double p[BELT_PARAMETERS], q[BELT_PARAMETERS];
-    get_parameters(&i->s, p), get_parameter_changes(d, q);
+    read_parameters(&i->s, p), read_parameter_changes(d, q);
     const double y = v[V_y], load_change = load_of_change(p, q);
     if (v[V_separation] != 0.0 && load_of(p) < 0.0)
         d[V_y] = -(load_change + suspension_stiffness_change(p, q) * y) / suspension_stiffness(p);
@@ -458,6 +486,7 @@ static void differentiate_start(const Instance *i, double *d)
     d[V_vx] = d[V_vy] = 0.0;
 }
 
+/* Indices of the numbers of a saved motion: the record, then the start of its Taylor step. */
 enum {
     N_MODE, N_SEPARATIONS, N_REATTACHMENTS, N_SWITCHES, N_STICKS, N_LAST_EVENT,
     N_STARTS_IN_STICK, N_UPDATE_SPEED,
@@ -468,28 +497,35 @@ enum {
 };
 _Static_assert(NUMBERS <= MOTION_NUMBERS, "there is no room for the numbers");
 
-static void pack(const Instance *i, double *n)
+/* Write the record and the start of its Taylor step to numbers. */
+static void pack(const Instance *i, double *numbers)
 {
-    const BeltMotion *data = const_motion(i);
-    const Motion *m = &data->motion;
+    const MotionRecord *record = const_record(i);
+    const Motion *m = &record->motion;
     const Block *w = &m->w;
-    n[N_MODE] = data->mode, n[N_SEPARATIONS] = data->separations;
-    n[N_REATTACHMENTS] = data->reattachments, n[N_LAST_EVENT] = data->last_event;
-    n[N_SWITCHES] = data->switches, n[N_STICKS] = data->sticks;
-    n[N_STARTS_IN_STICK] = data->starts_in_stick, n[N_UPDATE_SPEED] = data->speed;
-    n[N_STEP_START] = w->t, n[N_REMAINDER] = w->remainder;
-    n[N_STEP_SIDE] = w->side, n[N_STALLED] = w->stalled, n[N_LAST_SWITCH] = w->last_switch;
-    n[N_STEP_SEPARATIONS] = w->separations, n[N_STEP_REATTACHMENTS] = w->reattachments;
-    n[N_X] = w->xs[0], n[N_VX] = w->xs[1], n[N_Y] = w->ys[0], n[N_VY] = w->ys[1];
-    n[N_STEP_MODE] = motion_mode(m), n[N_STEP_STICKS] = m->sticks, n[N_SLIPS] = m->slips;
-    n[N_REVERSALS] = m->reversals, n[N_CHANGES] = m->changes, n[N_LAST_CHANGE] = m->last_change;
-    n[N_HAS_STEP] = m->has_step, n[N_RAMP_START] = m->ramp_start;
-    n[N_F] = m->force.value, n[N_F_SLOPE] = m->force.slope;
-    n[N_MU] = m->friction.value, n[N_MU_SLOPE] = m->friction.slope;
-    n[N_SPEED] = m->speed.value, n[N_SPEED_SLOPE] = m->speed.slope;
+    numbers[N_MODE] = record->mode, numbers[N_SEPARATIONS] = record->separations;
+    numbers[N_REATTACHMENTS] = record->reattachments, numbers[N_LAST_EVENT] = record->last_event;
+    numbers[N_SWITCHES] = record->switches, numbers[N_STICKS] = record->sticks;
+    numbers[N_STARTS_IN_STICK] = record->starts_in_stick;
+    numbers[N_UPDATE_SPEED] = record->update_speed;
+    numbers[N_STEP_START] = w->t, numbers[N_REMAINDER] = w->remainder;
+    numbers[N_STEP_SIDE] = w->side, numbers[N_STALLED] = w->stalled;
+    numbers[N_LAST_SWITCH] = w->last_switch;
+    numbers[N_STEP_SEPARATIONS] = w->separations, numbers[N_STEP_REATTACHMENTS] = w->reattachments;
+    numbers[N_X] = w->xs[0], numbers[N_VX] = w->xs[1];
+    numbers[N_Y] = w->ys[0], numbers[N_VY] = w->ys[1];
+    numbers[N_STEP_MODE] = motion_mode(m), numbers[N_STEP_STICKS] = m->sticks;
+    numbers[N_SLIPS] = m->slips;
+    numbers[N_REVERSALS] = m->reversals, numbers[N_CHANGES] = m->changes;
+    numbers[N_LAST_CHANGE] = m->last_change;
+    numbers[N_HAS_STEP] = m->has_step, numbers[N_RAMP_START] = m->ramp_start;
+    numbers[N_F] = m->force.value, numbers[N_F_SLOPE] = m->force.slope;
+    numbers[N_MU] = m->friction.value, numbers[N_MU_SLOPE] = m->friction.slope;
+    numbers[N_SPEED] = m->speed.value, numbers[N_SPEED_SLOPE] = m->speed.slope;
 }
 
-static int is_mode(double mode, const State *s)
+/* Whether the system can be in a mode: it depends on separation and on the belt. */
+static int is_possible_mode(double mode, const State *s)
 {
     if (mode == SEPARATED)
         return s->values[V_separation] != 0.0;
@@ -498,12 +534,13 @@ static int is_mode(double mode, const State *s)
 }
 
 /* Whether the speed at the start of the step suits its mode, up to rounding. */
-static int has_speed_of_mode(const double *n)
+static int has_speed_of_mode(const double *numbers)
 {
-    const double mode = n[N_STEP_MODE];
-    const double elapsed = (n[N_STEP_START] - n[N_RAMP_START]) + n[N_REMAINDER];
-    const double v = n[N_SPEED] + n[N_SPEED_SLOPE] * elapsed;
-    const double v_r = v - n[N_VX], tolerance = 0x1p-40 * (vabs(v) + vabs(n[N_VX]));
+    const double mode = numbers[N_STEP_MODE];
+    const double elapsed = (numbers[N_STEP_START] - numbers[N_RAMP_START]) + numbers[N_REMAINDER];
+    const double speed = numbers[N_SPEED] + numbers[N_SPEED_SLOPE] * elapsed;
+    const double v_r = speed - numbers[N_VX];
+    const double tolerance = SPEED_ROUNDING * (vabs(speed) + vabs(numbers[N_VX]));
     return !(mode == FORWARD && v_r < -tolerance) && !(mode == BACKWARD && v_r > tolerance)
            && !(mode == STICK && vabs(v_r) > tolerance);
 }
@@ -511,42 +548,47 @@ static int has_speed_of_mode(const double *n)
 /* Whether `remainder` is small enough to be the rounding error of t. */
 static int is_rounding(double remainder, double t)
 {
-    return vabs(remainder) <= 0x1p-50 * (vabs(t) + 1.0);
+    return vabs(remainder) <= TIME_ROUNDING * (vabs(t) + 1.0);
 }
 
-static int unpack(Instance *i, const double *n)
+/* Restore the record from numbers and compute its step again; returns whether they are valid. */
+static int unpack(Instance *i, const double *numbers)
 {
     State *s = &i->s;
-    BeltMotion *data = belt_motion(i);
-    Motion *m = &data->motion;
+    MotionRecord *record = motion_record(i);
+    Motion *m = &record->motion;
     Block *w = &m->w;
     const Stepping *stepping = get_stepping(i);
     const int separation = s->values[V_separation] != 0.0;
-    const double state[4] = {n[N_X], n[N_VX], n[N_Y], n[N_VY]};
+    const double state[COORDINATES] = {numbers[N_X], numbers[N_VX], numbers[N_Y], numbers[N_VY]};
     double p[BELT_PARAMETERS];
-    get_parameters(s, p);
-    p[P_F] = n[N_F], p[P_MU] = n[N_MU], p[P_V_BELT] = n[N_SPEED];
-    data->mode = n[N_MODE], data->separations = n[N_SEPARATIONS];
-    data->reattachments = n[N_REATTACHMENTS], data->last_event = n[N_LAST_EVENT];
-    data->switches = n[N_SWITCHES], data->sticks = n[N_STICKS];
-    data->starts_in_stick = n[N_STARTS_IN_STICK], data->speed = n[N_UPDATE_SPEED];
-    data->acceleration = 0.0;
-    if (!is_mode(n[N_MODE], s) || !is_mode(n[N_STEP_MODE], s)
-        || !is_rounding(n[N_REMAINDER], n[N_STEP_START])
-        || (i->type == fmi2CoSimulation && !has_speed_of_mode(n))
-        || n[N_STEP_SIDE] != (n[N_STEP_MODE] == SEPARATED ? 1.0 : -1.0))
+    read_parameters(s, p);
+    p[P_F] = numbers[N_F], p[P_MU] = numbers[N_MU], p[P_V_BELT] = numbers[N_SPEED];
+    record->mode = numbers[N_MODE], record->separations = numbers[N_SEPARATIONS];
+    record->reattachments = numbers[N_REATTACHMENTS], record->last_event = numbers[N_LAST_EVENT];
+    record->switches = numbers[N_SWITCHES], record->sticks = numbers[N_STICKS];
+    record->starts_in_stick = numbers[N_STARTS_IN_STICK];
+    record->update_speed = numbers[N_UPDATE_SPEED];
+    record->belt_acceleration = 0.0;
+    if (!is_possible_mode(numbers[N_MODE], s) || !is_possible_mode(numbers[N_STEP_MODE], s)
+        || !is_rounding(numbers[N_REMAINDER], numbers[N_STEP_START])
+        || (i->type == fmi2CoSimulation && !has_speed_of_mode(numbers))
+        || numbers[N_STEP_SIDE] != (numbers[N_STEP_MODE] == SEPARATED ? 1.0 : -1.0))
         return 0;
-    stepping->begin(m, p, separation, is_finite_belt(s), state, n[N_STEP_START],
+    stepping->begin(m, p, separation, is_finite_belt(s), state, numbers[N_STEP_START],
                     s->tolerance * LOCAL_TOLERANCE);
-    w->remainder = n[N_REMAINDER], w->side = n[N_STEP_SIDE], w->stalled = n[N_STALLED];
-    w->separations = n[N_STEP_SEPARATIONS], w->reattachments = n[N_STEP_REATTACHMENTS];
-    w->last_switch = n[N_LAST_SWITCH];
+    w->remainder = numbers[N_REMAINDER], w->side = numbers[N_STEP_SIDE];
+    w->stalled = numbers[N_STALLED];
+    w->separations = numbers[N_STEP_SEPARATIONS], w->reattachments = numbers[N_STEP_REATTACHMENTS];
+    w->last_switch = numbers[N_LAST_SWITCH];
     set_field(w);
-    m->belt.mode = (int64_t)n[N_STEP_MODE], m->sticks = n[N_STEP_STICKS], m->slips = n[N_SLIPS];
-    m->reversals = n[N_REVERSALS], m->changes = n[N_CHANGES], m->last_change = n[N_LAST_CHANGE];
-    m->ramp_start = n[N_RAMP_START], m->force.slope = n[N_F_SLOPE];
-    m->friction.slope = n[N_MU_SLOPE], m->speed.slope = n[N_SPEED_SLOPE];
-    if (i->type == fmi2ModelExchange || n[N_HAS_STEP] == 0.0)
+    m->belt.mode = (int64_t)numbers[N_STEP_MODE], m->sticks = numbers[N_STEP_STICKS];
+    m->slips = numbers[N_SLIPS];
+    m->reversals = numbers[N_REVERSALS], m->changes = numbers[N_CHANGES];
+    m->last_change = numbers[N_LAST_CHANGE];
+    m->ramp_start = numbers[N_RAMP_START], m->force.slope = numbers[N_F_SLOPE];
+    m->friction.slope = numbers[N_MU_SLOPE], m->speed.slope = numbers[N_SPEED_SLOPE];
+    if (i->type == fmi2ModelExchange || numbers[N_HAS_STEP] == 0.0)
         return i->type == fmi2ModelExchange || s->t == w->t;
     return stepping->recompute(m) == RUNNING && s->t >= w->t && s->t < m->end;
 }
@@ -562,7 +604,7 @@ const Component COMPONENT = {
     .begin = begin_motion,
     .find_warning = find_warning,
     .check_input = check_input,
-    .move = move_on,
+    .advance = advance_motion,
     .computed_until = computed_until,
     .motion_step_end = motion_step_end,
     .compute_outputs = compute_outputs,

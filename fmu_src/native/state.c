@@ -1,8 +1,9 @@
 /* Save, restore and serialise the state of an instance.
 
-   Bytes are, in order and little-endian: "fivtuiFM", version and count of numbers (32 bits each),
-   32 letters that identify the build, the numbers (64 bits each), and a CRC-32 of all bytes before
-   it. The step of the motion is computed again from its start, to the same bits. */
+   A serialised state has, in this order and little-endian: "fivtuiFM", version and count of numbers
+   (32 bits each), 32 letters that identify the build, the numbers (64 bits each), and a CRC-32 of
+   all bytes before it. Taylor polynomials are not stored: the step of the motion is computed again
+   from its start, to the same bits. */
 
 #include <math.h>
 #include <stdlib.h>
@@ -12,8 +13,13 @@
 #include "instance.h"
 
 #define VERSION 1
-enum { MAGIC = 8, BUILD = 32, HEAD = MAGIC + 8 + BUILD, TAIL = 4 };
-/* Indices of the numbers before those of variables. */
+/* Sizes of the parts, in bytes, and offsets of version, count, build and numbers. */
+enum {
+    MAGIC = 8, INTEGER_SIZE = 4, BUILD = 32, NUMBER_SIZE = 8,
+    VERSION_AT = MAGIC, COUNT_AT = VERSION_AT + INTEGER_SIZE, BUILD_AT = COUNT_AT + INTEGER_SIZE,
+    NUMBERS_AT = BUILD_AT + BUILD
+};
+/* Indices of the numbers before the values of the variables, their slopes, states and motion. */
 enum {
     N_TYPE, N_PHASE, N_IS_SET_UP, N_HAS_MOTION, N_HAS_SLOPES, N_INPUTS_UNCHANGED, N_SWITCH_PENDING,
     N_START_TIME, N_STOP_TIME, N_TOLERANCE, N_TIME, FIXED_COUNT
@@ -32,10 +38,10 @@ fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *state)
     Instance *i = c;
     REQUIRE("get_fmu_state", ANY_TYPE, ~IN(INTERMEDIATE));
     if (!state)
-        return refuse(i, fmi2Error, "get_fmu_state: a pointer to the state must be given");
+        return report(i, fmi2Error, "get_fmu_state: a pointer to the state must be given");
     Saved *saved = *state ? *state : malloc(sizeof *saved);
     if (!saved)
-        return refuse(i, fmi2Error, "get_fmu_state: out of memory");
+        return report(i, fmi2Error, "get_fmu_state: out of memory");
     saved->type = i->type, saved->s = i->s;
     *state = saved;
     return fmi2OK;
@@ -47,9 +53,9 @@ fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate state)
     const Saved *saved = state;
     REQUIRE("set_fmu_state", ANY_TYPE, ~IN(INTERMEDIATE));
     if (!saved)
-        return refuse(i, fmi2Error, "there is no such FMU state");
+        return report(i, fmi2Error, "there is no such FMU state");
     if (saved->type != i->type)
-        return refuse(i, fmi2Error, "the FMU state is of %s",
+        return report(i, fmi2Error, "the FMU state is of %s",
                       saved->type == fmi2CoSimulation ? "co-simulation" : "model exchange");
     i->s = saved->s;
     return fmi2OK;
@@ -71,7 +77,10 @@ static size_t number_count(void)
     return FIXED_COUNT + 2 * COMPONENT.variable_count + MAX_STATES + MOTION_NUMBERS;
 }
 
-static size_t byte_count(void) { return HEAD + 8 * number_count() + TAIL; }
+static size_t byte_count(void)
+{
+    return NUMBERS_AT + NUMBER_SIZE * number_count() + INTEGER_SIZE;
+}
 
 static void write_integer(unsigned char *bytes, uint64_t value, int count)
 {
@@ -87,6 +96,7 @@ static uint64_t read_integer(const unsigned char *bytes, int count)
     return value;
 }
 
+/* CRC-32 with the polynomial of zip files. */
 static uint32_t checksum(const unsigned char *bytes, size_t count)
 {
     uint32_t crc = UINT32_MAX;
@@ -98,6 +108,7 @@ static uint32_t checksum(const unsigned char *bytes, size_t count)
     return ~crc;
 }
 
+/* Write a saved state as number_count() numbers. */
 static void pack(const Saved *saved, const Instance *i, double *numbers)
 {
     const State *s = &saved->s;
@@ -125,6 +136,7 @@ static int is_whole_number(double number, double limit)
     return number >= 0.0 && number <= limit && number == (double)(int)number;
 }
 
+/* Restore the state of an instance from numbers; returns whether they are valid. */
 static int unpack(Instance *i, const double *numbers)
 {
     State *s = &i->s;
@@ -139,7 +151,8 @@ static int unpack(Instance *i, const double *numbers)
         || !is_whole_number(numbers[N_INPUTS_UNCHANGED], 1)
         || !is_whole_number(numbers[N_SWITCH_PENDING], 1)
         || numbers[N_STOP_TIME] < numbers[N_START_TIME]
-        || !(numbers[N_TOLERANCE] >= 1e-13 && numbers[N_TOLERANCE] <= 1e-2))
+        || !(numbers[N_TOLERANCE] >= LEAST_TOLERANCE
+             && numbers[N_TOLERANCE] <= GREATEST_TOLERANCE))
         return 0;
     s->phase = (Phase)(int)numbers[N_PHASE], s->is_set_up = numbers[N_IS_SET_UP] != 0.0;
     s->has_motion = numbers[N_HAS_MOTION] != 0.0, s->has_slopes = numbers[N_HAS_SLOPES] != 0.0;
@@ -167,7 +180,7 @@ fmi2Status fmi2SerializedFMUstateSize(fmi2Component c, fmi2FMUstate state, size_
     if (!i)
         return fmi2Error;
     if (!state || !size)
-        return refuse(i, fmi2Error, "there is no such FMU state");
+        return report(i, fmi2Error, "there is no such FMU state");
     *size = byte_count();
     return fmi2OK;
 }
@@ -180,21 +193,22 @@ fmi2Status fmi2SerializeFMUstate(fmi2Component c, fmi2FMUstate state, fmi2Byte b
     if (!i)
         return fmi2Error;
     if (!state || !bytes)
-        return refuse(i, fmi2Error, "there is no such FMU state");
+        return report(i, fmi2Error, "there is no such FMU state");
     if (size < byte_count())
-        return refuse(i, fmi2Error, "%zu bytes: must be at least %zu", size, byte_count());
+        return report(i, fmi2Error, "%zu bytes: must be at least %zu", size, byte_count());
     pack(state, i, numbers);
     memset(out, 0, size);
     memcpy(out, MAGIC_TEXT, MAGIC);
-    write_integer(out + MAGIC, VERSION, 4);
-    write_integer(out + MAGIC + 4, number_count(), 4);
-    memcpy(out + MAGIC + 8, BUILD_TEXT, BUILD);
+    write_integer(out + VERSION_AT, VERSION, INTEGER_SIZE);
+    write_integer(out + COUNT_AT, number_count(), INTEGER_SIZE);
+    memcpy(out + BUILD_AT, BUILD_TEXT, BUILD);
     for (size_t n = 0; n < number_count(); n++) {
         uint64_t bits;
-        memcpy(&bits, numbers + n, 8);
-        write_integer(out + HEAD + 8 * n, bits, 8);
+        memcpy(&bits, numbers + n, NUMBER_SIZE);
+        write_integer(out + NUMBERS_AT + NUMBER_SIZE * n, bits, NUMBER_SIZE);
     }
-    write_integer(out + byte_count() - TAIL, checksum(out, byte_count() - TAIL), 4);
+    const size_t checksum_at = byte_count() - INTEGER_SIZE;
+    write_integer(out + checksum_at, checksum(out, checksum_at), INTEGER_SIZE);
     return fmi2OK;
 }
 
@@ -207,26 +221,28 @@ fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte bytes[], size
     if (!i)
         return fmi2Error;
     if (!state || !bytes)
-        return refuse(i, fmi2Error, "bytes and a pointer to the state must be given");
-    if (size >= HEAD && memcmp(in, MAGIC_TEXT, MAGIC) == 0 && read_integer(in + MAGIC, 4) == VERSION
-        && memcmp(in + MAGIC + 8, BUILD_TEXT, BUILD) != 0)
-        return refuse(i, fmi2Error,
+        return report(i, fmi2Error, "bytes and a pointer to the state must be given");
+    if (size >= NUMBERS_AT && memcmp(in, MAGIC_TEXT, MAGIC) == 0
+        && read_integer(in + VERSION_AT, INTEGER_SIZE) == VERSION
+        && memcmp(in + BUILD_AT, BUILD_TEXT, BUILD) != 0)
+        return report(i, fmi2Error,
                       "the serialised FMU state comes from another build of this FMU");
     Instance scratch = *i;
+    const size_t checksum_at = byte_count() - INTEGER_SIZE;
     int is_intact = size == byte_count() && memcmp(in, MAGIC_TEXT, MAGIC) == 0
-                     && read_integer(in + MAGIC, 4) == VERSION
-                     && read_integer(in + MAGIC + 4, 4) == number_count()
-                     && read_integer(in + size - TAIL, 4) == checksum(in, size - TAIL);
+                    && read_integer(in + VERSION_AT, INTEGER_SIZE) == VERSION
+                    && read_integer(in + COUNT_AT, INTEGER_SIZE) == number_count()
+                    && read_integer(in + checksum_at, INTEGER_SIZE) == checksum(in, checksum_at);
     for (size_t n = 0; is_intact && n < number_count(); n++) {
-        uint64_t bits = read_integer(in + HEAD + 8 * n, 8);
-        memcpy(numbers + n, &bits, 8);
+        uint64_t bits = read_integer(in + NUMBERS_AT + NUMBER_SIZE * n, NUMBER_SIZE);
+        memcpy(numbers + n, &bits, NUMBER_SIZE);
     }
     if (!is_intact || !unpack(&scratch, numbers))
-        return refuse(i, fmi2Error, "the serialised FMU state is damaged");
+        return report(i, fmi2Error, "the serialised FMU state is damaged");
     /* *state may be uninitialised: do not reuse it. */
     Saved *saved = malloc(sizeof *saved);
     if (!saved)
-        return refuse(i, fmi2Error, "deserialize_fmu_state: out of memory");
+        return report(i, fmi2Error, "deserialize_fmu_state: out of memory");
     saved->type = scratch.type, saved->s = scratch.s;
     *state = saved;
     return fmi2OK;

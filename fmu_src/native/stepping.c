@@ -1,10 +1,14 @@
-/* The motion in Taylor steps, with the kernel's functions, for one instruction set. */
+/* The motion in Taylor steps, with the kernel's functions, for one instruction set.
+
+   `m` is the motion and `w` the kernel's variables in it; `groups` counts groups of
+   ORDER_GROUP coefficients of a polynomial. */
 
 #include "stepping.h"
 
 #ifndef VARIANT
 #define VARIANT baseline
 #endif
+/* stepping_baseline or stepping_avx2. */
 #define JOIN_NAMES(name, variant) name##_##variant
 #define VARIANT_NAME(name, variant) JOIN_NAMES(name, variant)
 
@@ -16,6 +20,10 @@
 /* Relative tolerance within which the slider has the new speed of the belt: ramps are rounded. */
 #define SPEED_TOLERANCE 0x1p-36
 
+/* The kernel evaluates polynomials in groups of this many coefficients. */
+#define ORDER_GROUP 4
+
+/* The inputs as the kernel's course: P_MU_S < 0 means that static friction follows μ. */
 static Course input_course(const Motion *m)
 {
     const double mu_s = m->p[P_MU_S];
@@ -37,7 +45,7 @@ INLINE void expand_sliding(Motion *m, int order)
         expand_block(w, order, m->cubic != 0.0 && w->side < 0.0);
         balance_at_switch(w);
     }
-    set_step_length(w, m->tol, order / 4);
+    set_step_length(w, m->tol, order / ORDER_GROUP);
 }
 
 /* Expand the step on a belt of finite speed; returns whether the slider certainly keeps sliding. */
@@ -51,10 +59,11 @@ INLINE int expand_on_belt(Motion *m, int order)
     return 0;
 }
 
+/* Compute the next step of the motion, without advancing to its end; returns a status. */
 NOINLINE int compute_motion_step(Motion *m)
 {
     Block *w = &m->w;
-    const int order = (int)m->order, groups = order / 4;
+    const int order = (int)m->order, groups = order / ORDER_GROUP;
     StepCut cut = NOT_CUT;
     int64_t next_mode = STICK;
     if (m->belt.finite) {
@@ -78,6 +87,7 @@ NOINLINE int compute_motion_step(Motion *m)
     return RUNNING;
 }
 
+/* Count a change of the mode at time t, if there is one; `before` is the mode before it. */
 static void count_change(Motion *m, int64_t before, double t)
 {
     const int64_t mode = m->belt.mode;
@@ -93,6 +103,7 @@ static double switch_count(const Motion *m)
     return m->belt.finite ? m->changes : m->w.separations + m->w.reattachments;
 }
 
+/* Advance to the end of a step on a belt of finite speed. */
 static StepFlags finish_belt_step(Motion *m, const StepEnd *step_end)
 {
     const StepCut cut = (StepCut)m->cut;
@@ -104,7 +115,7 @@ static StepFlags finish_belt_step(Motion *m, const StepEnd *step_end)
     return accept_driven_step(&m->belt, &m->w, step_end, cut, next_mode, speed, &course, 0);
 }
 
-/* Advance to the end of the step. */
+/* Advance to the end of the step; returns a status. */
 static int finish_motion_step(Motion *m)
 {
     Block *w = &m->w;
@@ -124,17 +135,18 @@ static void state_at(const Motion *m, double t, double *state)
 {
     const Block *w = &m->w;
     if (m->has_step == 0.0) {
-        state[0] = w->xs[0], state[1] = w->xs[1], state[2] = w->ys[0], state[3] = w->ys[1];
+        state[S_X] = w->xs[0], state[S_VX] = w->xs[1];
+        state[S_Y] = w->ys[0], state[S_VY] = w->ys[1];
         return;
     }
-    const int groups = (int)m->order / 4;
+    const int groups = (int)m->order / ORDER_GROUP;
     const double elapsed = (t - w->t) - w->remainder;
     Tangent x = tangent_at(w->xs, groups, elapsed), y = tangent_at(w->ys, groups, elapsed);
-    state[0] = x.value, state[1] = x.slope, state[2] = y.value, state[3] = y.slope;
+    state[S_X] = x.value, state[S_VX] = x.slope, state[S_Y] = y.value, state[S_VY] = y.slope;
 }
 
-/* `order_for` in `fivtui.taylor.stepper`: orders 8 to 20 are enough down to these tolerances,
-   e^(−n/0.655). */
+/* The order of the polynomials, `order_for` in `fivtui.taylor.stepper`: order n is enough down to
+   the tolerance e^(−n/0.655). Only a friction law needs order 24. */
 static double order_for(double tol, int has_friction_law)
 {
     return tol >= 4.961807550971286e-06                        ? 8.0
@@ -144,6 +156,7 @@ static double order_for(double tol, int has_friction_law)
                                                                : 24.0;
 }
 
+/* Begin a step at time t from a state, with the parameters `m->p` and the inputs of `m`. */
 static void start_step(Motion *m, const double *state, double t)
 {
     begin_problem(&m->w, 0, m->p, m->separation != 0.0, state);
@@ -193,18 +206,18 @@ static int moves_with_belt(const Motion *m, double vx, double speed)
 /* Begin the motion anew from the state at t, under other inputs. */
 static void change_inputs(Motion *m, double t, Ramp force, Ramp friction, Ramp speed)
 {
-    double state[4];
+    double state[COORDINATES];
     const Block before = m->w;
     const int64_t mode = m->belt.mode;
     state_at(m, t, state);
-    if (m->belt.finite && moves_with_belt(m, state[1], speed.value))
-        state[1] = speed.value;
+    if (m->belt.finite && moves_with_belt(m, state[S_VX], speed.value))
+        state[S_VX] = speed.value;
     m->p[P_F] = force.value, m->p[P_MU] = friction.value, m->p[P_V_BELT] = speed.value;
     m->force = force, m->friction = friction, m->speed = speed, m->ramp_start = t;
     start_step(m, state, t);
-    if (m->w.side != before.side && state[2] != 0.0) {
+    if (m->w.side != before.side && state[S_Y] != 0.0) {
         /* Only rounding changed the side of y: the slider is at the switch. */
-        state[2] = 0.0;
+        state[S_Y] = 0.0;
         start_step(m, state, t);
     }
     Block *w = &m->w;
@@ -223,8 +236,9 @@ static int equal_inputs(const Motion *m, Ramp force, Ramp friction, Ramp speed)
            && are_equal(speed, m->speed);
 }
 
-static int move(Motion *m, double from, double *t, int *switched, Ramp force, Ramp friction,
-                Ramp speed)
+/* Advance as `Stepping.advance` says; after a failure the motion is unchanged. */
+static int advance(Motion *m, double from, double *t, int *switched, Ramp force, Ramp friction,
+                   Ramp speed)
 {
     if (!m->belt.finite)
         speed = m->speed;
@@ -247,7 +261,7 @@ static int move(Motion *m, double from, double *t, int *switched, Ramp force, Ra
             const double failed_at = m->w.t;
             *m = before;
             m->failed_at = failed_at, m->failed_size = 0.0;
-            for (int n = 0; n < 4; n++)
+            for (int n = 0; n < COORDINATES; n++)
                 m->failed_size = __builtin_fmax(m->failed_size, __builtin_fabs(state[n]));
             return status;
         }
@@ -259,5 +273,5 @@ static int move(Motion *m, double from, double *t, int *switched, Ramp force, Ra
     return RUNNING;
 }
 
-const Stepping VARIANT_NAME(stepping, VARIANT) = {begin_motion, move, state_at,
+const Stepping VARIANT_NAME(stepping, VARIANT) = {begin_motion, advance, state_at,
                                                   compute_motion_step};

@@ -13,28 +13,39 @@
 /* Hidden: other libraries of the process may have functions of the same names. */
 #pragma GCC visibility push(hidden)
 
-/* `w` is at the start of the step that ends at `end`, whose rounding error is `end_remainder`.
-   `has_step`: `w` has the polynomials of the step and the state at its end. `cut` says which guard
-   ends the step; after a hold the mode is `next_mode`. Input ramps begin at `ramp_start`. A failed
-   move stopped at `failed_at`, with the largest coordinate `failed_size`. A copy is a full state.
+/* Order of the coordinates in a state of the kernel. */
+enum Coordinate { S_X, S_VX, S_Y, S_VY, COORDINATES };
+
+/* The motion and its current Taylor step; a copy is a complete state.
 
    To restore a saved motion: call `begin` with `p` and the state at the start of the step, write
    back the saved numbers of `w`, slopes, `ramp_start`, `belt.mode` and counts, call `recompute`. */
 typedef struct {
+    /* The kernel's variables at the start of the step. */
     Block w;
     Belt belt;
-    double has_step, cut, next_mode, end, end_remainder;
-    double tol, order, cubic, separation, ramp_start, failed_at, failed_size;
+    /* Whether `w` has the polynomials of the step and the state at its end. */
+    double has_step;
+    /* The guard that ends the step, a `StepCut`; the mode after a step that ends in stick. */
+    double cut, next_mode;
+    /* Time at the end of the step, s: rounded, and exact time less rounded time. */
+    double end, end_remainder;
+    /* Tolerance of a step, order of its polynomials; whether k_nl and separation apply. */
+    double tol, order, cubic, separation;
+    /* Inputs as functions of time from `ramp_start` on. */
+    Ramp force, friction, speed;
+    double ramp_start;
+    /* Where the last advance failed: time, s, and largest coordinate of the state. */
+    double failed_at, failed_size;
     /* On a belt of finite speed: numbers of changes to stick, from stick, and between forward and
        backward slip; number of all changes of the mode, and time of the last. Further counts are
        w.separations and w.reattachments. */
     double sticks, slips, reversals, changes, last_change;
-    Ramp force, friction, speed;
     double p[BELT_PARAMETERS];
 } Motion;
 
-/* The mode of the step, as in `fivtui.model.modes`: 0 or 1 on a belt that is always faster, else
-   0, 2, 3 or 4. */
+/* The mode of the step, as in `fivtui.model.modes`: CONTACT or SEPARATED on a belt that is always
+   faster than the slider, else FORWARD, BACKWARD, STICK or SEPARATED. */
 INLINE int motion_mode(const Motion *m)
 {
     return m->belt.finite ? (int)m->belt.mode : m->w.side < 0.0 ? CONTACT : SEPARATED;
@@ -56,8 +67,9 @@ typedef struct {
     /* Advances to t under inputs that apply from `from` on; with `switched`, to the first switch up
        to t, and reports whether there is one. `speed` is ignored on a belt that is always faster.
        Returns RUNNING, or the status of a failure. */
-    int (*move)(Motion *m, double from, double *t, int *switched, Ramp force, Ramp friction,
-                Ramp speed);
+    int (*advance)(Motion *m, double from, double *t, int *switched, Ramp force, Ramp friction,
+                   Ramp speed);
+    /* Evaluates the state at a time within the step. */
     void (*state)(const Motion *m, double t, double *state);
     /* Computes the step again from its start, because saved states contain no polynomials. */
     int (*recompute)(Motion *m);

@@ -1,4 +1,6 @@
-/* Read and set values of variables, in the phases that allow it. */
+/* Read and set values of variables, in the phases that allow it.
+
+   `r` are value references: indices in `COMPONENT.variables`. */
 
 #include <math.h>
 
@@ -7,7 +9,7 @@
 fmi2Status check_readable(Instance *i)
 {
     if (i->s.phase == INTERMEDIATE && i->wants_inputs)
-        return refuse(i, fmi2Error, "values cannot be read while an update asks for inputs");
+        return report(i, fmi2Error, "values cannot be read while an update asks for inputs");
     return fmi2OK;
 }
 
@@ -15,20 +17,21 @@ fmi2Status check_finite(Instance *i, const char *name, double value)
 {
     if (isfinite(value))
         return fmi2OK;
-    return refuse(i, fmi2Discard, "%s grows beyond the floating-point range", name);
+    return report(i, fmi2Discard, "%s grows beyond the floating-point range", name);
 }
 
-/* Any variable can be read as any type, because some importers read all as Real. */
+/* Check a call that reads values and compute the outputs. Any variable can be read as any type,
+   because some importers read all as Real. */
 static fmi2Status prepare_reading(Instance *i, const fmi2ValueReference *references, size_t count,
                                   const void *values)
 {
     if (!i)
         return fmi2Error;
     if (count > 0 && (!references || !values))
-        return refuse(i, fmi2Error, "value references and values must be given");
+        return report(i, fmi2Error, "value references and values must be given");
     for (size_t n = 0; n < count; n++)
         if (references[n] >= COMPONENT.variable_count)
-            return refuse(i, fmi2Error, "value reference %u: there is no such variable",
+            return report(i, fmi2Error, "value reference %u: there is no such variable",
                           references[n]);
     const fmi2Status status = check_readable(i);
     return status == fmi2OK ? update_outputs(i) : status;
@@ -72,7 +75,7 @@ fmi2Status fmi2GetString(fmi2Component c, const fmi2ValueReference r[], size_t c
     (void)r, (void)values;
     if (!c)
         return fmi2Error;
-    return count == 0 ? fmi2OK : refuse(c, fmi2Error, "no variable is of type String");
+    return count == 0 ? fmi2OK : report(c, fmi2Error, "no variable is of type String");
 }
 
 static const char *const KIND_NAMES[] = {"Real", "Integer", "Boolean"};
@@ -81,41 +84,41 @@ static const char *const KIND_NAMES[] = {"Real", "Integer", "Boolean"};
 static fmi2Status check_settable(Instance *i, fmi2ValueReference reference, Kind kind, double value)
 {
     if (reference >= COMPONENT.variable_count)
-        return refuse(i, fmi2Error, "value reference %u: must be from 0 to %u", reference,
+        return report(i, fmi2Error, "value reference %u: must be from 0 to %u", reference,
                       COMPONENT.variable_count - 1);
     const Variable *v = COMPONENT.variables + reference;
     const Phase phase = i->s.phase;
     if (!is_settable(v))
-        return refuse(i, fmi2Error, "%s is an output and cannot be set", v->name);
+        return report(i, fmi2Error, "%s is an output and cannot be set", v->name);
     if (v->kind != kind)
-        return refuse(i, fmi2Error, "%s is of type %s, not %s", v->name, KIND_NAMES[v->kind],
+        return report(i, fmi2Error, "%s is of type %s, not %s", v->name, KIND_NAMES[v->kind],
                       KIND_NAMES[kind]);
     int is_fixed = v->role == PARAMETER && phase != INSTANTIATED && phase != INITIALIZATION;
     const int may_update =
         phase != INTERMEDIATE || (i->wants_inputs && i->is_updated[reference]);
     if (is_fixed || phase == TERMINATED || !may_update)
-        return refuse(i, fmi2Error, "%s cannot be set %s", v->name, phase_name(i));
+        return report(i, fmi2Error, "%s cannot be set %s", v->name, phase_name(i));
     if (kind != REAL)
         return fmi2OK;
     if (!isfinite(value))
-        return refuse(i, fmi2Discard, "%s = %s: not a finite number; must be %s", v->name,
+        return report(i, fmi2Discard, "%s = %s: not a finite number; must be %s", v->name,
                       isnan(value) ? "nan" : value > 0.0 ? "inf" : "-inf", v->allowed);
     if (value > v->upper || value < v->lower)
-        return refuse(i, fmi2Discard, "%s = %g: must be %s", v->name, value, v->allowed);
+        return report(i, fmi2Discard, "%s = %g: must be %s", v->name, value, v->allowed);
     const int is_initial = phase == INSTANTIATED || phase == INITIALIZATION;
     const int is_checked = COMPONENT.check_input && !is_initial;
     const char *reason = is_checked ? COMPONENT.check_input(i, reference, value) : NULL;
-    return reason ? refuse(i, fmi2Discard, "%s", reason) : fmi2OK;
+    return reason ? report(i, fmi2Discard, "%s", reason) : fmi2OK;
 }
 
-/* Set all values or none. */
+/* Set all values or none, from `reals` or `integers`; the other one is NULL. */
 static fmi2Status set_values(Instance *i, const fmi2ValueReference *r, size_t count, Kind kind,
                              const fmi2Real *reals, const int *integers)
 {
     if (!i)
         return fmi2Error;
     if (count > 0 && (!r || (!reals && !integers)))
-        return refuse(i, fmi2Error, "value references and values must be given");
+        return report(i, fmi2Error, "value references and values must be given");
     fmi2Status worst = fmi2OK;
     for (size_t n = 0; n < count; n++) {
         fmi2Status status = check_settable(i, r[n], kind, reals ? reals[n] : integers[n]);
@@ -161,5 +164,5 @@ fmi2Status fmi2SetString(fmi2Component c, const fmi2ValueReference r[], size_t c
     (void)r, (void)values;
     if (!c)
         return fmi2Error;
-    return count == 0 ? fmi2OK : refuse(c, fmi2Error, "no variable is of type String");
+    return count == 0 ? fmi2OK : report(c, fmi2Error, "no variable is of type String");
 }

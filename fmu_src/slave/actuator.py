@@ -19,13 +19,14 @@ from .actuator_variables import ACTUATOR_SUMMARY, ACTUATOR_TABLE
 from .experiment import Experiment
 from .instance import Instance
 
+# Value references of the variables.
 _COMMAND, _FEEDBACK, _TAU, _GAIN, _F_START, _F, _RATE = (
     ACTUATOR_TABLE.references[name]
     for name in ("command", "P", "tau", "gain", "F_start", "F", "F_rate")
 )
-# Remedies for a preload that overflows, by whether the contact force is fed back.
-_SMALLER_COMMAND: Final = ("a smaller command",)
-_SMALLER_FEEDBACK: Final = (*_SMALLER_COMMAND, "a smaller gain", "a smaller contact force")
+# Remedies for a preload that overflows: without and with feedback of the contact force.
+_REMEDIES: Final = ("a smaller command",)
+_FEEDBACK_REMEDIES: Final = (*_REMEDIES, "a smaller gain", "a smaller contact force")
 
 
 class ActuatorState(NamedTuple):
@@ -55,7 +56,7 @@ class BrakeActuator(Instance):
         if not math.isfinite(force):
             raise ComputationError(
                 f"the preload grows beyond the floating-point range at t = {end:.6g} s",
-                advise_one_of(_SMALLER_FEEDBACK if self._values[_GAIN] > 0.0 else _SMALLER_COMMAND),
+                advise_one_of(_FEEDBACK_REMEDIES if self._values[_GAIN] > 0.0 else _REMEDIES),
             )
         self._state = ActuatorState(end, force)
 
@@ -64,6 +65,7 @@ class BrakeActuator(Instance):
         self._values[_RATE] = (self._target_force() - self._state.F) / self._values[_TAU]
 
     def _target_force(self) -> float:
+        # The preload that the actuator approaches under constant inputs, N.
         values = self._values
         return values[_COMMAND] + values[_GAIN] * (values[_COMMAND] - values[_FEEDBACK])
 

@@ -1,4 +1,4 @@
-"""The table of variables of the brake actuator."""
+"""The FMU variables of the brake actuator, and what each depends on."""
 
 from typing import Final
 

@@ -1,4 +1,4 @@
-"""The experiment that a host sets up: times, tolerance, and valid communication steps."""
+"""The experiment of FMI that a host sets up: start time, stop time, tolerance; checks of steps."""
 
 import math
 from collections.abc import Callable
@@ -8,7 +8,7 @@ from fivtui.model.errors import InputError
 from fivtui.model.numbers import Interval, parse_number
 from fivtui.taylor.stepper import DEFAULT_TOL, TOL_RANGE
 
-# Accepted difference between the times of host and FMU: absolute, s, and relative.
+# Hosts add up their times with rounding errors: accepted differences, absolute, s, and relative.
 TIME_TOLERANCE: Final = 1e-9
 _RELATIVE_TIME_TOLERANCE: Final = 2.0**-50
 
@@ -28,10 +28,10 @@ class Experiment(NamedTuple):
         tol: float | None,
         warn: Callable[[str], None],
     ) -> Self:
-        """An experiment from the values of a host, in s.
+        """Check the times, s, and the tolerance that a host sets.
 
-        If `tol` is None, the tolerance is `DEFAULT_TOL`; if it is out of range, the nearest valid
-        one, and `warn` is called with a line of text. Raises `InputError` if a value is not a
+        If `tol` is None, the tolerance is `DEFAULT_TOL`. If it is out of range, the nearest valid
+        one is used, and `warn` is called with a message. Raises `InputError` if a value is not a
         number or a time is out of range.
         """
         start = parse_number("start time", start_time, "a finite number of seconds")

@@ -1,8 +1,8 @@
-"""FMI 2.0 co-simulation of a component, as pythonfmu calls it.
+"""An instance of a Python FMU for co-simulation, FMI 2.0, as pythonfmu's wrapper calls it.
 
-The wrapper passes no exceptions to the host, and no status except that of `do_step`. So every entry
-point catches exceptions, logs them and leaves the state unchanged; the next `do_step` fails if an
-earlier call was refused.
+The host calls the wrapper, a library in C, which calls the methods of the instance. The wrapper
+passes no exceptions to the host, and no status except that of `do_step`. So every method catches
+exceptions, logs them and leaves the state unchanged; after such a refusal the next `do_step` fails.
 """
 
 import atexit
@@ -32,13 +32,15 @@ from .variable import Role, Type, VariableTable
 _Method = TypeVar("_Method", bound=Callable[..., Any])
 # Python prints warnings and errors to standard error unless the host adds a handler.
 LOGGER: Final = "fivtui.fmu"
+# Greatest numbers of printed messages and of different logged texts, per instance.
 _PRINT_LIMIT: Final = 20
 _TEXT_LIMIT: Final = 1000
 _MUTED_TEXT: Final = "further messages are not printed; enable the FMU's debug logging to see them"
 _OVERFLOW_TEXT: Final = f"refused; only the first {_TEXT_LIMIT} different messages are logged"
-# Paths of the wrapper's libraries: open handles would keep the host from unloading them. At exit
-# the wrapper destroys its counter of interpreter uses, then decrements it in freed memory, which
-# may abort the host. Calling its exported release function before that is safe, even repeatedly.
+# Paths of the wrapper's libraries, which are released when the interpreter ends. At exit the
+# wrapper destroys its counter of interpreter uses, then decrements it in freed memory, which may
+# abort the host. Its release function, called before that, prevents this. Open handles in place of
+# paths would keep the host from unloading the libraries.
 _libraries: Final[set[str]] = set()
 # pythonfmu has no enumerations; the model description turns integers into them.
 _VARIABLE_CLASSES: Final = {
@@ -47,7 +49,7 @@ _VARIABLE_CLASSES: Final = {
     Type.ENUMERATION: Integer,
     Type.BOOLEAN: Boolean,
 }
-# Calls that only read or step: the next step does not report their refusal again.
+# Methods whose refusal does not make the next step fail: they only read or step.
 _REPORTED_ONCE: Final = {
     "_compute_step",
     "get_real",
@@ -59,10 +61,10 @@ _REPORTED_ONCE: Final = {
 
 
 def refuse_on_error(fallback: Callable[..., object]) -> Callable[[_Method], _Method]:
-    """Make an entry point call ``self.refuse(call, reason)`` instead of raising an exception.
+    """Decorate a method: instead of raising an exception, it refuses the call.
 
-    It then returns `fallback(*args)`. `reason` is the message of an `InputError` or
-    `ComputationError`, else a traceback.
+    It then calls ``self.refuse(name, reason)`` and returns `fallback(*args)`. The reason is the
+    message of an `InputError` or `ComputationError`, else a traceback.
     """
 
     def decorate(method: _Method) -> _Method:
@@ -83,14 +85,14 @@ def refuse_on_error(fallback: Callable[..., object]) -> Callable[[_Method], _Met
 
 
 def return_none(*_: object) -> None:
-    """Return None: the fallback of calls without a result."""
+    """The fallback of methods without a result."""
 
 
 class MessageLog:
-    """Texts of one instance for the host's log, which are also printed to standard error.
+    """The messages of one instance, for the host's log and on standard error.
 
-    Hosts show the log only if debug logging is on. The wrapper never frees a logged text, so the
-    number of different texts is limited, and equal texts are one object.
+    Hosts show the log only if debug logging is on, so messages are printed too. The wrapper never
+    frees a logged text, so the number of different texts is limited, and equal texts share memory.
     """
 
     def __init__(self, instance: str) -> None:
@@ -122,11 +124,11 @@ class MessageLog:
 
 
 def release_at_exit(resources: str | None) -> None:
-    """Release the wrapper's libraries that are still loaded when the interpreter ends.
+    """Register the release of the wrapper's libraries when the interpreter ends.
 
-    Their folder is beside the FMU's folder of resources.
+    The libraries are in a folder beside the FMU's folder of resources.
     """
-    # An interpreter without arguments is embedded in a host: the wrapper releases it in time.
+    # An interpreter without arguments is embedded in a host, where the wrapper ends it itself.
     if resources is None or sys.platform != "linux" or not sys.orig_argv:
         return
     if not _libraries:
@@ -145,10 +147,11 @@ def _release(load_library: Any) -> None:
 
 
 class Instance(Fmi2Slave):  # type: ignore[misc]
-    """One instance of a component, whose variables are `TABLE`.
+    """Base of the instances of all components.
 
-    `description` is one sentence on the model, `default` its default experiment, `kwargs` are the
-    arguments that the wrapper passes.
+    `TABLE` are the variables of the component; a value reference is an index in it. `description`
+    is one sentence on the model, `default` its default experiment, `kwargs` are the arguments that
+    the wrapper passes.
     """
 
     TABLE: ClassVar[VariableTable]
@@ -166,13 +169,20 @@ class Instance(Fmi2Slave):  # type: ignore[misc]
         table = self.TABLE
         self._phase = Phase.INSTANTIATED
         self._experiment: Experiment | None = None
+        # Values of all variables by value reference.
         self._values: dict[int, float | bool] = {}
+        # Whether the motion must begin anew from the values.
         self._needs_motion = True
         # Times, s: current, of the outputs, and up to which steps take the fast path.
         self._t, self._output_time, self._fast_until = 0.0, 0.0, -math.inf
+        # Reasons of refusals since the last step, by value reference or name of the method.
         self._refused: dict[int | str, str] = {}
         self._message_log = MessageLog(self.instance_name)
-        self._nan_outputs = {r: math.nan for r, v in enumerate(table.variables) if not v.settable}
+        self._nan_outputs = {
+            reference: math.nan
+            for reference, variable in enumerate(table.variables)
+            if not variable.settable
+        }
         for reference, variable in enumerate(table.variables):
             self._values[reference] = variable.start
             self.register_variable(
@@ -222,10 +232,10 @@ class Instance(Fmi2Slave):  # type: ignore[misc]
         """A state of the motion from JSON data."""
 
     def refuse(self, call: int | str, reason: str) -> None:
-        """Log why a call is refused; unless it reads or steps, the next step reports it again.
+        """Log why a call is refused, and unless it only reads or steps, make the next step fail.
 
-        `call` is the value reference of a refused value or the name of a call, `reason` a line or a
-        traceback.
+        `call` is the value reference of a refused value or the name of a method, `reason` a line or
+        a traceback.
         """
         if call not in _REPORTED_ONCE:
             self._refused[call] = reason
@@ -276,7 +286,7 @@ class Instance(Fmi2Slave):  # type: ignore[misc]
     def do_step(self, current_time: float, step_size: float) -> bool:
         """Advance by one communication step, s; return False if the step is refused."""
         # Fast path: most steps end within a Taylor step, and need no computation until outputs are
-        # read. The decorator is not needed: the wrapper passes floats, so nothing here can raise.
+        # read. Nothing here can raise an exception, because the wrapper passes floats.
         t, end = self._t, current_time + step_size
         if (
             t < end < self._fast_until

@@ -8,8 +8,10 @@ from fivtui.model.errors import InputError
 
 from .experiment import Experiment
 
-# Identifies the build of the FMU: the name of the bundled package is a hash of its content.
+# Identifies the sources of the FMU: inside it, the top package has a name with their hash.
 _BUILD: Final = __name__.partition(".")[0]
+# Length of the CRC-32 before the JSON text, in hexadecimal digits.
+_CHECKSUM_SIZE: Final = 8
 _DAMAGED: Final = "the serialised FMU state is damaged"
 
 
@@ -35,7 +37,7 @@ class InstanceState(NamedTuple):
 
 
 def to_bytes(state: InstanceState, to_json: Callable[[Any], Any]) -> bytes:
-    """Serialise a state: a checksum and JSON, from which floats read back bit for bit."""
+    """Serialise a state: eight hexadecimal digits of a checksum, then JSON with exact floats."""
     # Imported late: few hosts need it, and a host's search path may hide it.
     import json
     import zlib
@@ -53,7 +55,7 @@ def from_bytes(data: bytes, from_json: Callable[[Any], Any]) -> InstanceState:
     import json
     import zlib
 
-    checksum, text = data[:8], data[8:]
+    checksum, text = data[:_CHECKSUM_SIZE], data[_CHECKSUM_SIZE:]
     if checksum != b"%08x" % zlib.crc32(text):
         raise InputError(_DAMAGED)
     try:

@@ -1,7 +1,8 @@
-"""The motion of the slider between communication points, where inputs may change.
+"""The motion of the slider in co-simulation; inputs may change at communication points.
 
-A Taylor step covers many communication steps. Its polynomial is used until its end or a change of
-inputs, so the result does not depend on the communication points.
+A Taylor step usually covers many communication steps. Its polynomial, the segment, is used until
+its end or a change of inputs, so the result does not depend on the communication points. `values`
+are the values of the FMU's variables by value reference.
 """
 
 from collections.abc import Mapping
@@ -27,41 +28,48 @@ from .variable import Role
 from .variables import REFERENCES, STATES, VARIABLES
 
 Values = Mapping[int, float | bool]
-# Limit of Taylor steps per communication step: about 15 s of CPU time.
+# Limit of Taylor steps per communication step, which take about 15 s of CPU time.
 _MAX_STEPS: Final = 500_000
 _BELT_NAMES: Final = ("v_belt", "mu_s", "v_s")
-_FIXED_REFERENCES: Final = [r for r, v in enumerate(VARIABLES) if v.role is Role.PARAMETER]
+_FIXED_REFERENCES: Final = [
+    reference for reference, variable in enumerate(VARIABLES) if variable.role is Role.PARAMETER
+]
 
 
 class MotionState(NamedTuple):
-    """State of the motion at a communication point `t`, immutable.
+    """State of the motion at a communication point, immutable."""
 
-    `F`, `mu` and `v_belt` (None where the slider always slides) are the inputs up to `t`.
-    `switches` counts all changes of the mode, `sticks` the changes to stick, a start in stick
-    included; `last_event` is the time of the last change, or the start time. `segment` contains
-    `t`, or is None just after a change of inputs; `stepper` is the integrator at its end.
-    """
-
+    # Time, s; state (x, ẋ, y, ẏ), m and m/s; mode.
     t: float
     state: State
     mode: Mode
+    # Inputs up to `t`; `v_belt` is None on a belt that is always faster than the slider.
     F: float
     mu: float
     v_belt: float | None
+    # Numbers of changes of the mode so far: to and from separation, all, and to stick, which
+    # includes a start in stick. Time of the last change, or the start time, s.
     separations: int
     reattachments: int
     switches: int
     sticks: int
     last_event: float
+    # The integrator at the end of the segment that contains `t`; the segment is None just after a
+    # change of inputs.
     stepper: StepperSnapshot
     segment: Segment | None
+
+
+# Fields of a `MotionState` between `state` and `segment`.
+_MODE_TO_STEPPER: Final = slice(2, -1)
 
 
 class SliderBeltMotion:
     """A motion computed step by step, with inputs held over each communication step.
 
-    The initial inputs F, μ and v_belt are those of `p`. `docs/explanation/tolerance.md` defines the
-    accuracy of `tol`. `current` is the state of the motion.
+    `p` are the parameters, including the initial inputs F, μ and v_belt; with `separation` the
+    slider may leave the belt. `docs/explanation/tolerance.md` defines the accuracy of `tol`. The
+    attribute `current` is the state at the last communication point.
     """
 
     def __init__(
@@ -78,7 +86,7 @@ class SliderBeltMotion:
         )
 
     def state_at(self, t: float) -> State:
-        """The state at a time up to `computed_until`, s, without advancing the motion."""
+        """Evaluate the state at a time up to `computed_until`, s; the motion does not advance."""
         current = self.current
         if t == current.t or current.segment is None:
             return current.state
@@ -94,7 +102,7 @@ class SliderBeltMotion:
         """
         p, mode = self._p, self.current.mode
         if p.v_belt is None:
-            # Reading outputs spends most time here.
+            # The fast path, without a copy of the parameters: hosts read outputs often.
             if F != p.F or mu != p.mu:
                 p = p.with_values({"F": F, "mu": mu})
             return mode, mu * force, accelerations(p, state, mode)
@@ -102,15 +110,16 @@ class SliderBeltMotion:
             p = self._replace_inputs(F, mu, v_belt)
             state = self._project_on_switch(state, p)
             mode = mode_of(p, state, separation=self._separation)
+        # Adding zero turns -0.0 into 0.0.
         return mode, friction_force(p, state, mode) + 0.0, accelerations(p, state, mode)
 
     def contact_force(self, y: float) -> float:
-        """Contact force P, N, at a height y, m, in the current mode."""
+        """Contact force P, N, at a height y, m, in the current mode; never -0.0."""
         return contact_force(self._p, y, self.current.mode) + 0.0
 
     @property
     def computed_until(self) -> float:
-        """Time, s, up to which the motion under the same inputs is computed."""
+        """Time, s, up to which the motion is computed if its inputs do not change."""
         segment = self.current.segment
         return self.current.t if segment is None else segment.end
 
@@ -163,8 +172,8 @@ class SliderBeltMotion:
         return (x, self._p.v_belt or 0.0, y, vy)
 
     def _project_on_switch(self, state: State, p: Parameters) -> State:
-        # New parameters begin at a state that may violate the guard of the mode by rounding: move
-        # such a state onto the switch.
+        # By rounding, a state may lie slightly beyond the end of its mode, where new inputs would
+        # begin in another mode: move such a state onto the switch.
         x, vx, y, vy = state
         mode, speed = self.current.mode, self._p.v_belt or 0.0
         if mode is Mode.FORWARD:
@@ -197,10 +206,11 @@ class SliderBeltMotion:
         if state is None:
             state = self._with_belt_speed(segment.state(t), current.mode)
         # Constructed directly for speed: most communication steps do only this.
-        self.current = MotionState(t, state, *current[2:-1], segment)
+        self.current = MotionState(t, state, *current[_MODE_TO_STEPPER], segment)
 
 
 def _count_switch(current: MotionState, mode: Mode, t: float) -> MotionState:
+    # The state with a new mode from the time t on, and updated counts.
     if mode is current.mode:
         return current
     separates, reattaches = mode not in IN_CONTACT, current.mode not in IN_CONTACT
@@ -215,7 +225,7 @@ def _count_switch(current: MotionState, mode: Mode, t: float) -> MotionState:
 
 
 def start_state(values: Values) -> State:
-    """The state (x, ẋ, y, ẏ) at the start, m and m/s, from values by value reference.
+    """The state (x, ẋ, y, ẏ) at the start, m and m/s.
 
     Raises `ComputationError` if the start is static and there is no equilibrium.
     """
@@ -226,14 +236,14 @@ def start_state(values: Values) -> State:
 
 
 def new_motion(values: Values, state: State, *, t: float, tol: float) -> SliderBeltMotion:
-    """Create a motion from a state, with parameters, inputs and separation from the values."""
+    """Create a motion that begins at a time, s, in a state, with the parameters in the values."""
     return SliderBeltMotion(
         build_parameters(values), state, t=t, separation=has_separation(values), tol=tol
     )
 
 
 def fixed_values(values: Values) -> list[float]:
-    """The values of the fixed parameters; motions with equal values can exchange their states."""
+    """Values of the fixed parameters; motions with equal ones can exchange their states."""
     return [values[reference] for reference in _FIXED_REFERENCES]
 
 

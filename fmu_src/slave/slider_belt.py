@@ -1,4 +1,4 @@
-"""The slider-belt model for co-simulation."""
+"""The instance of the slider-belt model in the Python FMU, for co-simulation."""
 
 from dataclasses import astuple
 from typing import Any
@@ -25,6 +25,7 @@ from .motion import (
 from .variable import Type
 from .variables import INPUTS, REFERENCES, SLIDER_BELT_TABLE, STATES, SUMMARY
 
+# Value references of the variables.
 _F, _MU, _V_BELT = (REFERENCES[name] for name in INPUTS)
 _X, _VX, _Y, _VY = (REFERENCES[name] for name in STATES)
 _P, _FRICTION_SLIDER, _FRICTION_BELT, _SWITCHING, _AX, _AY = (
@@ -68,14 +69,15 @@ class SliderBeltInstance(Instance):
     def _store_outputs(self) -> None:
         motion, values = self._motion, self._values
         current, state = motion.current, motion.state_at(self._t)
-        force = motion.contact_force(state[2])
+        x, vx, y, vy = state
+        force = motion.contact_force(y)
         mode, friction, accelerations = motion.friction_and_accelerations(
             state, force, F=values[_F], mu=values[_MU], v_belt=values[_V_BELT]
         )
-        # Assigned one by one for speed: reading outputs spends most time here.
-        values[_X], values[_VX], values[_Y], values[_VY] = state
+        # Assigned separately for speed: reading outputs spends most time here.
+        values[_X], values[_VX], values[_Y], values[_VY] = x, vx, y, vy
         values[_P], values[_FRICTION_SLIDER], values[_FRICTION_BELT] = force, friction, -friction
-        values[_SWITCHING] = state[2]
+        values[_SWITCHING] = y
         values[_AX], values[_AY] = accelerations
         values[_MODE] = values[_MODE_INTEGER] = values[_MODE_ENUMERATION] = mode
         values[_SEPARATIONS], values[_REATTACHMENTS] = current.separations, current.reattachments

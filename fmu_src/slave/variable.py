@@ -1,4 +1,4 @@
-"""A variable of an FMU (name, type, range, meaning), and the table of all variables."""
+"""Variables of an FMU as FMI describes them: name, type, causality, range and dependencies."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -22,7 +22,7 @@ class Type(StrEnum):
 
 
 class Role(StrEnum):
-    """FMI causality of a variable."""
+    """FMI causality of a variable: what a host may do with it."""
 
     PARAMETER = "parameter"
     INPUT = "input"
@@ -47,12 +47,13 @@ class Variable:
     upper: float = math.inf
     # Typical size.
     nominal: float | None = None
-    # Whether it changes only at switches.
+    # Whether it changes only where the mode changes.
     discrete: bool = False
-    # Inputs that an output depends on directly, at a communication point.
+    # Inputs that an output depends on at the same time.
     depends_on: Sequence[str] = ()
     # Parameters and inputs that the initial value depends on.
     start_depends_on: Sequence[str] = ()
+    # Name of the state that this variable is the derivative of; empty if none.
     derivative_of: str = ""
     # States and inputs that the derivative of a state depends on.
     rate_depends_on: Sequence[str] = ()
@@ -95,7 +96,7 @@ class Variable:
 
     def check(self, value: object) -> float | bool:
         """Return a valid value as a float or bool; `InputError` if it is out of range."""
-        # Fast path for most calls.
+        # Fast path: most values are floats in the range.
         if isinstance(value, float) and self.lower <= value <= self.upper and math.isfinite(value):
             return value
         if self.type is Type.BOOLEAN:
@@ -110,7 +111,9 @@ class VariableTable:
 
     def __init__(self, variables: Sequence[Variable]) -> None:
         self.variables: tuple[Variable, ...] = tuple(variables)
-        self.references: Mapping[str, int] = {v.name: i for i, v in enumerate(self.variables)}
+        self.references: Mapping[str, int] = {
+            variable.name: index for index, variable in enumerate(self.variables)
+        }
 
     def check_settable(self, reference: int, kind: Type, value: object) -> float | bool:
         """Check a value that a host sets by an FMI call of type `kind`.

@@ -1,4 +1,7 @@
-"""The table of variables of the slider-belt model."""
+"""The FMU variables of the slider-belt model, and what each depends on.
+
+FMI asks for these dependencies; they are given as names of variables.
+"""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -25,7 +28,7 @@ _EQUILIBRIUM: Final = ("k1", "k2", "k3", "k_nl", "F", "separation")
 # Variables that friction depends on: on a belt of finite speed, and on any belt.
 _BELT: Final = ("finite_belt", "v_belt", "mu_s")
 _FRICTION: Final = ("c1", "mu", *_BELT)
-# Variables that the initial position, contact force and mode depend on.
+# Variables on which the initial position, contact force and mode depend.
 _STATIC_START: Final = ("start_static", *_EQUILIBRIUM)
 _INITIAL_FORCE: Final = (*_STATIC_START, *_START_NAMES)
 _INITIAL_MODE: Final = (*_INITIAL_FORCE, *_FRICTION, "m", "c2")
@@ -86,7 +89,8 @@ def _output(
     role: Role = Role.OUTPUT,
     **properties: Any,
 ) -> Variable:
-    # Meaning and unit default to those of the trajectory column.
+    # `initial_names` are the variables on which the initial value depends. Meaning and unit default
+    # to those of the trajectory column of the same name.
     if name in _COLUMNS:
         meaning, unit = _COLUMNS[name].meaning, _COLUMNS[name].unit
     nominal = _NOMINAL[unit]
@@ -126,7 +130,8 @@ def _acceleration(
 
 
 def _mode(kind: Type, value_names: Sequence[str] = ()) -> Variable:
-    # Local, so that hosts do not record it by default: every type costs a call per sample.
+    # The mode again, in another type. Local, so that hosts do not record it by default: each type
+    # costs them one more call per sample.
     name = kind.value.lower()
     return Variable(
         f"mode_{name}",
