@@ -60,10 +60,6 @@ class MotionState(NamedTuple):
     segment: Segment | None
 
 
-# Fields of a `MotionState` between `state` and `segment`.
-_MODE_TO_STEPPER: Final = slice(2, -1)
-
-
 class SliderBeltMotion:
     """A motion computed step by step, with inputs held over each communication step.
 
@@ -205,8 +201,8 @@ class SliderBeltMotion:
             current = current._replace(stepper=self._stepper.snapshot, segment=segment)
         if state is None:
             state = self._with_belt_speed(segment.state(t), current.mode)
-        # Constructed directly for speed: most communication steps do only this.
-        self.current = MotionState(t, state, *current[_MODE_TO_STEPPER], segment)
+        # For speed in place of `_replace`: the fields from `mode` to `stepper` are unchanged.
+        self.current = MotionState(t, state, *current[2:-1], segment)
 
 
 def _count_switch(current: MotionState, mode: Mode, t: float) -> MotionState:
