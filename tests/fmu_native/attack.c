@@ -11,6 +11,7 @@
 #include "build.h"
 #include "fmi2Functions.h"
 #include "fmi3Functions.h"
+#include "slider_belt_table.h"
 
 #define CHECK(condition)                                                     \
     do {                                                                     \
@@ -19,9 +20,11 @@
             exit(1);                                                         \
         }                                                                    \
     } while (0)
-enum { F = 6, MU = 8, X = 15, FINITE_BELT = 31, V_BELT, MU_S, V_S, VARIABLES = 37, MAX_BYTES = 4096 };
+/* Sizes in a serialised state, bytes: before the numbers, of a number, of the checksum; its limit. */
+enum { HEAD = 48, NUMBER_SIZE = 8, CHECKSUM_SIZE = 4, MAX_BYTES = 4096 };
 static int has_finite_belt;
 
+/* State of the random numbers: the xorshift generator of Marsaglia. */
 static uint64_t random_state = 88172645463325252u;
 
 static unsigned random_below(unsigned bound)
@@ -64,7 +67,7 @@ static fmi2Component create_instance(fmi2Type type)
 
 static void choose_belt(fmi2Component c)
 {
-    const fmi2ValueReference flag = FINITE_BELT, belt_references[] = {V_BELT, MU_S, V_S};
+    const fmi2ValueReference flag = V_finite_belt, belt_references[] = {V_v_belt, V_mu_s, V_v_s};
     const double values[] = {1.0, 0.9, 0.4};
     CHECK(fmi2SetBoolean(c, &flag, 1, &has_finite_belt) == fmi2OK);
     CHECK(fmi2SetReal(c, belt_references, 3, values) == fmi2OK);
@@ -84,13 +87,13 @@ static fmi2Component create_initialized(fmi2Type type)
 static void update_checksum(fmi2Byte *bytes, size_t size)
 {
     uint32_t crc = UINT32_MAX;
-    for (size_t n = 0; n + 4 < size; n++) {
+    for (size_t n = 0; n + CHECKSUM_SIZE < size; n++) {
         crc ^= (unsigned char)bytes[n];
         for (int bit = 0; bit < 8; bit++)
             crc = (crc >> 1) ^ (crc & 1u ? UINT32_C(0xedb88320) : 0);
     }
-    for (int n = 0; n < 4; n++)
-        bytes[size - 4 + (size_t)n] = (fmi2Byte)(~crc >> 8 * n);
+    for (int n = 0; n < CHECKSUM_SIZE; n++)
+        bytes[size - CHECKSUM_SIZE + (size_t)n] = (fmi2Byte)(~crc >> 8 * n);
 }
 
 static void attack_states(int rounds)
@@ -115,28 +118,29 @@ static void attack_states(int rounds)
         CHECK(fmi2DeSerializeFMUstate(c, damaged, size, &copy) == fmi2Error);
         /* Wrong numbers with a valid checksum are refused, or cause no NaN. */
         memcpy(damaged, bytes, size);
+        const unsigned number_count = (unsigned)(size - HEAD - CHECKSUM_SIZE) / NUMBER_SIZE;
         for (unsigned remaining = 1 + random_below(4); remaining > 0; remaining--) {
             double number = extreme_number();
-            memcpy(damaged + 48 + 8 * random_below((unsigned)(size - 52) / 8), &number, 8);
+            memcpy(damaged + HEAD + NUMBER_SIZE * random_below(number_count), &number, NUMBER_SIZE);
         }
         update_checksum(damaged, size);
         if (fmi2DeSerializeFMUstate(c, damaged, size, &copy) == fmi2OK) {
-            double values[VARIABLES];
-            fmi2ValueReference all[VARIABLES];
-            for (unsigned n = 0; n < VARIABLES; n++)
+            double values[VARIABLE_COUNT];
+            fmi2ValueReference all[VARIABLE_COUNT];
+            for (unsigned n = 0; n < VARIABLE_COUNT; n++)
                 all[n] = n;
             CHECK(fmi2SetFMUstate(c, copy) == fmi2OK);
-            fmi2GetReal(c, all, VARIABLES, values);
+            fmi2GetReal(c, all, VARIABLE_COUNT, values);
             if (fmi2DoStep(c, t, 0.01, 1) == fmi2OK) {
-                CHECK(fmi2GetReal(c, all, VARIABLES, values) == fmi2OK);
-                for (unsigned n = 0; n < VARIABLES; n++)
+                CHECK(fmi2GetReal(c, all, VARIABLE_COUNT, values) == fmi2OK);
+                for (unsigned n = 0; n < VARIABLE_COUNT; n++)
                     CHECK(!isnan(values[n]));
             }
             CHECK(fmi2FreeFMUstate(c, &copy) == fmi2OK && !copy);
             CHECK(fmi2SetFMUstate(c, state) == fmi2OK);
         }
         /* The undamaged state continues to the same bits. */
-        const fmi2ValueReference x = X;
+        const fmi2ValueReference x = V_x;
         double original, restored;
         CHECK(fmi2DeSerializeFMUstate(c, bytes, size, &copy) == fmi2OK);
         CHECK(fmi2DoStep(c, t, h, 1) == fmi2OK && fmi2GetReal(c, &x, 1, &original) == fmi2OK);
@@ -167,7 +171,7 @@ static fmi2Component create_initialized_3(void)
     return c;
 }
 
-/* A successful call returns only finite numbers. */
+/* Check that a successful call returned only finite numbers. */
 static void check_finite(int status, const double *numbers, size_t count)
 {
     for (size_t n = 0; n < count; n++)
@@ -177,7 +181,7 @@ static void check_finite(int status, const double *numbers, size_t count)
 /* Call a random function with random arguments, in any phase. */
 static void call_at_random(fmi2Component c, fmi2FMUstate *state)
 {
-    const unsigned bound = VARIABLES + 8;
+    const unsigned bound = VARIABLE_COUNT + 8;
     const fmi2ValueReference r[2] = {random_below(bound), random_below(4) ? random_below(bound) : UINT32_MAX};
     const fmi2Real reals[4] = {extreme_number(), extreme_number(), extreme_number(), extreme_number()};
     const fmi2Integer orders[2] = {(int)random_below(3), 1};
@@ -253,7 +257,7 @@ static void call_in_update(fmi3InstanceEnvironment environment, fmi3Float64 time
     CHECK(can_return && wants_inputs != get_allowed && get_allowed == finished);
     CHECK(time >= importer->last_time);
     importer->last_time = finished ? time : importer->last_time;
-    const fmi2ValueReference f = F, v = V_BELT;
+    const fmi2ValueReference f = V_F, v = V_v_belt;
     const double force = random_below(4) ? 80.0 + random_below(9) : extreme_number();
     const double speed = random_below(4) ? 1.0 + 0.1 * random_below(9) : extreme_number();
     fmi3SetFloat64(importer->c, &f, 1, &force, 1);
@@ -266,7 +270,7 @@ static void call_in_update(fmi3InstanceEnvironment environment, fmi3Float64 time
 
 static void attack_updates(int rounds, fmi3Boolean events)
 {
-    const fmi3ValueReference needed[] = {F, MU, X, V_BELT};
+    const fmi3ValueReference needed[] = {V_F, V_mu, V_x, V_v_belt};
     Importer importer = {0};
     fmi3Boolean event, stops, early, flags[5];
     double t = 0.0, reached;
@@ -314,7 +318,7 @@ static void ignore_update(fmi3InstanceEnvironment environment, fmi3Float64 time,
 /* A step that would never end is refused, with updates and without, and changes nothing. */
 static void attack_by_endless_step(fmi3IntermediateUpdateCallback update, size_t required)
 {
-    const fmi3ValueReference needed = F;
+    const fmi3ValueReference needed = V_F;
     fmi3Boolean flags[3];
     double reached;
     fmi3Instance c = fmi3InstantiateCoSimulation("attacked", SLIDER_BELT_GUID, NULL, 0, 1, 0, 1, &needed,
@@ -345,7 +349,7 @@ static long resident_pages(void)
 static void measure_memory(int steps, int instances)
 {
     fmi2Component c = create_initialized(fmi2CoSimulation);
-    const fmi2ValueReference f = F;
+    const fmi2ValueReference f = V_F;
     long before = 0;
     for (int step = 0; step < steps; step++) {
         const double force = 80.0 + step % 7;

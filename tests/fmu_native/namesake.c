@@ -8,6 +8,11 @@
 
 #include "fmi3FunctionTypes.h"
 
+/* Value reference of y. */
+#ifndef Y_REFERENCE
+#error "Y_REFERENCE must be defined"
+#endif
+
 #define NAMESAKE(name) int name(void) { exit(3); }
 NAMESAKE(fmi2SetupExperiment)
 NAMESAKE(fmi2EnterInitializationMode)
@@ -31,7 +36,7 @@ int main(int count, char **arguments)
     FMI(DoStep);
     FMI(GetFloat64);
     FMI(FreeInstance);
-    const fmi3ValueReference y = 17;
+    const fmi3ValueReference y = Y_REFERENCE;
     fmi3Boolean event, stops, early;
     double value, t;
     fmi3Instance c = InstantiateCoSimulation("belt", arguments[2], NULL, 0, 0, 0, 0, NULL, 0, NULL,

@@ -13,11 +13,11 @@ from fivtui import Parameters, simulate
 from fivtui.model import Mode, State, build_course, friction_force
 from fivtui.model.field import Rates
 from tests.support.fmu_exchange import (
-    FLOATS,
     INDICATORS,
     integrate_instance,
     model_exchange_instance,
     read,
+    write_states,
 )
 from tests.support.fmu_instance import FmuInstance
 
@@ -78,31 +78,40 @@ def test_cvode_finds_the_native_mode_changes_on_a_finite_belt(fmu: Path) -> None
     assert (run["x"][-1], run["y"][-1]) == pytest.approx((native.final.x, native.final.y), abs=1e-5)
 
 
-def set_states(instance: FmuInstance, x: float, vx: float, y: float, vy: float) -> list[float]:
-    """Set the states and handle an event; return the new mode and the indicators."""
-    states = np.array([x, y, vx, vy])
-    instance.fmi.setContinuousStates(states.ctypes.data_as(FLOATS), 4)
+def set_states(
+    instance: FmuInstance, x: float, vx: float, y: float, vy: float
+) -> tuple[float, list[float]]:
+    """Set the states and handle an event; return the new mode and the event indicators."""
+    write_states(instance.fmi, np.array([x, y, vx, vy]))
     instance.fmi.enterEventMode()
-    instance.fmi.newDiscreteStates()
+    instance.update_mode()
     instance.fmi.enterContinuousTimeMode()
-    return [*instance.get("mode"), *read(instance.fmi.getEventIndicators, INDICATORS)]
+    (mode,) = instance.get("mode")
+    return mode, read(instance.fmi.getEventIndicators, INDICATORS)
+
+
+def set_states_for_mode(instance: FmuInstance, x: float, vx: float, y: float, vy: float) -> float:
+    """Set the states and handle an event; return the new mode."""
+    mode, _ = set_states(instance, x, vx, y, vy)
+    return mode
 
 
 def test_every_guard_has_an_event_indicator_with_the_sign_of_the_mode(
     folder: Path,
 ) -> None:
     with model_exchange_instance(folder, **start_values(ALL_MODES, START)) as instance:
-        assert set_states(instance, 0.0, 1.5, -0.5, 0.1) == [Mode.FORWARD, -0.5, 0.5, 1.0, 1.0]
-        assert set_states(instance, 0.0, 2.5, -0.5, 0.1) == [Mode.BACKWARD, -0.5, -0.5, 1.0, 1.0]
-        assert set_states(instance, 0.0, 2.5, 0.5, 0.1) == [Mode.SEPARATED, 0.5, 1.0, 1.0, 1.0]
+        assert set_states(instance, 0.0, 1.5, -0.5, 0.1) == (Mode.FORWARD, [-0.5, 0.5, 1.0, 1.0])
+        assert set_states(instance, 0.0, 2.5, -0.5, 0.1) == (Mode.BACKWARD, [-0.5, -0.5, 1.0, 1.0])
+        assert set_states(instance, 0.0, 2.5, 0.5, 0.1) == (Mode.SEPARATED, [0.5, 1.0, 1.0, 1.0])
         # P = 37.5 N, f = 0.64 N + 15 N.
-        stick_values = set_states(instance, 0.0, 2.0, -0.5, 0.1)
-        assert stick_values == pytest.approx([Mode.STICK, -0.5, 1.0, 30.0 - 15.64, 30.0 + 15.64])
+        stick_mode, margins = set_states(instance, 0.0, 2.0, -0.5, 0.1)
+        assert stick_mode == Mode.STICK
+        assert margins == pytest.approx([-0.5, 1.0, 30.0 - 15.64, 30.0 + 15.64])
         # v_r is zero to rounding, and f is above or below the limit of static friction.
         for x, mode in ((0.3, Mode.FORWARD), (-0.5, Mode.BACKWARD)):
-            slip_values = set_states(instance, x, 2.0 + 1e-12, -0.5, 0.1)
-            assert slip_values[:2] == [mode, -0.5]
-            assert slip_values[2] == (1 if mode is Mode.FORWARD else -1) * np.finfo(float).tiny
+            slip_mode, (height, v_r, *_) = set_states(instance, x, 2.0 + 1e-12, -0.5, 0.1)
+            assert (slip_mode, height) == (mode, -0.5)
+            assert v_r == (1 if mode is Mode.FORWARD else -1) * np.finfo(float).tiny
             assert instance.get("vx") == [2.0]
 
 
@@ -128,9 +137,10 @@ def test_a_sliding_slider_slightly_past_the_belt_speed_sticks_at_that_speed(
 ) -> None:
     # Static friction would hold the slider in this state.
     with model_exchange_instance(folder, **start_values(ALL_MODES, START)) as instance:
-        assert set_states(instance, 0.0, first_vx, -0.5, 0.1)[0] == mode
-        assert set_states(instance, 0.0, vx, -0.5, 0.1)[0] == expected[0]
-        assert instance.get("vx") == [expected[1]]
+        assert set_states_for_mode(instance, 0.0, first_vx, -0.5, 0.1) == mode
+        expected_mode, expected_vx = expected
+        assert set_states_for_mode(instance, 0.0, vx, -0.5, 0.1) == expected_mode
+        assert instance.get("vx") == [expected_vx]
 
 
 @pytest.mark.parametrize(
@@ -141,10 +151,10 @@ def test_a_belt_speed_that_passes_the_slider_leaves_the_velocity_unchanged(
 ) -> None:
     opposite = Mode.BACKWARD if mode == "FORWARD" else Mode.FORWARD
     with model_exchange_instance(folder, **start_values(ALL_MODES, START)) as instance:
-        assert set_states(instance, 0.0, vx, -0.5, 0.1)[0] == Mode[mode]
+        assert set_states_for_mode(instance, 0.0, vx, -0.5, 0.1) == Mode[mode]
         instance.fmi.enterEventMode()
         instance.set(v_belt=speed)
-        assert instance.fmi.newDiscreteStates()[3]
+        assert instance.update_mode()
         assert instance.get("mode", "vx") == [opposite, vx]
 
 
@@ -156,7 +166,7 @@ def test_without_a_finite_belt_its_event_indicators_stay_at_one(folder: Path) ->
 def test_the_belt_speed_may_change_during_stick_only_in_event_mode(folder: Path) -> None:
     with model_exchange_instance(folder, **start_values(ALL_MODES, START)) as instance:
         fmi = instance.fmi
-        assert set_states(instance, 0.0, 2.0, -0.5, 0.1)[0] == Mode.STICK
+        assert set_states_for_mode(instance, 0.0, 2.0, -0.5, 0.1) == Mode.STICK
         instance.set(v_belt=2.0)
         with pytest.raises(FMICallException, match="discard"):
             instance.set(v_belt=2.1)
@@ -164,7 +174,7 @@ def test_the_belt_speed_may_change_during_stick_only_in_event_mode(folder: Path)
         assert instance.get("v_belt", "mode") == [2.0, Mode.STICK]
         fmi.enterEventMode()
         instance.set(v_belt=2.1)
-        assert fmi.newDiscreteStates()[3]
+        assert instance.update_mode()
         assert instance.get("mode", "vx") == [Mode.FORWARD, 2.0]
         fmi.enterContinuousTimeMode()
         instance.set(v_belt=2.2)
@@ -186,12 +196,12 @@ def test_directional_derivatives_agree_with_differences_in_every_mode(
     folder: Path, mode: Mode
 ) -> None:
     x, vx, y, vy = STATES_BY_MODE[mode]
+    # Values of KNOWNS: states and inputs.
     base_values = np.array([x, y, vx, vy, 80.0, 0.7, 2.0])
 
     def outputs_at(change: Any) -> Any:
-        states = base_values[:4] + change[:4]
-        instance.fmi.setContinuousStates(states.ctypes.data_as(FLOATS), 4)
-        F, mu, speed = base_values[4:] + change[4:]
+        states, (F, mu, speed) = np.split(base_values + change, [len(ORDER)])
+        write_states(instance.fmi, states)
         instance.fmi.enterEventMode()
         instance.set(F=F, mu=mu, v_belt=speed)
         outputs = np.array(instance.get(*UNKNOWNS))
@@ -199,13 +209,13 @@ def test_directional_derivatives_agree_with_differences_in_every_mode(
         return outputs
 
     with model_exchange_instance(folder, **start_values(ALL_MODES, START)) as instance:
-        assert set_states(instance, x, vx, y, vy)[0] == mode
+        assert set_states_for_mode(instance, x, vx, y, vy) == mode
         references = [[instance.references[n] for n in names] for names in (UNKNOWNS, KNOWNS)]
         rng = np.random.default_rng(1)
         # Each known variable alone, then all of them together.
-        for direction in (*np.eye(7), rng.normal(size=7)):
+        for direction in (*np.eye(len(KNOWNS)), rng.normal(size=len(KNOWNS))):
             difference = (outputs_at(1e-5 * direction) - outputs_at(-1e-5 * direction)) / 2e-5
-            outputs_at(np.zeros(7))
+            outputs_at(np.zeros(len(KNOWNS)))
             exact = instance.fmi.getDirectionalDerivative(*references, direction.tolist())
             assert exact == pytest.approx(difference, rel=1e-6, abs=1e-6)
 
@@ -275,21 +285,21 @@ def test_input_ramps_give_the_motion_of_native_tables(
             instance.slope(F=rates.F, mu=rates.mu, v_belt=rates.v_belt)
             records.append((p, rates, instance.get(*STATES, "mode", "friction_slider", "ax")))
             instance.step(step)
-        values = instance.get(*STATES, "separations", "switches", "sticks", "mode")
+        state = instance.get(*STATES)
+        counts = instance.get("separations", "switches", "sticks", "mode")
     run = simulate(Parameters(**settings), t_end=10.0, over_time=TABLES)
     events = run.events
-    counts = [events.separations, sum(events.transitions.values()), events.sticks]
-    assert values[:4] == pytest.approx(run.final[1:], abs=1e-9)
-    assert values[4:] == [*counts, run.mode_changes[-1].then]
-    assert min(counts) > 0
+    native_counts = [events.separations, sum(events.transitions.values()), events.sticks]
+    final = run.final
+    assert state == pytest.approx([final.x, final.vx, final.y, final.vy], abs=1e-9)
+    assert counts == [*native_counts, run.mode_changes[-1].then]
+    assert min(native_counts) > 0
     modes = set()
-    for p, rates, (*state, mode, friction, ax) in records:
-        current_mode, state_values = Mode(int(mode)), (state[0], state[1], state[2], state[3])
-        modes.add(current_mode)
-        assert friction == pytest.approx(
-            friction_force(p, state_values, current_mode, rates), abs=1e-9
-        )
-        assert current_mode is not Mode.STICK or ax == rates.v_belt
+    for p, rates, (x, vx, y, vy, mode_number, friction, ax) in records:
+        mode = Mode(int(mode_number))
+        modes.add(mode)
+        assert friction == pytest.approx(friction_force(p, (x, vx, y, vy), mode, rates), abs=1e-9)
+        assert mode is not Mode.STICK or ax == rates.v_belt
     assert Mode.STICK in modes
 
 
@@ -346,7 +356,8 @@ def test_a_state_saved_on_a_ramp_in_stick_continues_with_the_same_bits(folder: P
             assert source.get(*names) == restored.get(*names)
             restored.fmi.freeFMUstate(copy)
             source.fmi.freeFMUstate(saved)
-        assert source.get("sticks")[0] > 1.0
+        (sticks,) = source.get("sticks")
+        assert sticks > 1.0
 
 
 def test_the_step_size_does_not_change_the_bits_of_the_results(folder: Path) -> None:

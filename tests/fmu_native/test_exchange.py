@@ -21,6 +21,7 @@ from tests.support.fmu_exchange import (
     integrate_instance,
     model_exchange_instance,
     read,
+    write_states,
 )
 from tests.support.fmu_instance import FmuInstance
 
@@ -52,11 +53,11 @@ def test_an_importer_that_restarts_only_on_request_finds_the_native_switches(fol
     native = simulate(t_end=20.0)
     with model_exchange_instance(folder) as instance:
         state = integrate_instance(instance, 20.0)
-        counts = instance.get("separations", "reattachments", "last_event")
+        *counts, last_event = instance.get("separations", "reattachments", "last_event")
     final = native.final
     assert state == pytest.approx([final.x, final.y, final.vx, final.vy], abs=1e-7)
-    assert counts[:2] == [native.events.separations, native.events.reattachments]
-    assert counts[2] == pytest.approx(native.events.last, abs=1e-8)
+    assert counts == [native.events.separations, native.events.reattachments]
+    assert last_event == pytest.approx(native.events.last, abs=1e-8)
 
 
 @pytest.mark.parametrize("scale", [1e-9, 1.0, 1e7])
@@ -66,24 +67,24 @@ def test_the_tolerance_of_a_switch_scales_with_the_motion(folder: Path, scale: f
     for y, vy, mode in cases:
         with model_exchange_instance(folder, F=80.0 * scale, k_nl=0.0) as instance:
             states = np.array([0.1, y, 0.0, vy]) * scale
-            instance.fmi.setContinuousStates(states.ctypes.data_as(FLOATS), 4)
+            write_states(instance.fmi, states)
             instance.fmi.enterEventMode()
             before = instance.get("mode")
-            changed = instance.fmi.newDiscreteStates()[3]
+            changed = instance.update_mode()
             assert instance.get("mode") == [mode]
-            assert bool(changed) == (before != [mode])
+            assert changed == (before != [mode])
 
 
 def test_at_a_switch_y_is_zero_and_the_indicator_is_on_the_side_of_the_mode(folder: Path) -> None:
     with model_exchange_instance(folder) as instance:
         states = np.array([3.0, -1e-14, 1.0, 2.0])
-        instance.fmi.setContinuousStates(states.ctypes.data_as(FLOATS), 4)
+        write_states(instance.fmi, states)
         assert read(instance.fmi.getEventIndicators, INDICATORS) == [-1e-14, 1.0, 1.0, 1.0]
         instance.fmi.enterEventMode()
-        assert instance.fmi.newDiscreteStates()[3]
-        assert read(instance.fmi.getContinuousStates, 4) == [3.0, 0.0, 1.0, 2.0]
+        assert instance.update_mode()
+        assert read(instance.fmi.getContinuousStates, len(STATES)) == [3.0, 0.0, 1.0, 2.0]
         assert 0.0 < read(instance.fmi.getEventIndicators, INDICATORS)[0] < 1e-300
-        assert not instance.fmi.newDiscreteStates()[3]
+        assert not instance.update_mode()
 
 
 @pytest.mark.parametrize("y", [-0.9, 0.4])
@@ -93,21 +94,22 @@ def test_directional_derivatives_agree_with_differences(folder: Path, y: float) 
     base_states = np.array([0.5, y, -1.0, 0.3])
 
     def values(change: np.ndarray) -> np.ndarray:
-        states = base_states + change[:4]
-        instance.fmi.setContinuousStates(states.ctypes.data_as(FLOATS), 4)
-        instance.set(F=60.0 + change[4], mu=0.9 + change[5])
+        # A change of the states, of F and of mu.
+        *_, force_change, mu_change = change
+        write_states(instance.fmi, base_states + change[: len(STATES)])
+        instance.set(F=60.0 + force_change, mu=0.9 + mu_change)
         return np.array(instance.get(*unknowns))
 
     with model_exchange_instance(folder, **VALUES) as instance:
-        instance.fmi.setContinuousStates(base_states.ctypes.data_as(FLOATS), 4)
+        write_states(instance.fmi, base_states)
         instance.fmi.enterEventMode()
-        instance.fmi.newDiscreteStates()
+        instance.update_mode()
         instance.fmi.enterContinuousTimeMode()
         references = [[instance.references[n] for n in names] for names in (unknowns, knowns)]
         rng = np.random.default_rng(1)
-        for direction in (*np.eye(6), rng.normal(size=6)):
+        for direction in (*np.eye(len(knowns)), rng.normal(size=len(knowns))):
             difference = (values(1e-5 * direction) - values(-1e-5 * direction)) / 2e-5
-            values(np.zeros(6))
+            values(np.zeros(len(knowns)))
             exact = instance.fmi.getDirectionalDerivative(*references, direction.tolist())
             assert exact == pytest.approx(difference, rel=1e-6, abs=1e-6)
 
@@ -115,12 +117,10 @@ def test_directional_derivatives_agree_with_differences(folder: Path, y: float) 
 def test_forbidden_calls_are_refused_and_change_nothing(folder: Path) -> None:
     with model_exchange_instance(folder) as instance:
         fmi, references = instance.fmi, instance.references
-        before = read(fmi.getContinuousStates, 4)
+        before = read(fmi.getContinuousStates, len(STATES))
         states_with_nan = np.array([0.0, np.nan, 0.0, 0.0])
         wrong = {
-            "y = nan: must be a finite number": lambda: fmi.setContinuousStates(
-                states_with_nan.ctypes.data_as(FLOATS), 4
-            ),
+            "y = nan: must be a finite number": lambda: write_states(fmi, states_with_nan),
             "3 numbers: must be 4": lambda: read(fmi.getContinuousStates, 3),
             "time = inf: must be a finite number": lambda: fmi.setTime(np.inf),
             "new_discrete_states is not allowed in continuous-time mode": fmi.newDiscreteStates,
@@ -139,7 +139,7 @@ def test_forbidden_calls_are_refused_and_change_nothing(folder: Path) -> None:
         step = ctypes.c_double(1.0)
         assert fmi.dll.fmi2DoStep(ctypes.c_void_p(fmi.component), step, step, 1) == ERROR
         assert "do_step is for co-simulation" in instance.log[-1]
-        assert read(fmi.getContinuousStates, 4) == before
+        assert read(fmi.getContinuousStates, len(STATES)) == before
 
 
 def test_values_beyond_the_floating_point_range_are_discarded(folder: Path) -> None:
@@ -147,10 +147,10 @@ def test_values_beyond_the_floating_point_range_are_discarded(folder: Path) -> N
     with model_exchange_instance(folder, **parameters) as instance:
         fmi = instance.fmi
         assert instance.get("mode") == [Mode.STICK]
-        initial_states = read(fmi.getContinuousStates, 4)
+        initial_states = read(fmi.getContinuousStates, len(STATES))
         values = instance.get(*STATES, "P"), read(fmi.getEventIndicators, INDICATORS)
         large_states = np.array([0.0, -1e200, 0.0, 0.0])
-        fmi.setContinuousStates(large_states.ctypes.data_as(FLOATS), 4)
+        write_states(fmi, large_states)
         calls: dict[str, Callable[[], object]] = {
             "P": lambda: instance.get("y", "P"),
             "ay": lambda: read(fmi.getDerivatives, 4),

@@ -17,6 +17,7 @@ from fivtui import simulate
 from fmu_src.build.builder import build_fmu
 from fmu_src.build.c_sources import sources
 from fmu_src.build.components import COMPONENTS
+from fmu_src.slave.variables import REFERENCES
 from tests.support.fmu_instance import FmuInstance
 
 pytestmark = [
@@ -106,7 +107,14 @@ def test_the_library_calls_no_function_of_the_same_name_in_its_host(
     folder: Path, compiler: list[str], tmp_path: Path
 ) -> None:
     source = Path(__file__).with_name("namesake.c")
-    host = compile_program(tmp_path / "host", compiler, "-rdynamic", str(source), "-ldl")
+    host = compile_program(
+        tmp_path / "host",
+        compiler,
+        "-rdynamic",
+        f"-DY_REFERENCE={REFERENCES['y']}",
+        str(source),
+        "-ldl",
+    )
     library = folder / "binaries" / "linux64" / "SliderBelt.so"
     token = fmpy.read_model_description(str(folder)).guid
     y = simulate(t_end=1.0, kernel="compiled").final.y

@@ -19,9 +19,14 @@ INDICATORS = 4
 def model_exchange_instance(folder: Path, **values: float | bool) -> FmuInstance:
     """An initialized instance in continuous-time mode."""
     instance = FmuInstance(folder, "ModelExchange").begin(**values)
-    instance.fmi.newDiscreteStates()
+    instance.update_mode()
     instance.fmi.enterContinuousTimeMode()
     return instance
+
+
+def write_states(fmi: Any, states: Any) -> None:
+    """Set the states x, y, ẋ, ẏ, an array, m and m/s."""
+    fmi.setContinuousStates(states.ctypes.data_as(FLOATS), STATES)
 
 
 def read(function: Any, count: int) -> list[float]:
@@ -47,7 +52,7 @@ def integrate_instance(
 
     def rates(t: float, states: Any) -> Any:
         fmi.setTime(t)
-        fmi.setContinuousStates(states.ctypes.data_as(FLOATS), STATES)
+        write_states(fmi, states)
         return read(fmi.getDerivatives, STATES)
 
     def indicators(t: float, states: Any) -> list[float]:

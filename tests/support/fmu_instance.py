@@ -56,6 +56,11 @@ class FmuInstance:
         self.fmi.doStep(self.t, h)
         self.t += h
 
+    def update_mode(self) -> bool:
+        """Update the mode, in event mode; returns whether the states changed."""
+        _, _, _, has_changed_states, *_ = self.fmi.newDiscreteStates()
+        return bool(has_changed_states)
+
     def slope(self, **rates: float) -> None:
         """Set the first derivatives of inputs for the next step."""
         references = [self.references[name] for name in rates]
