@@ -15,7 +15,7 @@
 
 /* An importer stops near a switch, on either side: its distance relative to the scale of motion. */
 #define SWITCH_TOLERANCE 1e-8
-/* An importer of low accuracy may overshoot v_r = 0 by this part of the belt speed. */
+/* An importer of low accuracy may overshoot v_r = 0 by this part of the typical speed. */
 #define OVERSHOOT_TOLERANCE 1e-2
 /* A motion that fails with smaller coordinates is too fast, not too large: `_SMALL` in
    `fivtui.taylor.stepper`. */

@@ -26,7 +26,7 @@ typedef struct {
     Belt belt;
     /* Whether `w` has the polynomials of the step and the state at its end. */
     double has_step;
-    /* The guard that ends the step, a `StepCut`; the mode after a step that ends in stick. */
+    /* The guard that ends the step, a `StepCut`; if the step is in stick, the mode after it. */
     double cut, next_mode;
     /* Time at the end of the step, s: rounded, and exact time less rounded time. */
     double end, end_remainder;
