@@ -29,7 +29,7 @@
 #define SPEED_ROUNDING 0x1p-40
 #define TIME_ROUNDING 0x1p-50
 
-/* Order of the states in the model description; the kernel's order is `Coordinate`. */
+/* Order of the states in the model description; the kernel's order is S_X, S_VX, S_Y, S_VY. */
 enum { X, Y, VX, VY, STATES };
 static const uint32_t STATE_REFERENCES[STATES] = {V_x, V_y, V_vx, V_vy};
 static const uint32_t DERIVATIVE_REFERENCES[STATES] = {V_vx, V_vy, V_ax, V_ay};
@@ -150,7 +150,7 @@ static const char *begin_motion(Instance *i)
     const int separation = v[V_separation] != 0.0;
     const char *reason = check_input(i, V_mu, v[V_mu]);
     double p[BELT_PARAMETERS];
-    double state[COORDINATES] = {v[V_x_start], v[V_vx_start], v[V_y_start], v[V_vy_start]};
+    double state[STATE] = {v[V_x_start], v[V_vx_start], v[V_y_start], v[V_vy_start]};
     if (reason)
         return reason;
     read_parameters(s, p);
@@ -259,7 +259,7 @@ static void read_motion(Instance *i)
     MotionRecord *record = motion_record(i);
     const Motion *m = &record->motion;
     const Block *w = &m->w;
-    double state[COORDINATES];
+    double state[STATE];
     get_stepping(i)->state(m, s->t, state);
     store_states(s, state);
     if (s->switch_pending)
@@ -397,7 +397,7 @@ static int update_mode(Instance *i)
     State *s = &i->s;
     MotionRecord *record = motion_record(i);
     double p[BELT_PARAMETERS];
-    double state[COORDINATES] = {s->states[X], s->states[VX], s->states[Y], s->states[VY]};
+    double state[STATE] = {s->states[X], s->states[VX], s->states[Y], s->states[VY]};
     Block w;
     read_parameters(s, p);
     begin_problem(&w, 0, p, s->values[V_separation] != 0.0, state);
@@ -560,7 +560,7 @@ static int unpack(Instance *i, const double *numbers)
     Block *w = &m->w;
     const Stepping *stepping = get_stepping(i);
     const int separation = s->values[V_separation] != 0.0;
-    const double state[COORDINATES] = {numbers[N_X], numbers[N_VX], numbers[N_Y], numbers[N_VY]};
+    const double state[STATE] = {numbers[N_X], numbers[N_VX], numbers[N_Y], numbers[N_VY]};
     double p[BELT_PARAMETERS];
     read_parameters(s, p);
     p[P_F] = numbers[N_F], p[P_MU] = numbers[N_MU], p[P_V_BELT] = numbers[N_SPEED];

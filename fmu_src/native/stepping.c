@@ -206,7 +206,7 @@ static int moves_with_belt(const Motion *m, double vx, double speed)
 /* Begin the motion anew from the state at t, under other inputs. */
 static void change_inputs(Motion *m, double t, Ramp force, Ramp friction, Ramp speed)
 {
-    double state[COORDINATES];
+    double state[STATE];
     const Block before = m->w;
     const int64_t mode = m->belt.mode;
     state_at(m, t, state);
@@ -261,7 +261,7 @@ static int advance(Motion *m, double from, double *t, int *switched, Ramp force,
             const double failed_at = m->w.t;
             *m = before;
             m->failed_at = failed_at, m->failed_size = 0.0;
-            for (int n = 0; n < COORDINATES; n++)
+            for (int n = 0; n < STATE; n++)
                 m->failed_size = __builtin_fmax(m->failed_size, __builtin_fabs(state[n]));
             return status;
         }

@@ -13,9 +13,6 @@
 /* Hidden: other libraries of the process may have functions of the same names. */
 #pragma GCC visibility push(hidden)
 
-/* Order of the coordinates in a state of the kernel. */
-enum Coordinate { S_X, S_VX, S_Y, S_VY, COORDINATES };
-
 /* The motion and its current Taylor step; a copy is a complete state.
 
    To restore a saved motion: call `begin` with `p` and the state at the start of the step, write
