@@ -10,6 +10,7 @@ if TYPE_CHECKING:
 
     from .assessment import accuracy
     from .batch import simulate_batch
+    from .console import ProgressBar
     from .distributions import Distribution
     from .equilibrium import stability
     from .film import animate
@@ -41,6 +42,7 @@ __all__ = [
     "Distribution",
     "InputError",
     "Parameters",
+    "ProgressBar",
     "Range",
     "Scene",
     "Tolerances",

@@ -13,7 +13,7 @@ from fivtui.tradeoffs import measure
 from tests.support.processes import run_python
 
 FUNCTIONS = [name for name in fivtui.__all__ if isinstance(getattr(fivtui, name), FunctionType)]
-CLASSES_WITH_EXAMPLES = ["Design", "Distribution", "Range", "Scene"]
+CLASSES_WITH_EXAMPLES = ["Design", "Distribution", "ProgressBar", "Range", "Scene"]
 SECTIONS = ["Parameters", "Returns", "Raises", "Examples"]
 # Imported only on first use.
 HEAVY = ["numpy", "scipy", "matplotlib", "rich", "textual", "click", "fmpy", "tomlkit"]

@@ -45,7 +45,7 @@ _API: Final = {
     ),
     "FMU": ("build_fmu", "build_ssp", "check_fmu", "run_fmu"),
     "The paper": ("figures", "claims"),
-    "Errors": ("InputError", "ComputationError", "Cancelled"),
+    "Progress and errors": ("ProgressBar", "InputError", "ComputationError", "Cancelled"),
 }  # fmt: skip
 _WIDGET_KEYS: Final[dict[str, list[BindingType]]] = {
     "In a plot": ChartView.BINDINGS,

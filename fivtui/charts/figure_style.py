@@ -24,6 +24,7 @@ FORMATS: Final = tuple(suffix.removeprefix(".") for suffix in _METADATA)
 # Font type 42 keeps the text of a PDF searchable.
 _SAVE_OPTIONS: Final[dict[Any, Any]] = {"svg.hashsalt": "fivtui", "pdf.fonttype": 42}
 _DPI: Final = 200
+_NOTEBOOK_DPI: Final = 110
 # Matplotlib's settings while a figure is drawn.
 STYLE: Final[dict[Any, Any]] = {
     "font.size": 9.0,
@@ -45,9 +46,18 @@ OFF_BELT_COLOUR: Final = "0.9"
 STUCK_COLOUR: Final = "#f6e3c5"
 
 
+class NotebookFigure(Figure):
+    """A figure that a notebook displays without pyplot and without a magic command."""
+
+    def _repr_png_(self) -> bytes:
+        buffer = BytesIO()
+        self.savefig(buffer, format="png", dpi=_NOTEBOOK_DPI)
+        return buffer.getvalue()
+
+
 def new_figure(width: float, height: float, *, wspace: float | None = None) -> Figure:
     """An empty figure in inches, with an Agg canvas; `wspace` is the gap between panels."""
-    figure = Figure(figsize=(width, height), layout=ConstrainedLayoutEngine(wspace=wspace))
+    figure = NotebookFigure(figsize=(width, height), layout=ConstrainedLayoutEngine(wspace=wspace))
     FigureCanvasAgg(figure)
     return figure
 

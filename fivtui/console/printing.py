@@ -3,6 +3,7 @@
 import sys
 import time
 from collections.abc import Sequence
+from html import escape
 from types import TracebackType
 from typing import Final, Self
 
@@ -19,19 +20,34 @@ from .layout import GAP, READABLE, TableColumn, split_columns
 
 # A progress bar appears after this time, so that short computations have none.
 _DELAY_S: Final = 1.0
+# Interval between two updates in a notebook.
+_NOTEBOOK_INTERVAL_S: Final = 0.2
 # Width of output that goes to a program, characters: lines are not wrapped.
 _UNLIMITED_WIDTH: Final = 1_000_000
 
 
 class ProgressBar:
-    """A progress bar on stderr that appears after a second.
+    """A progress bar, on standard error or in a notebook, that appears after a second.
 
-    `label` names the computation, `remaining` shows the time left.
+    Give it to a function as `progress`. The bar disappears at the end of the computation, and at
+    the latest at the end of a ``with`` block.
+
+    Parameters
+    ----------
+    label : str
+        Name of the computation.
+    remaining : bool
+        Whether to show the time left.
+
+    Examples
+    --------
+    >>> from fivtui import ProgressBar, sweep
+    >>> table = sweep(vary={"F": [20.0, 80.0]}, t_end=20.0, progress=ProgressBar("two preloads"))
     """
 
     def __init__(self, label: str, *, remaining: bool = True) -> None:
         self._label, self._remaining = label, remaining
-        self._bar: Bar | None = None
+        self._bar: _TerminalBar | _NotebookBar | None = None
         self._begin = time.monotonic()
 
     def __enter__(self) -> Self:
@@ -43,8 +59,7 @@ class ProgressBar:
         error: BaseException | None,
         traceback: TracebackType | None,
     ) -> None:
-        if self._bar is not None:
-            self._bar.stop()
+        self._stop()
 
     def __call__(self, fraction: float) -> bool:
         """Show the fraction done, 0 to 1; returns True, so that the computation continues."""
@@ -54,21 +69,76 @@ class ProgressBar:
     def show(self, fraction: float, label: str) -> None:
         """Show the fraction done beside a label."""
         if self._bar is None:
-            if time.monotonic() - self._begin < _DELAY_S:
+            if time.monotonic() - self._begin < _DELAY_S or fraction >= 1.0:
                 return
-            console = Console(stderr=True)
-            columns = [TextColumn("{task.description}", markup=False), BarColumn()]
-            time_left = [TimeRemainingColumn()] if self._remaining else []
-            self._bar = Bar(
-                *columns,
-                *time_left,
-                console=console,
-                transient=True,
-                disable=not console.is_terminal,
-            )
-            self._bar.start()
-            self._bar.add_task(label, total=1.0)
+            make_bar = _NotebookBar if _in_notebook() else _TerminalBar
+            self._bar = make_bar(label, remaining=self._remaining)
+        self._bar.show(fraction, label)
+        if fraction >= 1.0:
+            self._stop()
+
+    def _stop(self) -> None:
+        if self._bar is not None:
+            self._bar.stop()
+            self._bar = None
+
+
+class _TerminalBar:
+    # Drawn by rich; nothing is drawn if standard error is no terminal.
+
+    def __init__(self, label: str, *, remaining: bool) -> None:
+        console = Console(stderr=True)
+        columns = [TextColumn("{task.description}", markup=False), BarColumn()]
+        time_left = [TimeRemainingColumn()] if remaining else []
+        self._bar = Bar(
+            *columns,
+            *time_left,
+            console=console,
+            transient=True,
+            disable=not console.is_terminal,
+        )
+        self._bar.start()
+        self._bar.add_task(label, total=1.0)
+
+    def show(self, fraction: float, label: str) -> None:
         self._bar.update(self._bar.task_ids[0], completed=fraction, description=label)
+
+    def stop(self) -> None:
+        self._bar.stop()
+
+
+class _NotebookBar:
+    # An output of the running cell, which is replaced at every update.
+
+    def __init__(self, label: str, *, remaining: bool) -> None:  # noqa: ARG002
+        from IPython.display import HTML, DisplayHandle
+
+        self._html, self._handle = HTML, DisplayHandle()
+        self._remaining = remaining
+        self._begin = self._last_update = time.monotonic()
+        self._handle.display(HTML(""))
+
+    def show(self, fraction: float, label: str) -> None:
+        now = time.monotonic()
+        if now - self._last_update < _NOTEBOOK_INTERVAL_S:
+            return
+        self._last_update = now
+        text = f"{label}: {fraction:.0%}"
+        if self._remaining and fraction > 0.0:
+            text += f", {(now - self._begin) * (1.0 - fraction) / fraction:.0f} s left"
+        self._handle.update(
+            self._html(f'<progress value="{fraction:.4f}" max="1"></progress> {escape(text)}')
+        )
+
+    def stop(self) -> None:
+        self._handle.update(self._html(""))
+
+
+def _in_notebook() -> bool:
+    # Whether the code runs in the kernel of a notebook, not in IPython's terminal.
+    ipython = sys.modules.get("IPython")
+    shell = None if ipython is None else ipython.get_ipython()
+    return getattr(shell, "kernel", None) is not None
 
 
 def print_list(title: str, rows: Sequence[Sequence[str]]) -> None:
