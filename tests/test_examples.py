@@ -106,8 +106,8 @@ def test_the_pad_moves_like_the_base_set_in_other_units(capsys: pytest.CaptureFi
     assert "--set m=0.5 " in setting
     assert "--set F=1e+04 " in setting
     assert base.split(" m, ")[1].split(", belt")[0] == pad.split(" m, ")[1].split(", belt")[0]
-    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    page = (ROOT / "docs" / "how-to" / "own-scenes.md").read_text(encoding="utf-8")
     k1 = float(re.search(r"k1=(\S+)", setting)[1])  # type: ignore[index]
-    assert f"{k1 / 1e6:.0f} kN/mm" in readme
-    assert f"{1e3 * float(pad.split()[2]):.1f} mm" in readme
-    assert f"{float(pad.split()[-2]):.0f} m/s" in readme
+    assert f"{k1 / 1e6:.0f} kN/mm" in page
+    assert f"{1e3 * float(pad.split()[2]):.1f} mm" in page
+    assert f"{float(pad.split()[-2]):.0f} m/s" in page

@@ -40,11 +40,11 @@ class _PictureDirective(SphinxDirective):
         folder.mkdir(parents=True, exist_ok=True)
         return folder
 
-    def picture(self, path: Path, description: str) -> nodes.Node:
+    def picture(self, path: Path, description: str, kind: str = "figure") -> nodes.Node:
         """The node of a picture in a file."""
         page = Path(self.env.doc2path(self.env.docname)).parent
         uri = Path(os.path.relpath(path.resolve(), page.resolve())).as_posix()
-        image = nodes.image(uri=uri, alt=description, classes=["figure"])
+        image = nodes.image(uri=uri, alt=description, classes=[kind])
         return nodes.figure("", image)
 
 
@@ -98,7 +98,7 @@ class Screen(_PictureDirective):
         name = hashlib.sha256("\n".join([width, height, *steps]).encode()).hexdigest()[:12]
         path = folder / f"laboratory-{name}.svg"
         path.write_text(screen_svg((int(width), int(height)), steps), encoding="utf-8")
-        return [self.picture(path, self.arguments[0])]
+        return [self.picture(path, self.arguments[0], "screen")]
 
 
 class WrittenFile(_PictureDirective):

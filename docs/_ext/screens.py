@@ -1,6 +1,6 @@
 """Screens of the laboratory as SVG, after steps that a reader can follow.
 
-A step is `press KEYS`, `type TEXT`, `click LABEL`, `wait TEXT` or `until-gone TEXT`.
+A step is `field NAME VALUE`, `press KEYS`, `wait TEXT` or `until-gone TEXT`.
 """
 
 import asyncio
@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Final
 
 from textual.pilot import Pilot
+from textual.widgets import Checkbox, Input
 
 from fivtui.tui.app import FivtuiApp
 
@@ -44,8 +45,8 @@ async def _screen_svg(size: tuple[int, int], steps: Sequence[str]) -> str:
 async def _follow(pilot: Pilot[None], verb: str, argument: str) -> None:
     if verb == "press":
         await pilot.press(*argument.split())
-    elif verb == "type":
-        await pilot.press(*argument)
+    elif verb == "field":
+        await _edit(pilot, *argument.split())
     elif verb == "wait":
         await _wait(pilot, argument, lambda text: argument in text)
     elif verb == "until-gone":
@@ -53,6 +54,19 @@ async def _follow(pilot: Pilot[None], verb: str, argument: str) -> None:
     else:
         raise StepError(f"unknown step {verb!r}")
     await pilot.pause()
+
+
+async def _edit(pilot: Pilot[None], name: str, value: str) -> None:
+    # Type the last character of a value, or tick the box that ignores separation.
+    row = pilot.app.screen.query_one(f"#row-{name}")
+    if boxes := row.query(Checkbox):
+        boxes.first().toggle()
+        return
+    editor = row.query_one(Input)
+    editor.focus()
+    await pilot.pause()
+    editor.value = value[:-1]
+    await pilot.press("end", value[-1])
 
 
 async def _wait(pilot: Pilot[None], argument: str, check: Callable[[str], bool]) -> None:

@@ -97,10 +97,10 @@ def test_completion_prints_only_the_candidates(line: str, expected: list[str]) -
 
 @pytest.mark.host
 @pytest.mark.skipif(shutil.which("bash") is None, reason="bash is not there")
-def test_bash_completes_by_the_line_of_the_readme(tmp_path: Path) -> None:
-    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+def test_bash_completes_by_the_line_of_the_manual(tmp_path: Path) -> None:
+    page = (ROOT / "docs" / "reference" / "commands.md").read_text(encoding="utf-8")
     line = 'eval "$(_FIVTUI_COMPLETE=bash_source fivtui)"'
-    assert f"`{line}`" in readme
+    assert f"`{line}`" in page
     program = tmp_path / "fivtui"
     program.write_text(f'#!/bin/sh\nexec "{sys.executable}" -m fivtui "$@"\n', encoding="utf-8")
     program.chmod(0o755)
