@@ -146,7 +146,8 @@ def clear_work_folder(app: Sphinx, _environment: BuildEnvironment, docname: str)
 
 
 def setup(app: Sphinx) -> ExtensionMetadata:
-    """Register the parts of the extension."""
+    """Register the parts of the extension; the pages are read by all processors."""
+    app.parallel = max(app.parallel, os.cpu_count() or 1)
     app.connect("env-purge-doc", clear_work_folder)
     app.connect("source-read", insert_generated)
     app.add_directive("run", Run)

@@ -16,6 +16,7 @@ from fivtui.equilibrium import mode_scan
 from fivtui.io import FORMATS
 from fivtui.maps.result import COLUMNS as MAP_COLUMNS
 from fivtui.model import ALL_PARAMETERS, Column, System
+from fivtui.paper.claims.claim import Verdict
 from fivtui.scene import PRESETS
 from fivtui.scene.scene import OUTPUTS as SCENE_OUTPUTS
 from fivtui.sweeps import SWEEP_PRESETS
@@ -55,6 +56,13 @@ _WIDGET_KEYS: Final[dict[str, list[BindingType]]] = {
     "In the tab Transient": TransientPane.BINDINGS,
     "In its view Belt": BeltView.BINDINGS,
 }
+
+_VERDICTS: Final = {
+    Verdict.DOES_NOT_HOLD: "Do not hold",
+    Verdict.HOLDS: "Hold",
+    Verdict.NOT_TESTABLE: "Cannot be tested by the model",
+}
+_CLAIM_COLUMNS: Final = ("section", "stated", "computed")
 
 
 def parameters() -> str:
@@ -194,16 +202,15 @@ def map_columns() -> str:
 def fmu_variables() -> str:
     """The variables of the FMU of the slider-belt, in the order of their references."""
     return _table(
-        ("name", "causality", "type", "unit", "start", "allowed", "meaning"),
+        ("name", "causality, type", "unit", "meaning", "start", "allowed"),
         (
             (
                 f"`{variable.name}`",
-                str(variable.role),
-                str(variable.type),
+                f"{variable.role} {variable.type}",
                 variable.unit or "–",
+                variable.meaning,
                 str(variable.start).lower() if variable.settable else "",
                 variable.range_text,
-                variable.meaning,
             )
             for variable in VARIABLES
         ),
@@ -250,20 +257,19 @@ def _app() -> App[None]:
 
 
 def claims() -> str:
-    """The paper's claims, each with the stated and the computed value."""
+    """The paper's claims by verdict, each with the stated and the computed value."""
+    checked = fivtui.claims()
     parts = []
-    for checked in fivtui.claims():
-        row = checked.row
-        parts.append(f"## {row['statement']}\n")
-        parts.append(
-            _table(
-                ("section", "stated", "computed", "verdict"),
-                [tuple(row[name] for name in ("section", "stated", "computed", "verdict"))],
-            )
-        )
-        if row["reason"]:
-            parts.append(f"{_escape(row['reason']).capitalize()}.\n")
-    return "\n".join(parts)
+    for verdict, title in _VERDICTS.items():
+        rows = [claim.row for claim in checked if claim.verdict is verdict]
+        parts += [f"## {title}: {len(rows)} of {len(checked)}", *map(_claim, rows)]
+    return "\n\n".join(parts)
+
+
+def _claim(row: dict[str, str]) -> str:
+    table = _table(_CLAIM_COLUMNS, [[row[name] for name in _CLAIM_COLUMNS]])
+    reason = f"\n{_escape(row['reason'])}\n" if row["reason"] else ""
+    return f"### {row['statement']}\n\n{table}{reason}"
 
 
 def api() -> str:
