@@ -1,11 +1,16 @@
-"""Build hook: compiles the kernel in C when the package is installed.
+"""Build hook: compiles the kernel in C when the package is installed or packed into a wheel.
 
 One shared library holds the kernel for all instruction sets of the processor's family; the program
 selects one when it loads the library (`fivtui.kernel.native`). If compilation fails, a file with
 the reason replaces the library, and the installation continues. The program then reports the
 reason and runs interpreted.
+
+`python hatch_build.py` compiles in place, `python hatch_build.py --wheels DIST` builds the wheels
+of all platforms and the source distribution.
 """
 
+import argparse
+import hashlib
 import os
 import platform
 import shlex
@@ -14,8 +19,9 @@ import subprocess
 import sys
 import sysconfig
 import tempfile
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
@@ -23,6 +29,7 @@ from typing import Any, Final, NamedTuple
 
 from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 
+ROOT: Final = Path(__file__).parent
 FOLDER: Final = Path("fivtui", "kernel")
 # File with the reason, in place of a missing library.
 REASON: Final = "libfivtui.txt"
@@ -38,13 +45,37 @@ _X86_PROCESSORS: Final = {"baseline": "x86-64", "avx2": "x86-64-v3", "avx512": "
 # C files of single runs, which gain nothing from registers wider than AVX2's; files of lanes.
 _SINGLE_RUN_UNITS: Final = ("single", "belt", "vary", "orbit")
 _LANE_UNITS: Final = ("lanes", "belt_lanes")
-_GLIBC: Final = "2.17"
-_MACOS: Final = "11.0"
-_TIMEOUT_S: Final = 600.0
+# Environment variable with the platform of a wheel, a name in `fmu_src.build.platforms`.
+PLATFORM_VARIABLE: Final = "FIVTUI_PLATFORM"
+# For one call of a compiler, s. The first one for Windows also compiles its C library.
+_TIMEOUT_S: Final = 1800.0
 
 
 class CompilerError(Exception):
     """The kernel cannot be compiled."""
+
+
+class _Compiler(NamedTuple):
+    """A C compiler, and what it compiles for: suffix of libraries, processor, tag of wheels."""
+
+    name: str
+    command: list[str]
+    suffix: str
+    is_x86: bool
+    tag: str = ""
+
+    @property
+    def is_zig(self) -> bool:
+        return self.name == "ziglang"
+
+
+# Compiler arguments by object file, and object files by library.
+class _Plan(NamedTuple):
+    objects: dict[str, list[str]]
+    libraries: dict[Path, list[str]]
+
+
+_Planner = Callable[[_Compiler, Path], _Plan]
 
 
 def compile_kernel(folder: Path, target: Path) -> str:
@@ -55,97 +86,106 @@ def compile_kernel(folder: Path, target: Path) -> str:
     CompilerError
         If no compiler succeeds.
     """
-    return _compile_with_any([lambda *context: _kernel_plan(folder, target, *context)])
+    compilers = _compilers(folder.parents[1])
+    plan = partial(_kernel_plan, folder, target.parent)
+    return _compile_with_any([plan], compilers).name
 
 
-def compile_all(root: Path, kernel: Path, fmus: Path) -> tuple[str, str | None]:
+def compile_all(
+    root: Path, kernel: Path, fmus: Path, platform_name: str = ""
+) -> tuple[_Compiler, str | None]:
     """Compile the kernel below `root` into the folder `kernel`, the FMUs' binaries into `fmus`.
 
-    Returns the compiler's name, and the reason for missing binaries of FMUs, None if they exist.
+    `platform_name` is one of `fmu_src.build.platforms`, by default this machine. Returns the
+    compiler, and the reason for missing binaries of FMUs, None if they exist.
 
     Raises
     ------
     CompilerError
         If no compiler succeeds with the kernel.
     """
-
-    def plan_kernel(compiler: str, scratch: Path) -> "_Plan":
-        return _kernel_plan(root / FOLDER, kernel / LIBRARY, compiler, scratch)
-
+    compilers = _compilers(root, platform_name)
+    plan_kernel = partial(_kernel_plan, root / FOLDER, kernel)
     headers = _fmi_headers()
     if headers is None:
-        return _compile_with_any(
-            [plan_kernel]
-        ), "fmpy, which has the headers of FMI, is not installed"
+        why = "fmpy, which has the headers of FMI, is not installed"
+        return _compile_with_any([plan_kernel], compilers), why
     try:
-        plans = [plan_kernel, lambda *context: _fmu_plan(root, fmus, headers, *context)]
-        return _compile_with_any(plans), None
+        plans = [plan_kernel, partial(_fmu_plan, root, fmus, headers)]
+        return _compile_with_any(plans, compilers), None
     except CompilerError as error:
-        return _compile_with_any([plan_kernel]), str(error)
+        return _compile_with_any([plan_kernel], compilers), str(error)
 
 
-# Compiler arguments by object file, and object files by library.
-class _Plan(NamedTuple):
-    objects: dict[str, list[str]]
-    libraries: dict[Path, list[str]]
-
-
-def _compile_with_any(plans: Sequence[Callable[[str, Path], _Plan]]) -> str:
+def _compile_with_any(plans: Sequence[_Planner], compilers: Sequence[_Compiler]) -> _Compiler:
     failures = []
-    for name, command in _compilers():
+    for compiler in compilers:
         try:
-            _compile(plans, name, command)
+            _compile(plans, compiler)
         except (OSError, subprocess.SubprocessError) as error:
-            output = getattr(error, "stderr", None) or str(error)
+            output = getattr(error, "stderr", None) or f"{error}"[-200:]
             lines = [line for line in output.strip().splitlines() if "error" in line.lower()]
-            failures.append(f"{name}: {(lines or [output.strip()])[0][:200]}")
+            failures.append(f"{compiler.name}: {(lines or [output.strip()])[0][:200]}")
         else:
-            return name
+            return compiler
     raise CompilerError("; ".join(failures) or "no C compiler: install ziglang or cc")
 
 
-def _compilers() -> list[tuple[str, list[str]]]:
+def _compilers(root: Path, platform_name: str = "") -> list[_Compiler]:
     # Prefer ziglang, which is the same on every machine, to the local compiler.
     compilers = []
+    platforms = _import_generator("fmu_src.build.platforms", root)
+    host = platforms.HOSTS.get((sys.platform, platform.machine().lower()))
+    if sys.platform == "linux" and platform.libc_ver()[0] != "glibc":
+        host = None
     if find_spec("ziglang") is not None:
         zig = [sys.executable, "-m", "ziglang", "cc"]
-        if sys.platform == "linux" and platform.libc_ver()[0] == "glibc":
-            zig += ["-target", f"{platform.machine()}-linux-gnu.{_GLIBC}"]
-        elif sys.platform == "darwin":
-            processor = platform.machine().replace("arm64", "aarch64")
-            zig += ["-target", f"{processor}-macos.{_MACOS}"]
-        compilers.append(("ziglang", zig))
+        if (name := platform_name or host) is not None:
+            target = platforms.PLATFORMS[name]
+            zig += ["-target", target.triple]
+            suffix, is_x86, tag = target.suffix, target.is_x86, target.wheel_tag
+        else:
+            suffix, is_x86, tag = LIBRARY_SUFFIX, _is_x86(), ""
+        compilers.append(_Compiler("ziglang", zig, suffix, is_x86, tag))
     cc = shlex.split(os.environ.get("CC", "cc"))
-    if shutil.which(cc[0]) is not None:
-        compilers.append((cc[0], cc))
+    if platform_name in ("", host) and shutil.which(cc[0]) is not None:
+        compilers.append(_Compiler(cc[0], cc, LIBRARY_SUFFIX, _is_x86()))
     return compilers
 
 
-def _variants(compiler: str) -> dict[str, list[str]]:
+def _is_x86() -> bool:
+    return platform.machine().lower() in ("x86_64", "amd64")
+
+
+def _variants(compiler: _Compiler) -> dict[str, list[str]]:
     # Compiler options by instruction set.
-    x86 = platform.machine().lower() in ("x86_64", "amd64")
     variants = {}
-    for variant, processor in (_X86_PROCESSORS if x86 else {"baseline": ""}).items():
+    for variant, processor in (_X86_PROCESSORS if compiler.is_x86 else {"baseline": ""}).items():
         # zig writes processor names with underscores.
-        processor_name = processor.replace("-", "_") if compiler == "ziglang" else processor
+        processor_name = processor.replace("-", "_") if compiler.is_zig else processor
         options = [f"-march={processor_name}"] if processor else []
         options += ["-mprefer-vector-width=512"] if variant == "avx512" else []
         variants[variant] = [*options, f"-DVARIANT={variant}"]
     return variants
 
 
-def _kernel_plan(folder: Path, target: Path, compiler: str, scratch: Path) -> _Plan:
+def _kernel_plan(folder: Path, home: Path, compiler: _Compiler, scratch: Path) -> _Plan:
     text = _import_generator("fivtui.kernel.field_text", folder.parents[1])
-    for name, header in text.headers().items():
-        (scratch / name).write_text(header, encoding="utf-8")
-    definitions = [f'-DSOURCES="{text.sources_digest(folder)}"', f'-DCOMPILER="{compiler}"']
-    objects = {"loading": [*text.FLAGS, *definitions, str(folder / "loading.c")]}
-    common = [*text.FLAGS, f"-I{scratch}", f"-I{folder}"]
+    generated = _write_generated(text.headers(), scratch)
+    definitions = [f'-DSOURCES="{text.sources_digest(folder)}"', f'-DCOMPILER="{compiler.name}"']
+    flags = _flags(text.FLAGS, compiler)
+    objects = {"loading": [*flags, *definitions, str(folder / "loading.c")]}
+    common = [*flags, f"-I{generated}", f"-I{folder}"]
     for variant, options in _variants(compiler).items():
         # Registers wider than those of AVX2 slow one run down.
         for unit in _LANE_UNITS if variant == "avx512" else (*_SINGLE_RUN_UNITS, *_LANE_UNITS):
             objects[f"{unit}_{variant}"] = [*common, *options, str(folder / f"{unit}.c")]
-    return _Plan(objects, {target: list(objects)})
+    return _Plan(objects, {home / f"libfivtui{compiler.suffix}": list(objects)})
+
+
+def _flags(flags: Sequence[str], compiler: _Compiler) -> list[str]:
+    # Code for Windows can be loaded at any address, and compilers refuse the option there.
+    return [flag for flag in flags if (flag, compiler.suffix) != ("-fPIC", ".dll")]
 
 
 def _fmi_headers() -> Path | None:
@@ -155,13 +195,13 @@ def _fmi_headers() -> Path | None:
     return folder if folder is not None and (folder / "fmi2Functions.h").is_file() else None
 
 
-def _fmu_plan(root: Path, home: Path, headers: Path, compiler: str, scratch: Path) -> _Plan:
+def _fmu_plan(root: Path, home: Path, headers: Path, compiler: _Compiler, scratch: Path) -> _Plan:
     text = _import_generator("fmu_src.build.c_sources", root)
-    for name, content in text.generated_files().items():
-        (scratch / name).write_text(content, encoding="utf-8")
+    fmi_headers = {path.name: path.read_text("utf-8") for path in headers.glob("fmi*.h")}
+    generated = _write_generated({**text.generated_files(), **fmi_headers}, scratch)
     native = root / FMU_FOLDER
-    folders = native, root / FOLDER, scratch, headers
-    flags = _import_generator("fivtui.kernel.field_text", root).FLAGS
+    folders = native, root / FOLDER, generated
+    flags = _flags(_import_generator("fivtui.kernel.field_text", root).FLAGS, compiler)
     common = [*flags, *(f"-I{folder}" for folder in folders)]
     objects, libraries = {}, {}
     shared = list(text.SHARED_UNITS)
@@ -176,8 +216,25 @@ def _fmu_plan(root: Path, home: Path, headers: Path, compiler: str, scratch: Pat
         for unit in units:
             objects[unit] = [*common, "-O2", *chosen, str(native / f"{unit}.c")]
         needed = [*shared, *units, *(stepping if "processor" in units else ())]
-        libraries[home / f"{model}{LIBRARY_SUFFIX}"] = needed
+        libraries[home / f"{model}{compiler.suffix}"] = needed
     return _Plan(objects, libraries)
+
+
+def _write_generated(texts: Mapping[str, str], scratch: Path) -> Path:
+    # The folder of generated files. zig compiles nothing anew if their paths are the same, so they
+    # are in its cache if there is a lasting one.
+    content = "\0".join(f"{name}\0{text}" for name, text in sorted(texts.items()))
+    name = f"fivtui-{hashlib.sha256(content.encode()).hexdigest()[:32]}"
+    folder = Path(os.environ.get("ZIG_GLOBAL_CACHE_DIR", scratch)) / name
+    folder.mkdir(parents=True, exist_ok=True)
+    for name, text in texts.items():
+        file = folder / name
+        if not file.is_file() or file.read_text(encoding="utf-8") != text:
+            # Another process may write or read the same file.
+            new = file.with_name(f"{name}.{os.getpid()}")
+            new.write_text(text, encoding="utf-8")
+            new.replace(file)
+    return folder
 
 
 def _import_generator(name: str, root: Path) -> Any:
@@ -189,20 +246,18 @@ def _import_generator(name: str, root: Path) -> Any:
         sys.path.remove(str(root))
 
 
-def _compile(
-    plans: Sequence[Callable[[str, Path], _Plan]], name: str, command: Sequence[str]
-) -> None:
+def _compile(plans: Sequence[_Planner], compiler: _Compiler) -> None:
     with tempfile.TemporaryDirectory() as folder:
         scratch = Path(folder)
         environment = dict(os.environ)
-        if name == "ziglang":
+        if compiler.is_zig:
             # Use temporary caches unless the environment sets them.
             for cache in ("GLOBAL", "LOCAL"):
                 environment.setdefault(f"ZIG_{cache}_CACHE_DIR", folder)
 
         def run(*arguments: str) -> None:
             subprocess.run(  # noqa: S603, a compiler
-                [*command, *arguments],
+                [*compiler.command, *arguments],
                 env=environment,
                 check=True,
                 capture_output=True,
@@ -210,7 +265,7 @@ def _compile(
                 timeout=_TIMEOUT_S,
             )
 
-        planned = [plan(name, scratch) for plan in plans]
+        planned = [plan(compiler, scratch) for plan in plans]
         objects = {part: arguments for plan in planned for part, arguments in plan.objects.items()}
         with ThreadPoolExecutor(os.cpu_count()) as pool:
             list(
@@ -222,7 +277,7 @@ def _compile(
         for target, parts in (pair for plan in planned for pair in plan.libraries.items()):
             library = scratch / target.name
             object_files = [f"{folder}/{part}.o" for part in parts]
-            libraries = [] if sys.platform == "win32" else ["-lm"]
+            libraries = [] if target.suffix == ".dll" else ["-lm"]
             if target.suffix == ".dylib":
                 # Without this option the library records the path of the temporary folder.
                 libraries.append(f"-Wl,-install_name,@rpath/{target.name}")
@@ -231,12 +286,6 @@ def _compile(
             new = target.with_name(f"{target.name}.{os.getpid()}")
             shutil.copyfile(library, new)
             new.replace(target)
-
-
-def _platform_tag(compiler: str) -> str:
-    if compiler == "ziglang" and sys.platform == "linux" and platform.libc_ver()[0] == "glibc":
-        return f"manylinux_{_GLIBC.replace('.', '_')}_{platform.machine()}"
-    return sysconfig.get_platform().replace("-", "_").replace(".", "_")
 
 
 class KernelBuildHook(BuildHookInterface):  # type: ignore[type-arg, unused-ignore]
@@ -260,24 +309,34 @@ class KernelBuildHook(BuildHookInterface):  # type: ignore[type-arg, unused-igno
         for folder, home in homes.items():
             home.mkdir(parents=True, exist_ok=True)
             _remove_products(root / folder if editable else home)
-        try:
-            compiler, why = compile_all(root, *homes.values())
-        except CompilerError as error:
-            why = str(error)
-            (homes[FOLDER] / REASON).write_text(f"{error}\n", encoding="utf-8")
-            self.app.display_warning(f"The kernel is not compiled: {error}")
-        else:
+        compiler = self._compile(root, *homes.values())
+        if compiler is not None:
             build_data["pure_python"] = False
-            build_data["tag"] = f"py3-none-{_platform_tag(compiler)}"
-            if compiler != "ziglang":
-                self.app.display_warning(f"The kernel is compiled by {compiler}, not by ziglang")
-        if why is not None:
-            (homes[FMU_FOLDER] / FMU_REASON).write_text(f"{why}\n", encoding="utf-8")
-            self.app.display_warning(f"There will be no native FMU: {why}")
+            local_tag = sysconfig.get_platform().replace("-", "_").replace(".", "_")
+            build_data["tag"] = f"py3-none-{compiler.tag or local_tag}"
         if self._temporary is not None:
             for folder, home in homes.items():
                 for file in home.iterdir():
                     build_data["force_include"][str(file)] = str(folder / file.name)
+
+    def _compile(self, root: Path, kernel: Path, fmus: Path) -> _Compiler | None:
+        # Compile into two folders, or write the reasons why not; a requested platform must succeed.
+        platform_name = os.environ.get(PLATFORM_VARIABLE, "")
+        compiler = None
+        try:
+            compiler, why = compile_all(root, kernel, fmus, platform_name)
+        except CompilerError as error:
+            why = str(error)
+            (kernel / REASON).write_text(f"{why}\n", encoding="utf-8")
+            self.app.display_warning(f"The kernel is not compiled: {why}")
+        if why is not None:
+            if platform_name:
+                self.app.abort(f"{platform_name}: {why}")
+            (fmus / FMU_REASON).write_text(f"{why}\n", encoding="utf-8")
+            self.app.display_warning(f"There will be no native FMU: {why}")
+        if compiler is not None and not compiler.is_zig:
+            self.app.display_warning(f"The kernel is compiled by {compiler.name}, not by ziglang")
+        return compiler
 
     def finalize(self, version: str, build_data: dict[str, Any], artifact_path: str) -> None:  # noqa: ARG002
         """Remove what was compiled outside the sources."""
@@ -292,15 +351,51 @@ def _remove_products(folder: Path) -> None:
         (folder / name).unlink(missing_ok=True)
 
 
-def main() -> None:
-    """Compile in place, for those who work on the kernel."""
-    root = Path(__file__).parent
+def compile_in_place() -> None:
+    """Compile into the sources, for those who work on the kernel."""
     for folder in (FOLDER, FMU_FOLDER):
-        _remove_products(root / folder)
-    compiler, why = compile_all(root, root / FOLDER, root / FMU_FOLDER)
+        _remove_products(ROOT / folder)
+    compiler, why = compile_all(ROOT, ROOT / FOLDER, ROOT / FMU_FOLDER)
     if why is not None:
-        (root / FMU_FOLDER / FMU_REASON).write_text(f"{why}\n", encoding="utf-8")
-    sys.stdout.write(f"compiled by {compiler}\n" + (f"no native FMU: {why}\n" if why else ""))
+        (ROOT / FMU_FOLDER / FMU_REASON).write_text(f"{why}\n", encoding="utf-8")
+    sys.stdout.write(f"compiled by {compiler.name}\n" + (f"no native FMU: {why}\n" if why else ""))
+
+
+def build_distributions(folder: Path, platform_names: Sequence[str] = ()) -> list[Path]:
+    """Build the source distribution and the wheels of platforms, by default of all; needs ziglang.
+
+    Ends the program if a wheel cannot be compiled.
+    """
+    from hatchling.builders.sdist import SdistBuilder
+    from hatchling.builders.wheel import WheelBuilder
+
+    platforms = _import_generator("fmu_src.build.platforms", ROOT).PLATFORMS
+    published = [name for name, target in platforms.items() if target.wheel_tag]
+    if unknown := {*platform_names} - {*published}:
+        sys.exit(f"no wheels for {', '.join(unknown)} (known: {', '.join(published)})")
+    built = list(SdistBuilder(str(ROOT)).build(directory=str(folder)))
+    for name in platform_names or published:
+        os.environ[PLATFORM_VARIABLE] = name
+        try:
+            built += WheelBuilder(str(ROOT)).build(directory=str(folder), versions=["standard"])
+        finally:
+            del os.environ[PLATFORM_VARIABLE]
+    return [Path(path) for path in built]
+
+
+def main() -> None:
+    """Compile in place, or build distributions."""
+    parser = argparse.ArgumentParser(description="Compile in place, or build distributions.")
+    parser.add_argument("--wheels", metavar="DIST", type=Path, help="build wheels into this folder")
+    parser.add_argument(
+        "--platform", action="append", default=[], help="a wheel's platform; by default all"
+    )
+    arguments = parser.parse_args()
+    if arguments.wheels is None:
+        compile_in_place()
+        return
+    for path in build_distributions(arguments.wheels, arguments.platform):
+        sys.stdout.write(f"{path}\n")
 
 
 if __name__ == "__main__":

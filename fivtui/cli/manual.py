@@ -65,8 +65,8 @@ SECTIONS: Final[Mapping[str, Mapping[str, Entry]]] = {
         "fmu system": Entry("how-to/fmu-inputs", "fmu system --out brake.ssp"),
     },
     "Paper": {
-        "figures": Entry("explanation/claims", "figures 3-5 --out figures"),
-        "claims": Entry("explanation/claims", "claims"),
+        "figures": Entry("explanation/paper-claims", "figures 3-5 --out figures"),
+        "claims": Entry("explanation/paper-claims", "claims"),
     },
     "Laboratory and manual": {
         "serve": Entry("tutorial/laboratory", "serve --port 8000"),

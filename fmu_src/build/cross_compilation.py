@@ -7,46 +7,19 @@ from collections.abc import Mapping, Sequence
 from importlib.util import find_spec
 from operator import methodcaller
 from pathlib import Path
-from typing import Final, NamedTuple
+from typing import Final
 
 from fivtui.io import output_path, temporary_folder, write_atomically
 from fivtui.kernel import FLAGS
 from fivtui.model import ComputationError, InputError
 
 from .c_sources import STEPPING_UNIT, build_name, install_name_options, sources
+from .platforms import PLATFORMS
 
 _TIMEOUT_S: Final = 600.0
 # Longest line of the compiler that an error shows, in characters.
 _LONGEST_MESSAGE: Final = 200
 
-
-class Platform(NamedTuple):
-    """A platform that native FMUs can be compiled for."""
-
-    # The compiler's name for it, and the suffix of binaries.
-    triple: str
-    suffix: str
-    # Folders of the binary in FMI 2.0 and 3.0.
-    folders: tuple[str, str]
-    # On 64-bit ARM, the folder of the x86 platform: before 2.0.4, FMI named no folder for ARM, and
-    # many importers look in this one.
-    x86_folder: str = ""
-
-
-TARGETS: Final[Mapping[str, Platform]] = {
-    "linux64": Platform("x86_64-linux-gnu.2.17", ".so", ("linux64", "x86_64-linux")),
-    "win64": Platform("x86_64-windows-gnu", ".dll", ("win64", "x86_64-windows")),
-    "darwin64": Platform("x86_64-macos.11.0", ".dylib", ("darwin64", "x86_64-darwin")),
-    "aarch64-linux": Platform(
-        "aarch64-linux-gnu.2.17", ".so", ("aarch64-linux", "aarch64-linux"), "linux64"
-    ),
-    "aarch64-darwin": Platform(
-        "aarch64-macos.11.0", ".dylib", ("aarch64-darwin", "aarch64-darwin"), "darwin64"
-    ),
-    "aarch64-windows": Platform(
-        "aarch64-windows-gnu", ".dll", ("aarch64-windows", "aarch64-windows"), "win64"
-    ),
-}
 # Compiler options by instruction set.
 _X86: Final[Mapping[str, Sequence[str]]] = {
     "baseline": ["-march=x86_64"],
@@ -56,7 +29,7 @@ _ARM: Final[Mapping[str, Sequence[str]]] = {"baseline": []}
 
 
 def compile_binary(model: str, platform: str) -> bytes:
-    """Compile the binary of a model for one of `TARGETS`.
+    """Compile the binary of a model for one of `PLATFORMS`.
 
     Raises `InputError` if ziglang is not installed, `ComputationError` if it fails.
     """
@@ -64,7 +37,7 @@ def compile_binary(model: str, platform: str) -> bytes:
         raise InputError(f"platform {platform}: needs ziglang: install fivtui[cross]")
     from fmpy import __file__ as fmpy_file
 
-    target = TARGETS[platform]
+    target = PLATFORMS[platform]
     with temporary_folder() as folder:
         source_folder = _source_folder(model, folder)
         headers = Path(str(fmpy_file)).parent / "c-code"
@@ -73,7 +46,7 @@ def compile_binary(model: str, platform: str) -> bytes:
         options = ["-target", target.triple, *flags, "-I.", f"-I{headers}"]
         units = [path.name for path in source_folder.glob("*.c") if path.stem != STEPPING_UNIT]
         if (source_folder / f"{STEPPING_UNIT}.c").is_file():
-            instruction_sets = _X86 if target.triple.startswith("x86_64") else _ARM
+            instruction_sets = _X86 if target.is_x86 else _ARM
             for variant, variant_options in instruction_sets.items():
                 units.append(str(folder / f"{variant}.o"))
                 variant_flags = [*variant_options, f"-DVARIANT={variant}", "-c", "-o", units[-1]]

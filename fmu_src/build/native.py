@@ -11,7 +11,7 @@ from fmu_src.slave import Type
 
 from .c_sources import MODELS, NATIVE, build_name, model_guid, sources
 from .component import Component
-from .cross_compilation import TARGETS, compile_binary
+from .cross_compilation import compile_binary
 from .description import (
     AUTHOR,
     GENERATION,
@@ -29,19 +29,11 @@ from .description_3 import (
     dependencies_in_exchange,
     native_description_3,
 )
+from .platforms import HOSTS, PLATFORMS
 
 _DESCRIPTION: Final = "modelDescription.xml"
 # Contains the reason if the compilation at installation failed.
 _FAILURE_FILE: Final = NATIVE / "native.txt"
-# Platforms on which fivtui may run: name in `TARGETS` by `sys.platform` and processor.
-_HOSTS: Final[Mapping[tuple[str, str], str]] = {
-    ("linux", "x86_64"): "linux64",
-    ("linux", "aarch64"): "aarch64-linux",
-    ("darwin", "x86_64"): "darwin64",
-    ("darwin", "arm64"): "aarch64-darwin",
-    ("win32", "amd64"): "win64",
-    ("win32", "arm64"): "aarch64-windows",
-}
 _LOG_CATEGORIES: Final = {
     "logStatusWarning": "Log messages with fmi2Warning status.",
     "logStatusDiscard": "Log messages with fmi2Discard status.",
@@ -89,11 +81,11 @@ def native_files(
     content: dict[str, bytes] = {}
     model, platform_names = component.model, platforms or [_host_platform()]
     for name in platform_names:
-        check_known("platform", name, TARGETS)
+        check_known("platform", name, PLATFORMS)
     # x86 first: importers on ARM also look in its folder, where its own binary takes precedence.
-    for name in sorted(platform_names, key=lambda name: bool(TARGETS[name].x86_folder)):
-        target = TARGETS[name]
-        is_host = name == _HOSTS.get(_machine())
+    for name in sorted(platform_names, key=lambda name: bool(PLATFORMS[name].x86_folder)):
+        target = PLATFORMS[name]
+        is_host = name == HOSTS.get(_machine())
         binary = _read_binary(model) if is_host else compile_binary(model, name)
         folder_2, folder_3 = target.folders
         folders = (folder_2, target.x86_folder) if fmi == "2" else (folder_3,)
@@ -116,17 +108,17 @@ def _machine() -> tuple[str, str]:
 
 
 def _host_platform() -> str:
-    """Name in `TARGETS` of the platform of this machine."""
-    if _machine() not in _HOSTS:
+    """Name in `PLATFORMS` of the platform of this machine."""
+    if _machine() not in HOSTS:
         raise InputError(
             f"no native FMU supports {', '.join(_machine())}; build the Python flavour"
         )
-    return _HOSTS[_machine()]
+    return HOSTS[_machine()]
 
 
 def _read_binary(model: str) -> bytes:
     advice = "install fivtui anew, or build the Python flavour"
-    file = NATIVE / f"{model}{TARGETS[_host_platform()].suffix}"
+    file = NATIVE / f"{model}{PLATFORMS[_host_platform()].suffix}"
     if not file.is_file():
         reason = "not installed"
         if _FAILURE_FILE.is_file():

@@ -24,6 +24,7 @@ from fivtui.model.errors import InputError
 from fmu_src.build import cross_compilation, native
 from fmu_src.build.builder import build_fmu
 from fmu_src.build.c_sources import install_name_options, sources
+from fmu_src.build.platforms import PLATFORMS
 
 needs_zig = pytest.mark.skipif(
     find_spec("ziglang") is None, reason="ziglang is not installed (extra cross)"
@@ -40,7 +41,6 @@ FIRST_BYTES = {
     "aarch64-windows/SliderBelt.dll": b"MZ",
     "aarch64-darwin/SliderBelt.dylib": struct.pack("<II", 0xFEEDFACF, _ARM),
 }
-PLATFORMS = ("linux64", "win64", "darwin64", "aarch64-linux", "aarch64-windows", "aarch64-darwin")
 _ELF_ARM = 183
 
 
@@ -73,13 +73,15 @@ def test_the_build_hook_compiles_for_the_same_macos(
 ) -> None:
     compiler, library = RecordingCompiler(monkeypatch), tmp_path / "SliderBelt.dylib"
     plan = hatch_build._Plan({"unit": []}, {library: ["unit"]})
-    hatch_build._compile([lambda *_: plan], "cc", ["cc"])
+    cc = hatch_build._Compiler("cc", ["cc"], ".dylib", is_x86=False)
+    hatch_build._compile([lambda *_: plan], cc)
     assert set(install_name_options(library.name)) <= set(compiler.calls[-1][2])
     monkeypatch.setattr(sys, "platform", system)
     monkeypatch.setattr(platform, "machine", lambda: processor)
     monkeypatch.setattr(hatch_build, "find_spec", lambda _: True)
-    _, command = hatch_build._compilers()[0]
-    assert command[-2:] == ["-target", cross_compilation.TARGETS[name].triple]
+    zig = hatch_build._compilers(hatch_build.ROOT)[0]
+    assert zig.tag == PLATFORMS[name].wheel_tag
+    assert zig.command[-2:] == ["-target", PLATFORMS[name].triple]
 
 
 @pytest.mark.parametrize(
@@ -177,7 +179,14 @@ def test_without_ziglang_the_message_names_its_extra(
 @pytest.mark.whole
 def test_one_fmu_holds_binaries_of_several_platforms(tmp_path: Path) -> None:
     fmu = tmp_path / "all.fmu"
-    arguments = ["fmu", "build", "--flavour", "native", "--platform", ",".join(PLATFORMS[::-1])]
+    arguments = [
+        "fmu",
+        "build",
+        "--flavour",
+        "native",
+        "--platform",
+        ",".join(reversed([*PLATFORMS])),
+    ]
     assert run([*arguments, "--out", str(fmu)]) == 0
     assert check_fmu(fmu) == []
     with zipfile.ZipFile(fmu) as archive:

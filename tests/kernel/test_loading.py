@@ -181,7 +181,7 @@ def test_a_wheel_contains_the_library_or_the_reason_why_it_is_missing(
     source = tmp_path / "source"
     ignored = shutil.ignore_patterns(".venv", ".git", "*.so", "__pycache__", ".*_cache")
     shutil.copytree(PACKAGE.parent, source, ignore=ignored)
-    if is_compiled and not hatch_build._compilers():
+    if is_compiled and not hatch_build._compilers(hatch_build.ROOT):
         pytest.skip("there is no compiler")
     if not is_compiled:
         (source / "fivtui" / "kernel" / "motion.h").write_text("#error broken\n")

@@ -16,6 +16,7 @@ from fivtui.kernel.lanes import LaneBatch
 from fivtui.kernel.sequential import SequentialBatch
 from fivtui.model import PARAMETERS, ComputationError
 from fivtui.taylor.stepper import MAX_LAW_ORDER
+from tests.support.kernels import GCC
 
 COLUMNS = len(RunColumns._fields)
 STATUS = RunColumns._fields.index("status")
@@ -320,7 +321,7 @@ def test_another_compiler_gives_the_same_bits(
     if shutil.which("gcc") is None:
         pytest.skip("there is no gcc")
     folder = Path(fivtui.__file__).parent / "kernel"
-    monkeypatch.setattr(hatch_build, "_compilers", lambda: [("gcc", ["gcc"])])
+    monkeypatch.setattr(hatch_build, "_compilers", lambda _root: [GCC])
     assert hatch_build.compile_kernel(folder, tmp_path / native._LIBRARY.name) == "gcc"
     inputs = random_members(100, 5)
     expected = single_runs(load_kernel(), inputs, 10.0, 20)

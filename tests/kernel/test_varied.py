@@ -13,6 +13,7 @@ from fivtui.kernel import Kernel, Status, VariedRun, load_kernel, native
 from fivtui.kernel.field_text import headers
 from fivtui.kernel.runs import MAX_SEEDS
 from fivtui.taylor.variation import apply_saltation
+from tests.support.kernels import GCC
 
 from .test_same_bits import Members, assert_same_bits, processor_has, random_members, single_runs
 
@@ -84,7 +85,7 @@ def test_another_compiler_gives_the_same_derivatives(
         pytest.skip("there is no gcc")
     inputs = random_members(12, 9)
     expected = derivative_numbers(varied_runs(load_kernel(), inputs, 4.0, 20, 13))
-    monkeypatch.setattr(hatch_build, "_compilers", lambda: [("gcc", ["gcc"])])
+    monkeypatch.setattr(hatch_build, "_compilers", lambda _root: [GCC])
     folder = Path(fivtui.__file__).parent / "kernel"
     hatch_build.compile_kernel(folder, tmp_path / native._LIBRARY.name)
     monkeypatch.setattr(native, "_LIBRARY", tmp_path / native._LIBRARY.name)

@@ -1,10 +1,12 @@
-"""Simulates an installation without a compiled kernel."""
+"""Simulates an installation without a compiled kernel, or with another compiler."""
 
 from unittest import mock
 
+import hatch_build
 from fivtui.kernel import native
 from fivtui.model import ComputationError
 
+GCC = hatch_build._Compiler("gcc", ["gcc"], hatch_build.LIBRARY_SUFFIX, hatch_build._is_x86())
 NO_COMPILER = "the kernel is not compiled: there is no compiler here"
 
 

@@ -1,0 +1,1 @@
+"""Wheels, the source distribution and the release."""
