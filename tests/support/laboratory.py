@@ -124,19 +124,6 @@ Stylesheet._parse_rules = _parse_once  # type: ignore[method-assign]
 # Equal to Textual's, but without a Python call for each rule and widget.
 RuleSet.__hash__ = object.__hash__  # type: ignore[method-assign]
 
-_close_all = App._close_all
-
-
-async def _close_without_focus(self: App[Any]) -> None:
-    """Close all screens without moving the focus, which would restyle every widget."""
-    for stack in self._screen_stacks.values():
-        for screen in stack:
-            screen.set_reactive(Screen.focused, None)
-    await _close_all(self)
-
-
-App._close_all = _close_without_focus  # type: ignore[method-assign]
-
 # A horizon, s, that no run reaches during a test.
 ENDLESS: Final = "1e6"
 
