@@ -5,6 +5,8 @@ selects one when it loads the library (`fivtui.kernel.native`). If compilation f
 the reason replaces the library, and the installation continues. The program then reports the
 reason and runs interpreted.
 
+A second hook makes the readme of package indexes.
+
 `python hatch_build.py` compiles in place, `python hatch_build.py --wheels DIST` builds the wheels
 of all platforms and the source distribution.
 """
@@ -13,6 +15,7 @@ import argparse
 import hashlib
 import os
 import platform
+import re
 import shlex
 import shutil
 import subprocess
@@ -28,6 +31,7 @@ from pathlib import Path
 from typing import Any, Final, NamedTuple
 
 from hatchling.builders.hooks.plugin.interface import BuildHookInterface
+from hatchling.metadata.plugin.interface import MetadataHookInterface
 
 ROOT: Final = Path(__file__).parent
 FOLDER: Final = Path("fivtui", "kernel")
@@ -343,6 +347,19 @@ class KernelBuildHook(BuildHookInterface):  # type: ignore[type-arg, unused-igno
         temporary = getattr(self, "_temporary", None)
         if temporary is not None:
             temporary.cleanup()
+
+
+class IndexReadmeHook(MetadataHookInterface):  # type: ignore[misc, unused-ignore]
+    """Makes the readme of package indexes, which have none of the files that README.md links."""
+
+    PLUGIN_NAME = "custom"
+
+    def update(self, metadata: dict[str, Any]) -> None:
+        """Replace pictures by what they show, and links to files by their texts."""
+        text = (Path(self.root) / "README.md").read_text(encoding="utf-8")
+        text = re.sub(r"!\[([^\]]*)\]\((?!https?:)[^)]*\)", r"*Picture: \1.*", text)
+        text = re.sub(r"\[([^\]]*)\]\((?!https?:|#)[^)]*\)", r"\1", text)
+        metadata["readme"] = {"content-type": "text/markdown", "text": text}
 
 
 def _remove_products(folder: Path) -> None:

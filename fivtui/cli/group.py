@@ -8,6 +8,7 @@ import click
 
 from fivtui.model import InputError, unknown_name_error
 from fivtui.options import ACCURACY, COMPUTATION, OUTPUT, SCENE
+from fivtui.version import __version__
 
 from .arguments import parameter_hint
 from .manual import ENTRIES, FIRST_ENTRY, SECTIONS, epilog
@@ -128,7 +129,7 @@ def _write_lists(
     epilog=epilog(FIRST_ENTRY),
     context_settings=_CONTEXT,
 )
-@click.version_option(package_name="fivtui", message="%(prog)s %(version)s")
+@click.version_option(__version__, message="%(prog)s %(version)s")
 @click.pass_context
 def commands(context: click.Context) -> None:
     """Friction-induced vibration of a slider pressed on a moving belt.
