@@ -17,7 +17,7 @@ from textual.widgets import Checkbox, Input
 from fivtui.tui.app import FivtuiApp
 
 _LIMIT_S: Final = 120.0
-_POLL_S: Final = 0.05
+_POLL_S: Final = 0.3
 # Pages are read without network: no fonts from elsewhere.
 _FONT_FACES: Final = re.compile(r"@font-face \{.*?\}", flags=re.DOTALL)
 
@@ -74,7 +74,8 @@ async def _wait(pilot: Pilot[None], argument: str, check: Callable[[str], bool])
     while not check(_text(pilot)):
         if time.monotonic() > end:
             raise StepError(f"waited in vain for {argument!r} in:\n{_text(pilot)}")
-        await pilot.pause(_POLL_S)
+        # Reading the screen takes longer than most computations.
+        await asyncio.sleep(_POLL_S)
 
 
 def _text(pilot: Pilot[None]) -> str:
