@@ -1,4 +1,5 @@
-/* The exponential function by the same arithmetic as in `fivtui.model.field`. */
+/* The exponential function by the same arithmetic as in `fivtui.model.field`, for a number (V) of
+   each run. A mask (M) has a truth value for each run: see vector.h. */
 
 #ifndef FIVTUI_EXPONENTIAL_H
 #define FIVTUI_EXPONENTIAL_H
@@ -22,20 +23,25 @@ INLINE V exponential(V exponent)
 {
     /* Adding and subtracting this number rounds to an integer. */
     const double round_shift = 0x1.8p52;
-    M is_positive = exponent > -MAX_EXPONENT;
-    V clamped = choose(is_positive, vmin(exponent, splat(MAX_EXPONENT)), splat(-MAX_EXPONENT));
+    /* Whether the result is above zero. */
+    M is_nonzero = exponent > -MAX_EXPONENT;
+    V clamped = choose(is_nonzero, vmin(exponent, splat(MAX_EXPONENT)), splat(-MAX_EXPONENT));
     V count = (round_shift + clamped * LOG2_E) - round_shift;
     /* exp(clamped) = 2^count exp(reduced) with |reduced| ≤ ln 2/2. */
     V reduced = vfma(count, splat(-LN2_LOW), vfma(count, splat(-LN2_HIGH), clamped));
     V square = reduced * reduced, fourth = square * square;
-    /* The exponential series up to degree 13, in pairs of terms. */
+    /* The exponential series up to degree 13. `term[n]` is the sum of the terms of degrees 2n and
+       2n + 1, divided by square^n. `low` has the terms up to degree 7, and `high` the others,
+       divided by square^4. */
     V term[7];
     UNROLL for (int n = 0; n < 7; n++)
         term[n] = vfma(reduced, splat(1.0 / FACTORIAL[2 * n + 1]), splat(1.0 / FACTORIAL[2 * n]));
     V low = vfma(vfma(term[3], square, term[2]), fourth, vfma(term[1], square, term[0]));
     V high = vfma(term[6], fourth, vfma(term[5], square, term[4]));
     V value = vfma(high, fourth * fourth, low);
-    return choose(is_positive, value * number_from_bits(count * 0x1p52, BITS_OF_ONE), splat(0.0));
+    /* A number's exponent begins at bit 52: adding 2^52 count to the bits of 1 makes 2^count. */
+    V power = number_from_bits(count * 0x1p52, BITS_OF_ONE);
+    return choose(is_nonzero, value * power, splat(0.0));
 }
 
 #endif

@@ -1,5 +1,6 @@
 /* A periodic orbit near a guess by shooting and Newton's method, with its monodromy matrix and the
-   tangent of the curve of orbits. LANES is 1.
+   tangent of the curve of orbits. Runs are computed one at a time: LANES is 1. NAME gives exported
+   functions their prefix and suffix, see variant.h.
 
    The unknowns are the state at the start, the period and one or two varied parameters, each in its
    own unit (`scales`). A period is computed by `vary.c`, with its derivatives by state and varied
@@ -14,10 +15,13 @@
 /* Index of the period among the unknowns; varied parameters follow it. */
 #define U_PERIOD STATE
 #define MAX_UNKNOWNS (STATE + 1 + MAX_VARIED)
+/* A seed is a direction of derivatives: a component of the start, or a varied parameter. */
 #define MAX_SEEDS (STATE + MAX_VARIED)
 /* Dimension of a plane that the orbit crosses. */
 #define PLANE (STATE - 1)
 #define MAX_NEWTON_ITERATIONS 8
+/* Rows and columns of the buffer into which `vary.c` writes switches between modes; a search does
+   not read it. CROSSING_HEAD is the number of columns before the derivatives of the state. */
 #define MAX_CROSSINGS 64
 #define CROSSING_COLUMNS (CROSSING_HEAD + STATE * MAX_SEEDS)
 #define EXTREMES 7
@@ -29,12 +33,14 @@
 /* Results of a search. */
 enum { NOT_FOUND, FOUND };
 
-/* Inputs of a search: numbers of the columns of the `varied` parameters, their bounds, the units of
-   the unknowns, the greatest period, s, and how runs are computed. */
+/* Inputs of a search. `scales` are the units of the unknowns. `varied_count` parameters vary
+   between `low` and `high`; `columns` are their indices in `parameters`. Periods are at most
+   `max_period`, s. A run has the tolerance `tol`, Taylor series of this `order`, and at most
+   `budget` steps. */
 typedef struct {
     double parameters[PARAMETERS], scales[MAX_UNKNOWNS], low[MAX_VARIED], high[MAX_VARIED];
     double tol, max_period;
-    int64_t columns[MAX_VARIED], varied, separation, order, budget;
+    int64_t columns[MAX_VARIED], varied_count, separation, order, budget;
 } OrbitRequest;
 
 /* End of one period: state, its rate, derivatives by start and varied parameters, and extremes. */
@@ -42,7 +48,8 @@ typedef struct {
     double final[STATE], rate[STATE], derivatives[MAX_SEEDS * STATE], extremes[EXTREMES];
 } Period;
 
-/* Layout that `fivtui.kernel.orbits` reads. */
+/* Layout that `fivtui.kernel.orbits` reads. `determinant` is that of the linearised equations with
+   the tangent as last row: it is zero where another curve of orbits crosses. */
 typedef struct {
     double unknowns[MAX_UNKNOWNS], tangent[MAX_UNKNOWNS], flow_direction[STATE];
     double monodromy[PLANE * PLANE];
@@ -115,7 +122,7 @@ static int compute_period(void *memory, const OrbitRequest *request, const doubl
     double parameters[PARAMETERS], start[STATE], result[VARY_RESULTS];
     double seeds[MAX_SEEDS][STATE + PARAMETERS] = {{0.0}};
     double crossings[MAX_CROSSINGS * CROSSING_COLUMNS], extremes[EXTREMES * (1 + MAX_SEEDS)];
-    const int64_t seed_count = STATE + request->varied;
+    const int64_t seed_count = STATE + request->varied_count;
     const double t_end = unknowns[U_PERIOD] * request->scales[U_PERIOD];
     memcpy(parameters, request->parameters, sizeof parameters);
     for (int i = 0; i < STATE; i++) {
@@ -128,7 +135,7 @@ static int compute_period(void *memory, const OrbitRequest *request, const doubl
     }
     if (!(t_end > 0.0 && t_end <= request->max_period))
         return 0;
-    for (int i = 0; i < request->varied; i++) {
+    for (int i = 0; i < request->varied_count; i++) {
         double value = unknowns[U_PERIOD + 1 + i] * request->scales[U_PERIOD + 1 + i];
         if (!(value >= request->low[i] && value <= request->high[i]))
             return 0;
@@ -148,7 +155,8 @@ static int compute_period(void *memory, const OrbitRequest *request, const doubl
     memcpy(period->final, result + R_X, sizeof period->final);
     period->rate[S_X] = result[R_VX], period->rate[S_VX] = result[R_AX];
     period->rate[S_Y] = result[R_VY], period->rate[S_VY] = result[R_AY];
-    /* In the order of `Extremes`: a result has both least values before the greatest ones. */
+    /* In the order of the struct `Extremes` in motion.h, which is not that of the columns. The last
+       two are the extremes of y in the second half of the run. */
     static const int COLUMNS[EXTREMES] = {R_X_MIN, R_X_MAX, R_Y_MIN, R_Y_MAX, R_VX_MAX,
                                           R_SECOND_HALF_MIN, R_SECOND_HALF_MAX};
     for (int i = 0; i < EXTREMES; i++)
@@ -164,7 +172,7 @@ static void set_closure_rows(System system, const OrbitRequest *request, const P
         for (int j = 0; j < STATE; j++)
             system[i][j] = period->derivatives[j * STATE + i] * scales[j] / scales[i] - (i == j);
         system[i][U_PERIOD] = period->rate[i] * scales[U_PERIOD] / scales[i];
-        for (int n = 0; n < request->varied; n++) {
+        for (int n = 0; n < request->varied_count; n++) {
             int column = U_PERIOD + 1 + n;
             system[i][column] = period->derivatives[(STATE + n) * STATE + i]
                 * scales[column] / scales[i];
@@ -201,25 +209,25 @@ static void set_monodromy(const System closure, const double *flow_direction, do
 
 /* Set tangent, monodromy matrix and determinant of an orbit; returns 0 if it is singular. Arguments
    as of `orbit_solve`. */
-static int complete_orbit(const OrbitRequest *request, const Period *period, const double *planes,
-                          const double *along, int64_t is_normal_to_flow, Orbit *orbit)
+static int complete_orbit(const OrbitRequest *request, const Period *period, const double *normals,
+                          const double *heading, int64_t is_normal_to_flow, Orbit *orbit)
 {
-    const int count = STATE + 1 + (int)request->varied;
+    const int count = STATE + 1 + (int)request->varied_count;
     System system = {{0.0}}, factors;
+    double flow_normal[MAX_UNKNOWNS] = {0.0};
     int rows[MAX_UNKNOWNS];
     set_closure_rows(system, request, period);
     for (int i = 0; i < STATE; i++)
         orbit->flow_direction[i] = period->rate[i] / request->scales[i];
     const double speed = vector_length(orbit->flow_direction, STATE);
     for (int i = 0; i < STATE; i++)
-        orbit->flow_direction[i] /= speed;
-    for (int n = 0; n < count - STATE; n++)
-        memcpy(system[STATE + n], planes + n * count, count * sizeof *planes);
-    if (is_normal_to_flow) {
-        memset(system[STATE], 0, sizeof system[STATE]);
-        memcpy(system[STATE], orbit->flow_direction, sizeof orbit->flow_direction);
-    }
-    memcpy(system[count - 1], along, count * sizeof *along);
+        flow_normal[i] = orbit->flow_direction[i] /= speed;
+    /* The product of each row and the tangent is 0, except that of the heading, the last row, which
+       is 1. The flow may replace the first of `normals`. */
+    for (int n = 0; n < request->varied_count; n++)
+        memcpy(system[STATE + n], n == 0 && is_normal_to_flow ? flow_normal : normals + n * count,
+               count * sizeof *normals);
+    memcpy(system[count - 1], heading, count * sizeof *heading);
     memcpy(factors, system, sizeof factors);
     if (factorise(factors, count, rows) == 0.0)
         return 0;
@@ -230,7 +238,8 @@ static int complete_orbit(const OrbitRequest *request, const Period *period, con
     for (int i = 0; i < count; i++)
         orbit->tangent[i] /= length;
     set_monodromy(system, orbit->flow_direction, orbit->monodromy);
-    memcpy(system[count - 1], orbit->tangent, count * sizeof *along);
+    /* With the tangent as last row the determinant is zero only where curves of orbits cross. */
+    memcpy(system[count - 1], orbit->tangent, count * sizeof *heading);
     orbit->determinant = factorise(system, count, rows);
     memcpy(orbit->extremes, period->extremes, sizeof orbit->extremes);
     return is_finite_number(length);
@@ -240,16 +249,18 @@ static int complete_orbit(const OrbitRequest *request, const Period *period, con
 EXPORT int64_t NAME(orbit_request_size)(void) { return sizeof(OrbitRequest); }
 EXPORT int64_t NAME(orbit_found_size)(void) { return sizeof(Orbit); }
 
-/* Find the periodic orbit near a guess of the unknowns. `planes` are normals of planes through the
-   guess in which the search runs, one more than varied parameters. The tangent of the curve of
-   orbits has a positive component along `along`; it is normal to the flow if `is_normal_to_flow`,
-   else to the first of `planes`. `memory` is that of a run with derivatives. Returns FOUND or
-   NOT_FOUND. */
+/* Find the periodic orbit near a guess of the unknowns.
+
+   The search runs in the planes through the guess that have these normals: one more than varied
+   parameters, each with an element per unknown. The tangent of the curve of orbits has a positive
+   component in the direction `heading`. It is normal to the flow if `is_normal_to_flow`, else to
+   the first of `normals`. `memory` is a buffer of `vary_size` bytes that a run with derivatives
+   overwrites. Returns FOUND or NOT_FOUND. */
 EXPORT int64_t NAME(orbit_solve)(void *memory, const OrbitRequest *request, const double *guess,
-                                 const double *planes, const double *along,
+                                 const double *normals, const double *heading,
                                  int64_t is_normal_to_flow, Orbit *orbit)
 {
-    const int count = STATE + 1 + (int)request->varied;
+    const int count = STATE + 1 + (int)request->varied_count;
     double unknowns[MAX_UNKNOWNS] = {0.0}, min_residual = INFINITE, best_scale = 0.0;
     Period period, best_period;
     memcpy(unknowns, guess, count * sizeof *guess);
@@ -266,19 +277,20 @@ EXPORT int64_t NAME(orbit_solve)(void *memory, const OrbitRequest *request, cons
             scale = maximum(scale, magnitude(unknowns[i]));
         }
         for (int n = STATE; n < count; n++) {
-            memcpy(system[n], planes + (n - STATE) * count, count * sizeof *planes);
+            memcpy(system[n], normals + (n - STATE) * count, count * sizeof *normals);
             for (int i = 0; i < count; i++)
                 residuals[n] += system[n][i] * (unknowns[i] - guess[i]);
         }
         for (int i = 0; i < count; i++)
             residual = maximum(residual, magnitude(residuals[i]));
-        /* Newton's method has converged when the residual no longer falls. */
         if (residual < min_residual) {
             min_residual = residual, best_period = period, best_scale = scale;
             memcpy(orbit->unknowns, unknowns, sizeof unknowns);
             orbit->iterations = iteration;
-        } else if (min_residual < MAX_RESIDUAL * best_scale)
+        } else if (min_residual < MAX_RESIDUAL * best_scale) {
+            /* Converged: the residual is small and no longer falls. */
             break;
+        }
         if (residual < EXACT_RESIDUAL * scale || factorise(system, count, rows) == 0.0)
             break;
         solve_factorised(system, count, rows, residuals);
@@ -287,6 +299,6 @@ EXPORT int64_t NAME(orbit_solve)(void *memory, const OrbitRequest *request, cons
     }
     if (!(min_residual < MAX_RESIDUAL * best_scale))
         return NOT_FOUND;
-    return complete_orbit(request, &best_period, planes, along, is_normal_to_flow, orbit)
+    return complete_orbit(request, &best_period, normals, heading, is_normal_to_flow, orbit)
         ? FOUND : NOT_FOUND;
 }

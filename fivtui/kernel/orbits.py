@@ -35,7 +35,7 @@ class _Request(ctypes.Structure):
         ("tol", _double),
         ("max_period", _double),
         ("columns", _int * _MAX_VARIED),
-        ("varied", _int),
+        ("varied_count", _int),
         ("separation", _int),
         ("order", _int),
         ("budget", _int),
@@ -113,26 +113,26 @@ class OrbitSearch:
         self._count = _STATE_SIZE + 1 + count
 
     def solve(
-        self, guess: Floats, planes: Floats, direction: Floats, *, is_normal_to_flow: bool
+        self, guess: Floats, normals: Floats, heading: Floats, *, is_normal_to_flow: bool
     ) -> FoundOrbit | None:
         """The orbit near a guess of the n scaled unknowns; None if Newton's method finds none.
 
-        The search runs in the planes through the guess with the normals `planes`, shape (n − 4, n).
-        The new tangent has a positive component along `direction`. It is normal to the flow if
-        `is_normal_to_flow`, else to the first of `planes`.
+        The search runs in the planes through the guess with these `normals`, shape (n − 4, n).
+        The new tangent has a positive component along `heading`. It is normal to the flow if
+        `is_normal_to_flow`, else to the first of `normals`.
         """
         orbit = np.empty(_ORBIT_SIZE)
         # One array for the three inputs: each `ctypes.data` takes longer than an addition.
-        arguments = np.concatenate([guess, direction, planes.ravel()])
+        arguments = np.concatenate([guess, heading, normals.ravel()])
         guess_address = arguments.ctypes.data
-        direction_address = guess_address + arguments.itemsize * self._count
-        planes_address = direction_address + arguments.itemsize * self._count
+        heading_address = guess_address + arguments.itemsize * self._count
+        normals_address = heading_address + arguments.itemsize * self._count
         if not self._function(
             self._memory.ctypes.data,
             ctypes.addressof(self._request),
             guess_address,
-            planes_address,
-            direction_address,
+            normals_address,
+            heading_address,
             is_normal_to_flow,
             orbit.ctypes.data,
         ):

@@ -156,7 +156,7 @@ static void run_varied(const Problem *p, const double *parameters, int64_t separ
 typedef struct {
     double parameters[PARAMETERS], scales[MAX_UNKNOWNS], low[MAX_VARIED], high[MAX_VARIED];
     double tol, max_period;
-    int64_t columns[MAX_VARIED], varied, separation, order, budget;
+    int64_t columns[MAX_VARIED], varied_count, separation, order, budget;
 } OrbitRequest;
 
 static void solve_orbit(const Problem *p, const double *parameters, int64_t separation,
@@ -165,27 +165,27 @@ static void solve_orbit(const Problem *p, const double *parameters, int64_t sepa
     int64_t varied = 1 + p->seeds % 2, count = STATE + 1 + varied;
     OrbitRequest *request = allocate(1, (size_t)fivtui_orbit_request_size_baseline());
     *request = (OrbitRequest){.tol = p->tol, .max_period = 5.0, .columns = {MU_COLUMN, F_COLUMN}};
-    request->varied = varied, request->separation = separation;
+    request->varied_count = varied, request->separation = separation;
     request->order = p->order, request->budget = p->budget;
     for (int i = 0; i < PARAMETERS; i++)
         request->parameters[i] = parameters[i];
     for (int i = 0; i < MAX_VARIED; i++)
         request->high[i] = 1e9;
-    double *guess = allocate(count, sizeof(double)), *along = allocate(count, sizeof(double));
-    double *planes = allocate((1 + varied) * count, sizeof(double));
+    double *guess = allocate(count, sizeof(double)), *heading = allocate(count, sizeof(double));
+    double *normals = allocate((1 + varied) * count, sizeof(double));
     for (int64_t i = 0; i < count; i++) {
         request->scales[i] = 1.0 + (double)i;
         guess[i] = i < STATE ? start[i] : parameters[MU_COLUMN];
         if (i == STATE)
             guess[i] = p->t_end;
-        along[i] = seeds[i];
+        heading[i] = seeds[i];
         for (int64_t n = 0; n <= varied; n++)
-            planes[n * count + i] = seeds[(i + 3 * n) % (STATE + PARAMETERS)];
+            normals[n * count + i] = seeds[(i + 3 * n) % (STATE + PARAMETERS)];
     }
     void *run = malloc((size_t)fivtui_vary_size_baseline());
     void *orbit = malloc((size_t)fivtui_orbit_found_size_baseline());
-    fivtui_orbit_solve_baseline(run, request, guess, planes, along, p->cubic, orbit);
-    free(request), free(guess), free(along), free(planes), free(run), free(orbit);
+    fivtui_orbit_solve_baseline(run, request, guess, normals, heading, p->cubic, orbit);
+    free(request), free(guess), free(heading), free(normals), free(run), free(orbit);
 }
 
 static void run_batch(const Problem *p, const double *parameters, const uint8_t *separation,

@@ -19,7 +19,7 @@ SCALES = np.array([0.7, 4.0, 0.7, 4.0, 1.2, 0.25, 64.0])
 
 
 def random_searches(varied_count: int) -> Iterator[tuple[FloatArray, FloatArray]]:
-    """Guesses near limit cycles of the base set, some with lift-off, and planes through them."""
+    """Guesses near limit cycles of the base set, some with lift-off, and normals of planes."""
     rng = np.random.default_rng(varied_count)
     points = branch(None, "mu", low=0.25, high=0.6).points[::9]
     for point in points:
@@ -96,9 +96,9 @@ def test_instruction_sets_find_the_same_orbits(
 def test_searches_from_invalid_guesses_find_no_orbit(replaced_number: tuple[int, float]) -> None:
     column, value = replaced_number
     curve = OrbitCurve(SliderBeltFlow(System(Parameters()), ("mu",)), SCALES[:6])
-    guess, planes = next(random_searches(1))
+    guess, normals = next(random_searches(1))
     guess[column] = value
-    assert curve.solve(guess, planes) is None
+    assert curve.solve(guess, normals) is None
 
 
 def test_structures_have_the_same_size_in_python_and_c() -> None:

@@ -191,25 +191,22 @@ class OrbitCurve:
     def solve(
         self,
         guess: FloatArray,
-        planes: FloatArray,
-        along: FloatArray | None = None,
+        normals: FloatArray,
+        heading: FloatArray | None = None,
         *,
         is_normal_to_flow: bool = True,
     ) -> OrbitOnCurve | None:
         """The periodic orbit near a guess in planes through it; None without convergence.
 
-        The planes through the guess have the normals `planes`. The tangent points along `along`, by
-        default the last normal. It is normal to the first one, or to the flow if
-        `is_normal_to_flow`.
+        The planes have these `normals`. The tangent points to the side of `heading`, by default of
+        the last normal. It is normal to the first one, or to the flow if `is_normal_to_flow`.
         """
         self._work.check()
         if not np.isfinite(guess).all():
             return None
-        direction = planes[-1] if along is None else along
+        heading = normals[-1] if heading is None else heading
         if self._search is not None:
-            orbit = self._search.solve(
-                guess, planes, direction, is_normal_to_flow=is_normal_to_flow
-            )
+            orbit = self._search.solve(guess, normals, heading, is_normal_to_flow=is_normal_to_flow)
             return None if orbit is None else OrbitOnCurve(**orbit._asdict())
         state_count = self._state_count
 
@@ -217,14 +214,14 @@ class OrbitCurve:
             motion = self.motion(unknowns)
             if motion is None:
                 return None
-            residuals = [self.closure_error(unknowns, motion), planes @ (unknowns - guess)]
-            return np.concatenate(residuals), np.vstack([self.jacobian(motion), planes]), motion
+            residuals = [self.closure_error(unknowns, motion), normals @ (unknowns - guess)]
+            return np.concatenate(residuals), np.vstack([self.jacobian(motion), normals]), motion
 
         root = find_root(equations, guess, state_count, _NEWTON_LIMITS)
         if root is None:
             return None
         return self.orbit_with_tangent(
-            root, root.data, direction, is_normal_to_flow=is_normal_to_flow
+            root, root.data, heading, is_normal_to_flow=is_normal_to_flow
         )
 
     def return_distance(self, orbit: OrbitOnCurve, share: float) -> float:
@@ -241,15 +238,15 @@ class OrbitCurve:
         motion, state_count = self.motion(orbit.unknowns, share), self._state_count
         if motion is None:
             return None
-        guess, along = orbit.unknowns.copy(), orbit.tangent.copy()
+        guess, heading = orbit.unknowns.copy(), orbit.tangent.copy()
         guess[:state_count] = motion.final / self.scales[:state_count]
         # Period and parameters determine the direction of the tangent.
-        along[:state_count] = 0.0
-        planes = np.eye(self._unknown_count)[state_count:]
-        planes[0] = 0.0
-        planes[0, :state_count] = motion.rate / self.scales[:state_count]
-        planes[0] /= np.linalg.norm(planes[0])
-        return self.solve(guess, planes, along)
+        heading[:state_count] = 0.0
+        normals = np.eye(self._unknown_count)[state_count:]
+        normals[0] = 0.0
+        normals[0, :state_count] = motion.rate / self.scales[:state_count]
+        normals[0] /= np.linalg.norm(normals[0])
+        return self.solve(guess, normals, heading)
 
     def motion(self, unknowns: FloatArray, share: float = 1.0) -> MotionEnd | None:
         """The motion over a share of a period; None where it cannot be computed."""
@@ -275,11 +272,16 @@ class OrbitCurve:
         return rows
 
     def orbit_with_tangent(
-        self, root: Root[T], motion: MotionEnd, along: FloatArray, *, is_normal_to_flow: bool = True
+        self,
+        root: Root[T],
+        motion: MotionEnd,
+        heading: FloatArray,
+        *,
+        is_normal_to_flow: bool = True,
     ) -> OrbitOnCurve | None:
         """The orbit of a root with its tangent; None where the equations are singular."""
         system, state_count = root.derivatives.copy(), self._state_count
-        system[-1] = along
+        system[-1] = heading
         rate = motion.rate / self.scales[:state_count]
         flow_direction = rate / np.linalg.norm(rate)
         if is_normal_to_flow:
