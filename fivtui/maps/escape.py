@@ -1,6 +1,7 @@
 """Escape offsets of many parameter sets: least displacements from rest that lead to vibration.
 
-The slider is released above and below the equilibrium, at growing displacements.
+The slider is released above and below the equilibrium, at growing displacements. They are relative
+to the half range of the limit cycle at the fold: where the branch of cycles over μ has its least μ.
 """
 
 from collections.abc import Mapping
@@ -15,13 +16,13 @@ from fivtui.model import Progress, System, equilibrium
 
 Floats = NDArray[np.float64]
 
-# Tested displacements, relative to the half range of the cycle at the fold: least, greatest, count.
+# Tested displacements, relative to that half range: least, greatest, and their number.
 _LEAST_RATIO: Final = 0.02
 _GREATEST_RATIO: Final = 5.0
 _RATIO_COUNT: Final = 14
 _BISECTIONS: Final = 5
-# Duration of motions in decay times of the slider without friction: long, as motions leave the
-# cycles on the boundary of the basins slowly.
+# Duration of motions in decay times of the slider without friction. It is long: a motion that
+# begins near an unstable cycle leaves it slowly, before it decays or escapes.
 _DECAY_TIMES: Final = 12.0
 _TOL: Final = 1e-6
 _MAX_STEPS: Final = 50_000
@@ -68,6 +69,7 @@ class _Chunk:
         self._rest_x = np.array([point.x for point in equilibria])
         self._rest_y = np.array([point.y for point in equilibria])
         parameter_sets = (system_of_row.parameters for system_of_row in systems)
+        # The mean of the decay rates c1/(2 m) of x and c2/(2 m) of y.
         decay_rates = [(p.c1 + p.c2) / (4.0 * p.m) for p in parameter_sets]
         self._duration = float(_DECAY_TIMES / min(decay_rates))
 
@@ -84,9 +86,11 @@ class _Chunk:
         escapes = self._escape_flags(rows, direction * offsets.ravel()).reshape(offsets.shape)
         escaping_rows = np.flatnonzero(escapes.any(axis=1))
         first = escapes.argmax(axis=1)[escaping_rows]
-        # Bisect between a displacement that returns and one that escapes.
+        # Bisect between a displacement that returns and one that escapes. The former is the next
+        # smaller one, or none: 0.
         escaping = offsets[escaping_rows, first]
-        returning = np.where(first > 0, offsets[escaping_rows, np.maximum(first - 1, 0)], 0.0)
+        next_smaller_offsets = np.pad(offsets, ((0, 0), (1, 0)))
+        returning = next_smaller_offsets[escaping_rows, first]
         for _ in range(_BISECTIONS):
             middle = 0.5 * (returning + escaping)
             escapes = self._escape_flags(escaping_rows, direction * middle)

@@ -18,7 +18,7 @@ from .results import PaperResults
 NUMBERS: Final = tuple(range(FIRST_FIGURE, LAST_FIGURE + 1))
 # A format for print and one for screens.
 DEFAULT_FORMATS: Final = ("pdf", "png")
-# Share of the computing time that amplitudes take, for the progress.
+# Share of the progress for the panels of the kind ``amplitude``, if there are any.
 _AMPLITUDES_SHARE: Final = 0.6
 
 
@@ -111,6 +111,7 @@ def figures(
     ['fig-02.png']
     """
     chosen = figure_numbers([str(number) for number in numbers])
+    # The folder's path passes `force` on to the paths of the files in it.
     return save_figures(
         chosen, output_path(folder, force=force), formats=formats, progress=progress
     )
@@ -126,7 +127,7 @@ def save_figures(
 ) -> list[FigureFiles]:
     """Compute figures, then write them with their data; parameters and errors as `figures`.
 
-    `results` provides the numbers; new ones are computed if not given.
+    Data are taken from `results`, which computes those that are missing.
     """
     chosen = figure_numbers([str(number) for number in numbers])
     formats = check_names("formats", formats)
@@ -143,12 +144,14 @@ def save_figures(
     source = PaperResults() if results is None else results
     panels = [panel for number in chosen for panel in figure_panels(number)]
     amplitudes = [panel for panel in panels if panel.kind == "amplitude"]
+    # Compute all amplitudes at once, in parallel, then the other panels one by one.
     share = _AMPLITUDES_SHARE if amplitudes else 0.0
     source.prepare(
         (scene for panel in amplitudes for scene in panel.scenes()),
         work.stage(0.0, share).callback,
     )
     for panel in panels:
+        # `source` keeps the table, and `report` may cancel.
         source.table(panel.key)
         work.report(share)
     for count, files in enumerate(all_files, start=1):
@@ -159,4 +162,5 @@ def save_figures(
             for panel, path in zip(figure_panels(files.number), files.data, strict=True):
                 save_data(source.table(panel.key), path)
         work.report(share + (1.0 - share) * count / len(all_files))
+    # Plain paths, which no longer allow files to be replaced.
     return [figure_files(number, Path(folder), formats) for number in chosen]

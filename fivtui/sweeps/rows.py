@@ -1,6 +1,7 @@
 """Compute the rows of a sweep: transients in batches or run by run, stability, critical and safe μ.
 
-A member is one parameter set with its start and its case: separation considered or ignored.
+A member is one parameter set with its start and its case: separation considered or ignored. Above
+critical μ the equilibrium is unstable; below safe μ no disturbance was found to cause vibration.
 """
 
 import math
@@ -53,6 +54,7 @@ Flags = NDArray[np.bool_]
 # Start states of a block of members, shape (n, 4).
 BlockStart = Literal["static"] | Floats
 
+# Outputs of transients. Those on intervals of stick, without slip on the belt, need single runs.
 _RUN_COLUMNS: Final = (*TRANSIENT_COLUMNS, *STICK_COLUMNS)
 # Outputs for which a batch must record the extremes of x and ẋ beside those of y.
 _X_OUTPUTS: Final = ("x_abs", "vx_max")
@@ -145,15 +147,14 @@ def compute_rows(study: Study, first: int, stop: int, progress: OnProgress | Non
     A row does not depend on other rows or on earlier calls.
     """
     members = np.arange(first, stop, dtype=np.int64)
+    # The cases of a point are consecutive members.
     points, case_indices = np.divmod(members, len(study.cases))
+    error_names = [ERROR_COLUMNS[quantity].name for quantity in dict(study.accuracy)]
     block = _MemberBlock(
         study,
         varied=study.design.columns(points),
         separation=np.array(study.cases)[case_indices],
-        results={
-            name: np.full(members.size, np.nan)
-            for name in (*study.outputs, *(ERROR_COLUMNS[name].name for name, _ in study.accuracy))
-        },
+        results={name: np.full(members.size, np.nan) for name in (*study.outputs, *error_names)},
         reasons=[""] * members.size,
     )
     if study.accuracy or any(column.name in study.outputs for column in _RUN_COLUMNS):
@@ -216,6 +217,7 @@ class _MemberBlock:
                     separation=bool(self.separation[index]),
                     start=start if isinstance(start, str) else start[index].tolist(),
                     method=study.method,
+                    # Tables over time that parameters follow.
                     over_time=dict(study.over_time),
                     progress=report,
                 )
@@ -228,34 +230,39 @@ class _MemberBlock:
     def _refine(self, indices: Indices, start: BlockStart, progress: OnProgress) -> None:
         # Refine the tolerance of each member until a run differs from the coarser run by less than
         # the error targets and does not diverge from it.
-        targets, begin = dict(self.study.accuracy), 0.0
+        targets, first_fraction = dict(self.study.accuracy), 0.0
 
         def report(fraction: float) -> bool:
-            # The number of runs is not known: the first one is half of the progress.
-            return progress(begin + 0.5 * fraction)
+            # The number of runs is not known. The first one is half of the progress, and each
+            # further one the other half.
+            return progress(first_fraction + 0.5 * fraction)
 
         tol = first_tol(targets)
         if indices.size > 0:
             coarse = _observe(self._run(indices, start, tol, report))
         while indices.size > 0:
-            previous_tol, tol, begin = tol, finer_tol(tol), 0.5
+            previous_tol, tol, first_fraction = tol, finer_tol(tol), 0.5
+            is_finest = tol == TOL_RANGE[0]
             batch = self._run(indices, start, tol, report)
             fine = _observe(batch)
             errors = {name: _relative_error(name, coarse, fine) for name in targets}
-            is_missed = ~np.all([errors[name] <= targets[name] for name in targets], axis=0)
-            is_diverged = _is_diverged(coarse, fine, self._time_scales(indices))
-            is_missed |= is_diverged
-            is_missed[batch.failed] = is_diverged[batch.failed] = False
-            if tol == TOL_RANGE[0]:
-                for row in np.flatnonzero(is_missed & ~is_diverged).tolist():
+            is_computed = np.ones(indices.size, dtype=bool)
+            is_computed[batch.failed] = False
+            is_accurate = np.all([errors[name] <= targets[name] for name in targets], axis=0)
+            is_diverged = is_computed & _is_diverged(coarse, fine, self._time_scales(indices))
+            is_missed = is_computed & ~is_diverged & ~is_accurate
+            if is_finest:
+                for row in np.flatnonzero(is_missed).tolist():
                     member_errors = {name: float(error[row]) for name, error in errors.items()}
                     self.reasons[indices[row]] = _missed_target_reason(member_errors, targets)
                 self._explain_divergence(indices[is_diverged], start, (previous_tol, tol), report)
-                is_missed[:] = False
             for name, error in errors.items():
                 self.results[ERROR_COLUMNS[name].name][indices] = error
             self._store(indices, batch)
-            indices, coarse = indices[is_missed], {name: fine[name][is_missed] for name in fine}
+            if is_finest:
+                return
+            is_open = is_missed | is_diverged
+            indices, coarse = indices[is_open], {name: fine[name][is_open] for name in fine}
 
     def _time_scales(self, indices: Indices) -> Floats:
         # √(m/stiffness) of members, s, as `time_scale`.
@@ -271,8 +278,10 @@ class _MemberBlock:
             if indices.size == 0:
                 return
             begin, end = ((n / _INTERVAL_COUNT) * self.study.t_end for n in (number - 1, number))
-            is_diverged = np.ones(indices.size, dtype=bool)
-            if number < _INTERVAL_COUNT:
+            if number == _INTERVAL_COUNT:
+                # These runs did not diverge earlier, so they diverge here.
+                is_diverged = np.ones(indices.size, dtype=bool)
+            else:
                 coarse, fine = (
                     _observe(self._run(indices, start, tol, progress, end)) for tol in tols
                 )
@@ -314,6 +323,7 @@ class _MemberBlock:
         # The extremes of y alone take less time.
         extremes = "peak" if any(name in self.study.outputs for name in _X_OUTPUTS) else "amplitude"
         attributes = {column.path.partition(".")[0] for column in self._requested}
+        # Forces follow from the extremes of y: see `_store_forces`.
         required = {extremes if name in ("peak", _FORCE) else name for name in attributes}
         if accuracy:
             # `_is_diverged` needs these to compare two runs.
@@ -345,19 +355,20 @@ class _MemberBlock:
         # Components that do not vary come from the start of the study, which may be static.
         columns = [self.varied.get(name) for name in START_SPECS]
         start, size = self.study.start, len(self.reasons)
-        static = isinstance(start, str)
-        if static and all(column is None for column in columns):
+        is_static = isinstance(start, str)
+        if is_static and all(column is None for column in columns):
             return "static"
         states = np.zeros((size, 4))
-        if static and any(column is None for column in columns):
+        if not is_static:
+            states[:] = start
+        elif any(column is None for column in columns):
+            # The static start depends on the parameters of a member.
             for index, separation in enumerate(self.separation.tolist()):
                 try:
                     p = self.parameters(index)
                     states[index] = resolve_start(System(p, separation), start)
                 except ComputationError as error:
                     self.reasons[index] = str(error)
-        elif not static:
-            states[:] = start
         for component, column in zip(states.T, columns, strict=True):
             if column is not None:
                 component[:] = column
@@ -394,9 +405,14 @@ class _MemberBlock:
 
     def find_safe_mu(self, progress: OnProgress | None) -> None:
         for chunk, parameters in self._chunks(progress):
-            arguments = self.study.parameters, parameters, self.separation[chunk]
+            # `study.safe` is a table of safe μ, if there is one. Without it a chunk takes long, and
+            # `progress` is also called within it.
             self.results[SAFE_MU_COLUMN.name][chunk] = safe_mus(
-                *arguments, self.study.safe, progress
+                self.study.parameters,
+                parameters,
+                self.separation[chunk],
+                self.study.safe,
+                progress,
             )
 
     def find_stability(self, progress: OnProgress | None) -> None:
@@ -427,7 +443,9 @@ def _observe(batch: Batch) -> dict[str, Floats]:
 def _is_diverged(coarse: Mapping[str, Floats], fine: Mapping[str, Floats], scales: Floats) -> Flags:
     # Whether two runs of each member diverge, as in `divergence`. `scales`, s, turn velocities into
     # lengths.
-    weights = np.stack([np.ones_like(scales), scales] * 2, axis=1)
+    ones = np.ones_like(scales)
+    # For x, ẋ, y, ẏ.
+    weights = np.stack([ones, scales, ones, scales], axis=1)
     distance = (np.abs(coarse["final"] - fine["final"]) * weights).max(axis=1)
     size = np.maximum((np.abs(fine["final"]) * weights).max(axis=1), fine["peak"])
     diverged: Flags = (coarse["switches"] != fine["switches"]) | ~(

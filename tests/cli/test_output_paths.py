@@ -56,6 +56,7 @@ REQUIRED_ARGUMENTS: dict[tuple[str, ...], list[str]] = {
     ("uncertainty",): ["--vary=mu~uniform:0:1", "--samples=64", "--output=critical_mu"],
     ("animate",): [],
     ("sound",): [],
+    # Any existing file: paths are checked before measured data are read.
     ("validate",): [f"--measured={__file__}"],
     ("fmu", "build"): [],
     ("fmu", "system"): [],
@@ -82,11 +83,13 @@ def input_params(names: tuple[str, ...]) -> list[click.Parameter]:
 def test_every_command_declares_its_input_and_output_paths() -> None:
     for names in ALL_COMMANDS:
         command = find_command(names)
+        # A `CheckedCommand` refuses to write an output to another output or an input.
         assert isinstance(command, CheckedCommand)
         for param in command.params:
             kinds = (InputFile, OutputFile, OutputFolder)
             assert not isinstance(param.type, click.Path) or isinstance(param.type, kinds)
-            assert (param.name == "scene") == isinstance(param.type, SceneName)
+            has_scene_type = isinstance(param.type, SceneName)
+            assert has_scene_type if param.name == "scene" else not has_scene_type
     assert {names for names in ALL_COMMANDS if output_flags(names)} == set(REQUIRED_ARGUMENTS)
     folders = {
         n
@@ -96,14 +99,14 @@ def test_every_command_declares_its_input_and_output_paths() -> None:
     assert folders == {("figures",), ("compare",)}
 
 
-def build_arguments(
-    names: tuple[str, ...], outputs: dict[str, str], argument: str = ""
-) -> list[str]:
+def build_arguments(names: tuple[str, ...], paths: dict[str, str], argument: str = "") -> list[str]:
+    # `paths` are files by option, `argument` is the scene or the FMU to be read.
     if names == ("fmu", "run"):
         argument = argument or "some.fmu"
-    options = [f"{name}={path}" for name, path in outputs.items()]
+    options = [f"{name}={path}" for name, path in paths.items()]
+    # A path may be that of a required option, such as --measured.
     required = [
-        option for option in REQUIRED_ARGUMENTS[names] if option.partition("=")[0] not in outputs
+        option for option in REQUIRED_ARGUMENTS[names] if option.partition("=")[0] not in paths
     ]
     return [*names, *([argument] if argument else []), *required, *options, "--force"]
 
@@ -180,15 +183,15 @@ def test_an_output_that_is_an_input_is_refused(
             assert Path(out).read_text() == SCENE
 
 
-@pytest.mark.parametrize("flag", ["--plot", "scene"])
+@pytest.mark.parametrize("parameter", ["--plot", "scene"])
 def test_files_in_the_folder_of_a_sweeps_pieces_are_refused(
-    flag: str, capsys: pytest.CaptureFixture[str], tmp_path: Path
+    parameter: str, capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
     parts = parts_folder(Path("out.csv"))
     parts.mkdir()
     (parts / "a.png").write_text(SCENE)
     path = "out.csv.parts/a.png"
-    options = [f"--plot={path}", "--force"] if flag == "--plot" else [path]
+    options = [f"--plot={path}", "--force"] if parameter == "--plot" else [path]
     message = run_refused(["sweep", *options, "--vary=F=20:80:2", "--out=out.csv"], capsys)
     assert "is in the folder" in message
     assert read_texts(parts) == {"a.png": SCENE}
@@ -204,16 +207,17 @@ def test_an_unwritable_output_is_a_one_line_error_before_any_work(
     scene = "scene.toml" if names == ("run",) else ""
     for flag in output_flags(names):
         kind = ".png" if flag == "--plot" else SUFFIXES.get(names, ".csv")
-        if not Path(f"d{kind}").exists():
-            Path(f"d{kind}").mkdir()
+        if not Path(f"folder{kind}").exists():
+            Path(f"folder{kind}").mkdir()
+            # A link to itself, and two links to each other.
             link(f"loop{kind}", f"loop{kind}", "soft")
-            link(f"b{kind}", f"c{kind}", "soft")
-            link(f"c{kind}", f"b{kind}", "soft")
+            link(f"first{kind}", f"second{kind}", "soft")
+            link(f"second{kind}", f"first{kind}", "soft")
         for path, reason in (
-            (f"d{kind}", "is a folder"),
+            (f"folder{kind}", "is a folder"),
             (f"loop{kind}", "leads back to itself"),
-            (f"b{kind}", "leads back to itself"),
-            (f"none/a{kind}", "there is no folder"),
+            (f"first{kind}", "leads back to itself"),
+            (f"missing/a{kind}", "there is no folder"),
             (f"file/a{kind}", "there is no folder"),
             (f"loop{kind}/a{kind}", "there is no folder"),
             (f"{'n' * 300}{kind}", "File name too long"),
@@ -245,6 +249,7 @@ def test_picture_and_data_of_a_figure_in_one_file_are_refused(tmp_path: Path) ->
 
 
 def test_fmu_and_picture_of_a_comparison_in_one_file_are_refused(tmp_path: Path) -> None:
+    # `compare` runs a scene natively and by an FMU, and writes the FMU and a figure of the runs.
     fmu, figure = comparison_files(tmp_path)
     figure.symlink_to(fmu)
     with pytest.raises(InputError, match="is the same file as"):
@@ -264,17 +269,17 @@ def test_a_comparison_does_not_overwrite_its_scene(
         assert path.read_text() == SCENE
 
 
-@pytest.mark.parametrize("ignored", [True, False])
+@pytest.mark.parametrize("ignores_case", [True, False])
 def test_upper_case_names_another_file_in_a_case_sensitive_folder(
-    ignored: bool, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+    ignores_case: bool, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     outputs = [("--out", tmp_path / "A.csv"), ("--events", tmp_path / "a.CSV")]
     (tmp_path / "probe").touch()
     if (tmp_path / "PROBE").exists():
         pytest.skip("this folder takes capital letters for small ones")
     check_distinct(outputs)
-    monkeypatch.setattr(files, "_ignores_case", lambda folder: folder == tmp_path and ignored)
-    if ignored:
+    monkeypatch.setattr(files, "_ignores_case", lambda folder: folder == tmp_path and ignores_case)
+    if ignores_case:
         with pytest.raises(InputError, match="is the same file as"):
             check_distinct(outputs)
     else:

@@ -16,7 +16,7 @@ def fmu(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="session")
 def folder(fmu: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The FMU's folder."""
+    """The folder of the extracted FMU."""
     extracted = tmp_path_factory.mktemp("extracted")
     fmpy.extract(str(fmu), str(extracted))
     return extracted

@@ -59,6 +59,7 @@ def compile_attack(folder: Path, compiler: list[str], *arguments: str) -> Path:
         folder.joinpath(name).write_text(text, encoding="utf-8")
     source_files = [str(path) for path in folder.glob("*.c")]
     attack = str(Path(__file__).with_name("attack.c"))
+    # Low limits of internal steps, and of parts of a communication step, end each attack early.
     flags = [
         f"-I{folder}",
         "-DMAX_STEPS=3000",
@@ -103,7 +104,7 @@ def test_a_host_in_c_gets_the_native_bits_without_python(
     assert int(output[2]) == native.events.separations
 
 
-def test_the_library_calls_no_function_of_the_same_name_in_its_host(
+def test_the_library_calls_its_own_functions_where_its_host_has_the_same_names(
     folder: Path, compiler: list[str], tmp_path: Path
 ) -> None:
     source = Path(__file__).with_name("namesake.c")
@@ -151,7 +152,8 @@ def test_the_sources_compile_to_the_same_bits(component: str, fmi: str, tmp_path
     assert process.returncode == 0, process.stdout + process.stderr
     runs.append(fmpy.simulate_fmu(str(fmu), stop_time=10.0, fmi_type="CoSimulation"))
     assert runs[0].tolist() == runs[1].tolist()
-    # Other exported names could clash with functions of the host or its libraries.
+    # Any FMU has the functions of both versions of FMI. Other exported names could clash with
+    # functions of the host or its libraries.
     fmpy.extract(str(fmu), str(tmp_path / "compiled"))
     (library,) = (tmp_path / "compiled" / "binaries").rglob("*.so")
     assert {name[:4] for name in exported_names(library)} == {"fmi2", "fmi3"}
@@ -176,6 +178,7 @@ def test_the_library_is_unloaded_with_its_instance(fmu: Path, tmp_path: Path) ->
         assert str(folder) not in maps.read_text()
 
 
+# Steps and instances over which memory may not grow, and rounds of each attack.
 @pytest.mark.parametrize(
     ("steps", "instances", "rounds"),
     [(30_000, 300, 100), pytest.param(1_000_000, 10_000, 3000, marks=pytest.mark.whole)],
@@ -184,11 +187,12 @@ def test_invalid_and_random_calls_cause_no_fault_and_no_memory_growth(
     compiler: list[str], tmp_path: Path, steps: int, instances: int, rounds: int
 ) -> None:
     program = compile_attack(tmp_path, compiler, "-Og")
-    pages = [
-        int(line) for line in run_without_python(program, steps, instances, rounds).splitlines()
-    ]
-    assert len(pages) == 2
-    assert max(pages) < 25
+    # The program prints how many pages of memory remain after the steps, and after the instances.
+    output = run_without_python(program, steps, instances, rounds)
+    remaining_pages = [int(line) for line in output.splitlines()]
+    assert len(remaining_pages) == 2
+    # The allocator keeps a few pages; a leak in every step or instance would take more.
+    assert max(remaining_pages) < 25
 
 
 @pytest.mark.whole

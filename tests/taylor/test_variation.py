@@ -1,4 +1,4 @@
-"""Deviations: derivatives of coefficients against differences, switches against exact ones."""
+"""Derivatives of a motion by parameters and start: of its coefficients, and across a switch."""
 
 import dataclasses
 from typing import Any
@@ -7,13 +7,15 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 
-from fivtui.model.field import derivative, field as mode_constants
+from fivtui.model.field import derivative, field as mode_coefficients
 from fivtui.model.modes import ALWAYS_SLIDING, Mode
 from fivtui.model.parameters import PARAMETERS, Parameters
 from fivtui.taylor.variation import apply_saltation
 from tests.support.strategies import moderate_parameters
 
 
+# `ALWAYS_SLIDING` are the modes of a belt that is always faster than the slider. `PARAMETERS` are
+# those of such a belt.
 @settings(max_examples=10)
 @given(moderate_parameters())
 @pytest.mark.parametrize("mode", ALWAYS_SLIDING)
@@ -25,14 +27,16 @@ def test_derivatives_of_the_coefficients_equal_their_differences(
     step = 1e-6 * (1.0 + value)
     changed_parameters = dataclasses.replace(p, **{name: value + step})
     difference = (
-        np.array(mode_constants(changed_parameters, mode)) - np.array(mode_constants(p, mode))
+        np.array(mode_coefficients(changed_parameters, mode)) - np.array(mode_coefficients(p, mode))
     ) / step
-    change = derivative(np.array(mode_constants(p.perturbed({name: 1.0}), mode)))
+    # The perturbed parameter has an imaginary part, which carries the derivative (complex step).
+    change = derivative(np.array(mode_coefficients(p.perturbed({name: 1.0}), mode)))
     assert change == pytest.approx(difference, rel=1e-4, abs=1e-7)
 
 
 def test_saltation_is_exact_for_constant_rates_on_both_sides_of_a_switch() -> None:
-    # The state has constant rates before and after the plane n·z = 1 + q.
+    # The state z has constant rates before and after the plane n·z = 1 + q, where the guard
+    # n·z - 1 - q vanishes. Derivatives are those by q, of the start and of the guard at constant z.
     rng = np.random.default_rng(1)
     start, normal, before, after = rng.normal(size=(4, 4))
     horizon, start_change, guard_change = 5.0, rng.normal(size=4), -1.0
@@ -46,7 +50,10 @@ def test_saltation_is_exact_for_constant_rates_on_both_sides_of_a_switch() -> No
     x, vx, y, vy = start_change.tolist()
     rate = float(normal @ before)
     deviation = apply_saltation(
-        (x, vx, y, vy), after - before, normal @ start_change + guard_change, rate
+        (x, vx, y, vy),
+        jumps=after - before,
+        guard_change=normal @ start_change + guard_change,
+        rate=rate,
     )
     assert deviation == pytest.approx(difference, rel=1e-10)
 

@@ -25,7 +25,7 @@ _COLOURS: Final = (
     "panel",
 )
 _ENTRIES: Final = ("theme", "live", "keys", "themes")
-# Both actions have the key configured for the first: it starts a run or stops the active one.
+# One key starts a run and stops the active one: `stop` has the key configured for `run`.
 _RUN_ACTIONS: Final = ("run", "stop")
 
 
@@ -33,7 +33,8 @@ _RUN_ACTIONS: Final = ("run", "stop")
 class Config:
     """Keys by action, the theme, and the colours of user themes by name.
 
-    `live`: whether a live curve follows edits; None keeps the setting of the last session.
+    `live`: whether each edit of the scene updates the live curve, a run that is not kept; None
+    keeps the setting of the last session.
     """
 
     theme: str = ""
