@@ -20,7 +20,8 @@ def times_text(count: int) -> str:
 class SingleValueOption(click.Option):
     """An option that must not be empty, nor given twice unless it takes several values.
 
-    `group` is its heading in the help of a command with many options.
+    `group` is its heading in the help of a command with many options; by default the heading of
+    options that define the study.
     """
 
     def __init__(self, *args: Any, group: str = STUDY, **kwargs: Any) -> None:
@@ -104,12 +105,14 @@ def name_completer(names: Callable[[], Iterable[str]]) -> Callable[..., list[str
 
 
 def parameter_hint(args: Sequence[str]) -> str | None:
-    """How to set a parameter that arguments set without --set, e.g. F=80 or --mu 0.5."""
+    """Advice if an argument such as F=80 or --mu 0.5 is a parameter without the option --set."""
     for index, text in enumerate(args):
         name, equals, value = text.lstrip("-").partition("=")
         is_option = text.startswith("-")
-        is_value = index > 0 and args[index - 1].startswith("-")
-        if name in ALL_PARAMETERS and (is_option or (equals and not is_value)):
+        # After an option, e.g. --set, F=80 is the value of that option.
+        follows_option = index > 0 and args[index - 1].startswith("-")
+        is_assignment = equals == "=" and not follows_option
+        if name in ALL_PARAMETERS and (is_option or is_assignment):
             value = value or next(iter(args[index + 1 :]), "")
             if not value or value.startswith("--"):
                 value = "VALUE"

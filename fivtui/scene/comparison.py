@@ -1,4 +1,4 @@
-"""A scene run natively and as an FMU, in both cases of the paper.
+"""A scene run natively and as an FMU, in both cases of the paper that the README cites.
 
 Case 1 considers separation of slider and belt, Case 2 ignores it.
 """
@@ -69,7 +69,10 @@ def compare(
     *,
     progress: Callable[[float], bool] | None = None,
 ) -> Comparison:
-    """Build the FMU, run a scene with it and natively in both cases, and draw Figs. 10 to 12."""
+    """Build the FMU, and run a scene with it and natively in both cases.
+
+    The picture has the paper's Figs. 10 to 12: contact force and displacements over time.
+    """
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -85,6 +88,7 @@ def compare(
     case_1, case_2 = (dataclasses.replace(scene, separation=flag) for flag in (True, False))
     considered = _case_runs(case_1, fmu, work.stage(0.0, 0.5))
     ignored = _case_runs(case_2, fmu, work.stage(0.5, 1.0))
+    # A sheet is a picture of several charts. The last run, Case 1, is drawn over Case 2.
     sheet = transient_sheet([ignored.native, considered.native])
     save_figure(sheet_figure(sheet), figure)
     return Comparison(considered, ignored, build_s, fmu, figure)

@@ -13,7 +13,7 @@ from fivtui.transient import check_file_number
 # Tables over time, with the names of their parameters.
 OverTime = tuple[tuple[str, TimeTable], ...]
 
-# Default name of the column of time, s.
+# Default name of the column of time (s).
 TIME: Final = "time"
 _MAX_ROWS: Final = 20_000
 _FILE_KEYS: Final = ("file", TIME, *TIME_DEPENDENT)
@@ -30,9 +30,10 @@ class ScaledColumn(NamedTuple):
 
 
 def parse_over_time(key: str, value: object, folder: Path | None = None) -> OverTime:
-    """The tables in a scene file: rows of time, s, and value, or columns of a CSV file.
+    """The tables in a scene file: rows of time (s) and value, or columns of a CSV file.
 
-    The path of the CSV file is relative to `folder`. Raises `InputError` if the value is neither.
+    The path of the CSV file is relative to `folder`. Raises `InputError` if `value` has neither
+    rows nor a file.
     """
     if not isinstance(value, Mapping):
         raise InputError(f"{key} = {value!r}: must be {_ALLOWED_FORM}")
@@ -57,7 +58,7 @@ def read_over_time(
 ) -> OverTime:
     """The tables in a CSV file with a row of names.
 
-    `time` is the column of time, s. `columns` are the columns by parameter; by default all columns
+    `time` is the column of time (s). `columns` are the columns by parameter; by default all columns
     that have the name of a parameter.
     """
     table = read_csv(path)

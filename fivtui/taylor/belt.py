@@ -26,16 +26,23 @@ from .segment import Segment
 from .series import Coefficients
 from .stepper import TaylorStepper, local_tolerance
 
-# Guards with roots this close, relative to the step, count as simultaneous: the slider separates.
+# Roots of two guards this close, relative to the step, count as simultaneous. Then the transition
+# listed first in `MODES` applies: separation before others.
 SIMULTANEOUS: Final = 2.0**-40
-# Shortest step, relative to t, that advances a motion creeping by a steep friction law.
+# A friction law may shorten steps so far that the run would never end. Steps below this, relative
+# to t, count as stalled.
 UNRESOLVED: Final = 2.0**-50
-# Largest change of v/v_s over a step with a friction law, and its growth with v/v_s. Where v/v_s
-# stays above _NEGLIGIBLE, the exponential is below rounding and the step may be longer.
+# With a friction law, friction falls with the sliding speed v, m/s, as exp(−v/v_s). The expansion
+# of this exponential converges if v/v_s changes over the step by at most _MAX_CHANGE plus _GROWTH
+# times its value at the start.
 _MAX_CHANGE: Final = 12.0
 _GROWTH: Final = 0.09
+# Longer steps are allowed if v/v_s stays above this: the exponential is below rounding.
 _NEGLIGIBLE: Final = 37.0
+# Factor by which a step is shortened until it is short enough.
 _SHRINK_FACTOR: Final = 0.75
+# Guards that fall to zero where the slider lands or separates (y = 0), where it reaches the speed
+# of the belt, and where friction can no longer hold it at that speed.
 _HEIGHT_GUARDS: Final = (Guard.HEIGHT, Guard.DEPTH)
 SPEED_GUARDS: Final = (Guard.BELT_FASTER, Guard.BELT_SLOWER)
 HOLD_GUARDS: Final = (Guard.HELD_FORWARD, Guard.HELD_BACKWARD)
@@ -57,11 +64,15 @@ class BeltStepper(TaylorStepper):
         self._course = Course(system.parameters, tables)
         p, self._rates = self._course.after(t)
         super().__init__(System(p, system.separation), state, t=t, tol=tol, order=order)
+        # The scale of displacements in `TaylorStepper._step_size`.
         self._deflection = static_deflection(p.with_values({"F": self._course.greatest_load}))
         self._row_time = self._course.next_row_time(t)
         self._mode = mode_of(p, state, separation=system.separation, rates=self._rates)
-        # A table of μ may begin at μ_s, where the law is constant, and fall later: keep the law.
-        self._by_law = p.v_s is not None and p.mu_s is not None if tables else bool(p.speed_law)
+        if tables:
+            # Even if μ = μ_s now, where the law is constant: a table of μ may fall below μ_s later.
+            self._by_law = p.v_s is not None and p.mu_s is not None
+        else:
+            self._by_law = p.speed_law is not None
         self._terms = Terms(self._by_law, p.v_belt is not None, bool(tables))
 
     def advance(self) -> Segment:
@@ -71,6 +82,11 @@ class BeltStepper(TaylorStepper):
             self._row_time = self._course.next_row_time(self._time)
         segment = super().advance()
         return segment if segment.end < self._row_time else self._end_at_row(segment)
+
+    def _time_to_row(self) -> float:
+        # Time until the next row, s. The exact time is `_time` + `_remainder`, see
+        # `StepperSnapshot`.
+        return (self._row_time - self._time) - self._remainder
 
     def _end_at_row(self, segment: Segment) -> Segment:
         # At a row of the table the mode may change without an event.
@@ -87,21 +103,26 @@ class BeltStepper(TaylorStepper):
         duration = super()._step_size(x, y)
         if self._by_law and MODES[self._mode].slips:
             duration = self._limit_to_law(duration, x)
-        return min(duration, (self._row_time - self._time) - self._remainder)
+        return min(duration, self._time_to_row())
 
     def _limit_to_law(self, duration: float, x: tuple[float, ...]) -> float:
-        # The longest part of a step, s, over which the expansion of friction in v/v_s converges.
+        # The longest part of a step, s, over which the expansion of exp(−v/v_s) converges or this
+        # exponential is negligible.
         v_s = self._p.v_s or 1.0
         speed = MODES[self._mode].friction_sign * ((self._p.v_belt or 0.0) - x[1])
         exponent = max(speed / v_s, 0.0)
-        allowed = max(_MAX_CHANGE + _GROWTH * exponent, exponent - _NEGLIGIBLE) * v_s
-        # v_r also changes with the speed of the belt.
+        convergent_change = _MAX_CHANGE + _GROWTH * exponent
+        negligible_change = exponent - _NEGLIGIBLE
+        allowed = max(convergent_change, negligible_change) * v_s
+        # v also changes with the speed of the belt.
         relative_motion = (*x[:2], x[2] - 0.5 * self._rates.v_belt, *x[3:])
         while _max_speed_change(relative_motion, duration) > allowed:
             duration *= _SHRINK_FACTOR
         return duration
 
     def _final_state(self, final: State, duration: float, transition: Transition | None) -> State:
+        # The velocities in `final` are in m per step: convert them to m/s. Where a guard is zero,
+        # set its coordinate or speed to the exact value.
         x, vx, y, vy = final
         guard = None if transition is None else transition.guard
         has_belt_speed = self._mode is Mode.STICK or guard in SPEED_GUARDS
@@ -112,7 +133,7 @@ class BeltStepper(TaylorStepper):
         # Speed of the belt after the step, m/s.
         if not self._terms.over_time:
             return self._p.v_belt or 0.0
-        if duration >= (self._row_time - self._time) - self._remainder:
+        if duration >= self._time_to_row():
             return self._course.speed_before(self._row_time)
         # Read the table, so that a sticking slider has the belt's speed to the last bit.
         p, _ = self._course.after(self._time + (duration + self._remainder))
@@ -120,6 +141,8 @@ class BeltStepper(TaylorStepper):
 
     def _next_mode(self, transition: Transition, state: State) -> Mode:
         if transition.guard in HOLD_GUARDS:
+            # The guard determines the mode after stick; by the state alone, within rounding, stick
+            # could go on.
             return transition.next_modes[0]
         p, rates = self._course.after(self._time)
         return mode_of(p, state, separation=self._separation, rates=rates)
@@ -141,6 +164,8 @@ class BeltStepper(TaylorStepper):
         balanced = super()._balance_forces(y)
         if self._rates is CONSTANT or lifting_force(self._p, self._state[0]) != 0.0:
             return balanced
+        # A load that changes at a constant rate Ḟ adds −Ḟ/m to the third derivative of y. Its
+        # Taylor coefficient is a sixth of it.
         return (*balanced[:3], balanced[3] - self._rates.F / (6.0 * self._p.m), *balanced[4:])
 
     def _set_belt_acceleration(self, x: tuple[float, ...], *, forward: bool) -> tuple[float, ...]:
@@ -159,6 +184,8 @@ class BeltStepper(TaylorStepper):
         return (x[0], x[1], half_belt_acceleration, *x[3:]) if balanced or passes_belt else x
 
     def _check_progress(self, mode: Mode, start: float, duration: float, *, cut: bool) -> None:
+        # `cut` says whether a guard ended the step: the base class counts only such short steps as
+        # stalled.
         if self._by_law and MODES[mode].slips and duration < UNRESOLVED * start:
             self._count_stalled(start, short=True)
         else:
@@ -167,6 +194,8 @@ class BeltStepper(TaylorStepper):
     def _find_first_end(
         self, motion: Coefficients, y: tuple[float, ...], powers: Sequence[float], final: State
     ) -> tuple[float, Transition] | None:
+        # `motion` has the coefficients of x and y in m/sⁿ, `y` those of y in m over θ, the fraction
+        # of the step; `powers` are powers of the step's duration.
         first_end: tuple[float, Transition] | None = None
         duration = powers[1]
         for transition in MODES[self._mode].ends:
@@ -177,13 +206,15 @@ class BeltStepper(TaylorStepper):
             else:
                 c = guard_function(self._terms, guard)(self._p, self._rates, *motion)
                 if c[0] <= 0.0:
-                    # At the start of a mode its guard is zero and rises, except for rounding.
+                    # Guards of the current mode are positive, or zero and rising at its start: what
+                    # differs is rounding.
                     c[0], c[1] = 0.0, max(c[1], 0.0)
                 end_state = (final[0], final[1] / duration, final[2], final[3] / duration)
                 value = self._guard_at_end(end_state, guard, duration)
                 root = _first_root_of_guard(list(map(mul, c, powers)), value)
             if root is None:
                 continue
+            # Of simultaneous roots the first in the table of modes counts.
             if first_end is None or root < first_end[0] * (1.0 - SIMULTANEOUS):
                 first_end = root, transition
         return first_end
@@ -203,8 +234,10 @@ def _max_speed_change(x: Sequence[float], duration: float) -> float:
 
 
 def _first_root_of_guard(c: Sequence[float], final: float) -> float | None:
-    # First root of a guard. A guard differs from its chord by at most max|second derivative|/8. If
-    # it starts at zero, the bound serves for guard/θ.
+    # First root of a guard over a step, of which θ in [0, 1] is the fraction. A function differs
+    # from its chord by at most max|second derivative|/8. If both ends are higher, there is no root.
+    # A guard that starts at zero is tested as guard/θ: its end is the same, its coefficients move
+    # down by a degree, and so the bound is even smaller.
     start_value = c[0] if c[0] != 0.0 else c[1]
     chord_distance = sum(abs(coefficient) * n * (n - 1) for n, coefficient in enumerate(c)) / 8.0
     if min(start_value, final) > chord_distance:

@@ -20,7 +20,8 @@ GENERATION: Final = {
     "variableNamingConvention": "structured",
 }
 AUTHOR: Final = {"author": "The fivtui developers", "license": "MIT"}
-# Exponents of the base units, in the order in which FMI names their attributes.
+# Units of which other units are products, with their exponents of the SI base units kg, m and s.
+# FMI has an attribute for each base unit, in this order.
 _BASE_EXPONENTS: Final = {
     "kg": {"kg": 1},
     "m": {"m": 1},
@@ -158,9 +159,9 @@ def new_description(
 
 def complete_variable(element: ET.Element, variable: Variable, table: VariableTable) -> None:
     """Add type, unit, bounds, derivative and start to a ``ScalarVariable``; FMI 2.0."""
-    type_element = _find_child(
-        element, (Type.INTEGER if variable.value_names else variable.type).value
-    )
+    # Before completion the element of an enumeration is an integer: pythonfmu has no enumerations.
+    initial_type = Type.INTEGER if variable.value_names else variable.type
+    type_element = _find_child(element, initial_type.value)
     type_element.tag = variable.type.value
     if variable.value_names:
         type_element.set("declaredType", type_name(variable))
@@ -246,4 +247,8 @@ def base_exponents(unit: str) -> dict[str, int]:
 
 def display_units(unit: str) -> dict[str, float]:
     """Display units of an SI unit with their factors, the SI unit itself first."""
-    return {unit: 1.0, **dict([_DISPLAY_UNITS[unit]] if unit in _DISPLAY_UNITS else [])}
+    factors = {unit: 1.0}
+    if unit in _DISPLAY_UNITS:
+        display_unit, factor = _DISPLAY_UNITS[unit]
+        factors[display_unit] = factor
+    return factors

@@ -1,4 +1,7 @@
-"""Key bindings of the laboratory, the most important first, and all active keys."""
+"""Key bindings of the laboratory, the most important first, and all active keys.
+
+The laboratory is the screen of the terminal program in which a scene is edited and run.
+"""
 
 from collections.abc import Iterable
 from typing import Any, Final
@@ -39,6 +42,7 @@ def _key(
 
 
 LAB_KEYS: Final = (
+    # "stop" has the keys of "run": `LabActions.check_action` enables it only during a run.
     _key("run", "f5,ctrl+r", "run", "Run", label="F5", tooltip="Run the scene and keep the run"),
     _key("stop", "f5,ctrl+r", "stop", "Stop", label="F5", tooltip="Stop the run"),
     _key(
@@ -58,17 +62,20 @@ LAB_KEYS: Final = (
     _key("compute", "f10,ctrl+g", "toggle_computation", "Compute in the tab, or stop"),
     _key("figure", "f6", "export('figure')", "Figure…", label="F6", tooltip="Write the figure"),
     _key("data", "f7", "export('data')", "Data…", label="F7", tooltip="Write the data"),
+    # The live curve is a run in the background that follows every edit.
     _key("live", "alt+l", "switch_live", "Live curve on or off", priority=True),
     _key("reset", "f8", "reset", "Reset the field"),
     _key("reset-all", "shift+f8", "reset_all", "Reset all fields"),
     _key("open", "ctrl+o", "open_scene", "Open a scene or result"),
     _key("save", "ctrl+s", "save_scene", "Save the scene"),
     _key("save-as", "alt+s", "save_scene_as", "Save the scene as"),
+    # Like "open", but only for results: its dialog lists no scenes.
     _key("read", "alt+o", "read_result", "Read a result"),
     _key("undo", "ctrl+z", "undo", "Undo an edit or a deleted run"),
     _key("redo", "ctrl+y", "redo", "Redo"),
     _key("go-fields", "alt+f", "focus_part('fields')", "Go to the fields", priority=True),
     _key("go-tabs", "alt+t", "focus_part('tabs')", "Go to the titles of the tabs", priority=True),
+    # The bar of a tab has the buttons of its views and the inputs of its ranges.
     _key("go-bar", "alt+i", "focus_part('bar')", "Go to the buttons and ranges", priority=True),
     _key("go-plot", "alt+p", "focus_part('plot')", "Go to the plot or table", priority=True),
     _key("go-runs", "alt+r", "focus_part('runs')", "Go to the run list", priority=True),
