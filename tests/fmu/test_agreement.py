@@ -9,7 +9,7 @@ import pytest
 from fivtui import Parameters, simulate
 from fivtui.model.slider_belt import State
 from tests.support.fmu_driver import Call, Driver
-from tests.support.fmu_tools import interpreted
+from tests.support.fmu_tools import simulate_interpreted
 
 STATES = ["x", "vx", "y", "vy"]
 
@@ -22,7 +22,7 @@ def driver(fmu: Path) -> Iterator[Driver]:
 
 def final_state(**options: Any) -> State:
     """Final state of a native run, by the interpreted kernel unless a method is named."""
-    final = (simulate if "method" in options else interpreted)(**options).final
+    final = (simulate if "method" in options else simulate_interpreted)(**options).final
     return (final.x, final.vx, final.y, final.vy)
 
 
@@ -74,12 +74,12 @@ def test_inputs_changed_at_communication_points_give_the_piecewise_native_run(
         calls += [("a", "set", {"F": F, "mu": mu}), ("a", "steps", 2.5 * number, 0.1, 25)]
     calls.append(("a", "get", [*STATES, "separations"]))
     *state, separations = driver.drive(*calls)[-1].value
-    native = interpreted(Parameters(F=80.0, mu=0.7), t_end=2.5)
+    native = simulate_interpreted(Parameters(F=80.0, mu=0.7), t_end=2.5)
     switches = native.events.separations
     for F, mu in pieces[1:]:
         end = native.final
         start = (end.x, end.vx, end.y, end.vy)
-        native = interpreted(Parameters(F=F, mu=mu), t_end=2.5, start=start)
+        native = simulate_interpreted(Parameters(F=F, mu=mu), t_end=2.5, start=start)
         switches += native.events.separations
     assert separations == switches > 0
     end = native.final
@@ -108,6 +108,6 @@ def test_forces_follow_from_the_state_and_the_present_friction(driver: Driver) -
 def test_a_run_may_start_at_any_time(driver: Driver) -> None:
     runs = [{"start_time": 1000.0, "stop_time": 1020.0, "output_interval": 0.5}]
     (end,) = driver.simulate(*runs)
-    native = interpreted(t_end=20.0)
+    native = simulate_interpreted(t_end=20.0)
     assert [end[name] for name in STATES] == pytest.approx(list(final_state(t_end=20.0)), rel=1e-9)
     assert end["last_event"] == pytest.approx(1000.0 + (native.events.last or 0.0))

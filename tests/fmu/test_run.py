@@ -11,7 +11,7 @@ import pytest
 from fivtui import Parameters
 from fivtui.fmu.run import run_fmu, save_fmu_events, save_fmu_run
 from fivtui.model.errors import Cancelled, ComputationError, InputError
-from tests.support.fmu_tools import build_accumulator, interpreted, modified_copy
+from tests.support.fmu_tools import build_accumulator, modified_copy, simulate_interpreted
 
 
 @pytest.fixture
@@ -21,7 +21,7 @@ def table(tmp_path: Path) -> Path:
 
 def test_start_values_may_be_text_and_a_run_has_the_units_of_its_columns(fmu: Path) -> None:
     run = run_fmu(fmu, t_end=5.0, start_values={"F": "60", "separation": "false", "k1": 90})
-    final = interpreted(Parameters(F=60.0, k1=90.0), t_end=5.0, separation=False).final
+    final = simulate_interpreted(Parameters(F=60.0, k1=90.0), t_end=5.0, separation=False).final
     assert run.columns["y"][-1] == final.y
     assert run.columns["time"].size == 501
     assert (run.units["y"], run.units["P"], run.units["time"]) == ("m", "N", "s")
@@ -37,8 +37,8 @@ def test_outputs_and_output_interval_can_be_chosen(fmu: Path) -> None:
 def test_inputs_from_a_table_jump_at_repeated_times(fmu: Path, table: Path) -> None:
     table.write_text("# preload\ntime, F\n0, 80\n2, 80\n2, 120\n5, 120\n")
     run = run_fmu(fmu, t_end=5.0, input_csv=table, output_interval=0.5)
-    before_jump = interpreted(t_end=2.0).final
-    after_jump = interpreted(
+    before_jump = simulate_interpreted(t_end=2.0).final
+    after_jump = simulate_interpreted(
         Parameters(F=120.0),
         t_end=3.0,
         start=(before_jump.x, before_jump.vx, before_jump.y, before_jump.vy),
@@ -51,7 +51,7 @@ def test_inputs_that_the_table_leaves_out_keep_their_start_value(
 ) -> None:
     table.write_text("time,F\n0,80\n")
     run = run_fmu(fmu, t_end=3.0, input_csv=table, start_values={"mu": 0.9})
-    final = interpreted(Parameters(mu=0.9), t_end=3.0).final
+    final = simulate_interpreted(Parameters(mu=0.9), t_end=3.0).final
     assert run.columns["y"][-1] == final.y
     assert capfd.readouterr() == ("", "")
 
@@ -182,7 +182,7 @@ def test_a_run_reports_progress_and_can_be_cancelled(fmu: Path) -> None:
 
 def test_events_are_changes_of_discrete_outputs(fmu: Path, tmp_path: Path) -> None:
     run = run_fmu(fmu, t_end=8.0)
-    native = interpreted(t_end=8.0)
+    native = simulate_interpreted(t_end=8.0)
     events = run.events()
     assert [t for t, _, _ in events] == sorted(t for t, _, _ in events)
     switches = [(t, value) for t, name, value in events if name == "last_event"]

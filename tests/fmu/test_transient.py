@@ -21,7 +21,7 @@ from fivtui.model import System
 from fivtui.model.errors import Cancelled, ComputationError, InputError
 from fivtui.transient.request import KernelChoice, Request
 from fivtui.transient.result import Transient
-from tests.support.fmu_tools import build_accumulator, interpreted, modified_copy
+from tests.support.fmu_tools import build_accumulator, modified_copy, simulate_interpreted
 from tests.support.strategies import moderate_parameters
 
 
@@ -61,14 +61,16 @@ def test_any_communication_step_gives_the_native_result(
 @settings(max_examples=6, deadline=None)
 @given(moderate_parameters())
 def test_other_parameters_give_the_native_result(p: Parameters) -> None:
-    assert_same(simulate(p, t_end=10.0, method="fmu"), interpreted(p, t_end=10.0), rel=1e-8)
+    assert_same(
+        simulate(p, t_end=10.0, method="fmu"), simulate_interpreted(p, t_end=10.0), rel=1e-8
+    )
 
 
 def test_several_switches_within_a_communication_step_are_counted() -> None:
     # A stiff contact: the shortest time between two switches is below 7 ms.
     p = Parameters(F=60.0, k_nl=1e8, mu=0.5)
     options: dict[str, Any] = {"t_end": 10.0, "start": (0.0, 0.0, 2.0, 0.0)}
-    native = interpreted(p, **options)
+    native = simulate_interpreted(p, **options)
     assert native.events.separations == 8
     assert np.diff(native.switch_times).min() < 0.007
     for step in (0.008, 0.01, 5.0):
@@ -81,7 +83,7 @@ def test_samples_are_the_outputs_at_the_requested_times(fmu: Path) -> None:
     fmu_run = integrate_fmu(
         Request(System(Parameters()), t_end=10.0, method="fmu", samples=times), fmu=fmu
     )
-    native = interpreted(t_end=10.0, samples=times)
+    native = simulate_interpreted(t_end=10.0, samples=times)
     assert fmu_run.trajectory is not None
     assert native.trajectory is not None
     assert fmu_run.trajectory.t.tolist() == times
@@ -90,13 +92,13 @@ def test_samples_are_the_outputs_at_the_requested_times(fmu: Path) -> None:
         assert actual.dtype == expected.dtype
         assert actual == pytest.approx(expected, rel=1e-12, abs=1e-12)
     for t, y in zip(times[1:], fmu_run.trajectory.y[1:], strict=True):
-        assert interpreted(t_end=t).final.y == y
+        assert simulate_interpreted(t_end=t).final.y == y
     assert_same(fmu_run, native)
 
 
 def test_a_dense_solution_agrees_with_the_native_solution() -> None:
     fmu_run = simulate(t_end=10.0, method="fmu", samples="dense")
-    native = interpreted(t_end=10.0, samples="dense")
+    native = simulate_interpreted(t_end=10.0, samples="dense")
     assert fmu_run.solution is not None
     assert native.solution is not None
     times = np.linspace(0.0, 10.0, 997)
@@ -150,7 +152,7 @@ def test_unbounded_growth_ends_with_the_native_diagnosis() -> None:
     p = Parameters(k2=186.0, k_nl=0.0, mu=100.0)
     options: dict[str, Any] = {"separation": False, "t_end": 1e4}
     with pytest.raises(ComputationError) as native:
-        interpreted(p, **options)
+        simulate_interpreted(p, **options)
     with pytest.raises(ComputationError) as fmu_run:
         simulate(p, method="fmu", step=100.0, **options)
     assert native.value.why in fmu_run.value.why
@@ -194,7 +196,7 @@ def test_a_temporary_folder_that_fmus_cannot_handle_is_not_used(
     monkeypatch.setattr(tempfile, "tempdir", str(folder))
     monkeypatch.setattr("fivtui.fmu.folders._FALLBACKS", (str(fallback),))
     request = Request(System(Parameters()), t_end=1.0, method="fmu")
-    assert integrate_fmu(request, fmu=fmu).final == interpreted(t_end=1.0).final
+    assert integrate_fmu(request, fmu=fmu).final == simulate_interpreted(t_end=1.0).final
     monkeypatch.setattr("fivtui.fmu.folders._FALLBACKS", ())
     for run in (lambda: integrate_fmu(request, fmu=fmu), lambda: run_fmu(fmu, t_end=1.0)):
         with pytest.raises(ComputationError, match="set TMPDIR"):
@@ -209,7 +211,7 @@ def test_a_temporary_folder_with_spaces_works(
     folder.mkdir()
     monkeypatch.setattr(tempfile, "tempdir", str(folder))
     request = Request(System(Parameters()), t_end=1.0, method="fmu")
-    assert integrate_fmu(request, fmu=fmu).final == interpreted(t_end=1.0).final
+    assert integrate_fmu(request, fmu=fmu).final == simulate_interpreted(t_end=1.0).final
 
 
 def test_runs_in_threads_do_not_disturb_each_other() -> None:
@@ -224,7 +226,9 @@ def test_runs_in_threads_do_not_disturb_each_other() -> None:
         thread.start()
     for thread in threads:
         thread.join()
-    assert finals == {mu: interpreted(Parameters(mu=mu), t_end=3.0).final for mu in frictions}
+    assert finals == {
+        mu: simulate_interpreted(Parameters(mu=mu), t_end=3.0).final for mu in frictions
+    }
 
 
 def test_an_interrupt_waits_until_the_fmu_has_returned(fmu: Path) -> None:

@@ -11,7 +11,7 @@ import pytest
 
 from fmu_src.slave.variables import REFERENCES
 from tests.support.fmu_driver import Driver
-from tests.support.fmu_tools import interpreted
+from tests.support.fmu_tools import simulate_interpreted
 
 HOST = Path(__file__).parents[1].joinpath("support", "fmu_bare_host.py")
 linux = pytest.mark.skipif(fmpy.platform != "linux64", reason="the bare host is for Linux")
@@ -44,14 +44,14 @@ def bare_run(folder: Path, steps: int) -> tuple[float, list[int]]:
 def test_many_instances_live_in_one_process(fmu: Path, count: int) -> None:
     with Driver(fmu) as driver:
         ends = driver.drive(("a", "many", count))[0].value
-    assert set(ends) == {interpreted(t_end=0.1).final.y}
+    assert set(ends) == {simulate_interpreted(t_end=0.1).final.y}
     assert len(ends) == count
 
 
 @linux
 def test_the_fmu_needs_no_package_and_its_memory_does_not_grow(extracted: Path) -> None:
     y, memory = bare_run(extracted, 100_000)
-    assert y == interpreted(t_end=5.0).final.y
+    assert y == simulate_interpreted(t_end=5.0).final.y
     assert memory[-1] - memory[1] < 300
 
 

@@ -17,7 +17,8 @@ from fivtui import __version__
 
 RECORDED: Final = Path(__file__).parent / "recorded"
 RELATIVE_TOLERANCE: Final = 1e-9
-# Tolerances for rounding errors: relative to the line's largest number; absolute for lone ones.
+# Numbers that consist of rounding errors may also differ by this fraction of the line's largest
+# number, or be any numbers below an absolute tolerance.
 LINE_TOLERANCE: Final = 1e-12
 ABSOLUTE_TOLERANCE: Final = 1e-10
 # A longer list is recorded as its length, a selection of items, and the sum of magnitudes.
@@ -39,14 +40,17 @@ _MASKS: Final = (
     (r"\b\d\d:\d\d:\d\d\b", "<time>"),
     (r"peak to (\S+) in \S+ s", r"peak to \1 in <time>"),
     (r"(?m)^CPU time .*$", "CPU time <time>"),
+    # The progress of a sweep, in computed members.
     (r"(?m)^fivtui: \d+ of \d+ members .*\n", ""),
     (r"[^\s'\"]*/tests/net/inputs/", "<inputs>/"),
-    # Rows of a trade-off: mask the CPU time and the marks of the best settings.
+    # Rows of a trade-off: mask the CPU time, and the marks of the errors for which a setting is
+    # best: F final state, P peak, H half peak-to-peak, E events.
     (r"(?m)^(\S.*? (?:tol|step)=\S+) +\S+(.*? [+-]\d+)(?: +[FPHE]+)?$", r"\1 <time>\2"),
 )
-# Names whose values differ between runs or machines.
+# Names whose values differ between runs or machines: CPU times, versions, and `transients`, a
+# digest of a machine's arithmetic.
 _VARYING: Final = re.compile(
-    r"(^|_)(cpu|wall)_(s|ms)$|^cpu_time|best_for$|^(fivtui|numpy|scipy|version|transients)$"
+    r"(^|_)(cpu|wall)_(s|ms)$|^cpu_time|^(fivtui|numpy|scipy|version|transients)$"
 )
 _NUMBER: Final = re.compile(r"(?<![\w.])[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?(?![\w])")
 
@@ -132,13 +136,12 @@ def same_line(recorded: str, fresh: str) -> bool:
     if recorded == fresh:
         return True
     recorded_texts, fresh_texts = _NUMBER.findall(recorded), _NUMBER.findall(fresh)
-    normalized = {" ".join(_NUMBER.sub("#", line).split()) for line in (recorded, fresh)}
-    # Numbers of different width shift the text beside them; otherwise blanks must agree.
-    if (
-        recorded_texts == fresh_texts
-        or len(recorded_texts) != len(fresh_texts)
-        or len(normalized) > 1
-    ):
+    if recorded_texts == fresh_texts:
+        # The lines differ in words or blanks.
+        return False
+    # Numbers of different width shift the text beside them: compare the words without blanks.
+    masked_lines = {" ".join(_NUMBER.sub("#", line).split()) for line in (recorded, fresh)}
+    if len(recorded_texts) != len(fresh_texts) or len(masked_lines) > 1:
         return False
     pairs = list(zip(map(float, recorded_texts), map(float, fresh_texts), strict=True))
     finite_sizes = [abs(number) for pair in pairs for number in pair if math.isfinite(number)]

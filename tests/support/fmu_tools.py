@@ -11,7 +11,7 @@ from pythonfmu import FmuBuilder
 from fivtui import simulate
 
 # Runs with the interpreted kernel, which Python FMUs contain.
-interpreted: Final = partial(simulate, kernel="interpreted")
+simulate_interpreted: Final = partial(simulate, kernel="interpreted")
 
 _ACCUMULATOR = """
 from pythonfmu import Boolean, Fmi2Causality, Fmi2Slave, Fmi2Variability, Integer, Real

@@ -31,8 +31,8 @@ from fivtui.tui.tabs.views_pane import ViewsPane
 from tests.support.laboratory import app_of, lab_of, show_tab, until
 
 BASE = PRESETS["base"]
-# Views that are tables: their figure is the figure of the study.
-TABLES = {"facts", "settings", "indices", "figures", "claims"}
+# Views that are tables: they have no charts with which a figure could agree.
+TABLE_VIEWS = {"facts", "settings", "indices", "figures", "claims"}
 
 
 def svg_texts(path: Path) -> list[str]:
@@ -49,6 +49,7 @@ def screen_texts(chart: Chart, view: View) -> set[str]:
         position = float((x if guide.vertical else y).positions([guide.value])[0])
         labels |= {guide.label} if 0.0 <= position <= 1.0 else set()
     labels |= {chart.x_label} if chart.x_axis else set()
+    # Strips are rows of marked intervals below the plot. Legends explain those that have any.
     labels |= {strip.meaning for strip in chart.strips if strip.intervals}
     if len(chart.traces) > 1:
         labels |= {trace.name for _, trace in view.visible_traces(chart)}
@@ -59,7 +60,7 @@ def screen_texts(chart: Chart, view: View) -> set[str]:
 
 @pytest.fixture
 def disable_safe_friction_search() -> None:
-    """Enable maps of safe friction."""
+    """Do nothing, instead of the fixture of this name in conftest: maps need the search."""
 
 
 @pytest.fixture
@@ -86,7 +87,8 @@ async def add_runs(pilot: Pilot[None]) -> None:
         session.runs.add_loaded(scene, result, "")
     first, second = session.runs
     session.runs.displayed, session.runs.baseline = first, second
-    # Measured data that differ from the first run by 2%.
+    # Measured data that differ from the first run by 2%, and a band around them: a tolerance of 10%
+    # of half peak-to-peak.
     t = np.linspace(5.0, 15.0, 400)
     trajectory = first.result.trajectory  # type: ignore[union-attr]
     signal = np.interp(t, trajectory.t, trajectory.y)  # type: ignore[union-attr]
@@ -131,16 +133,14 @@ async def check_export(pilot: Pilot[None], name: str) -> set[str]:
         patch.setattr("fivtui.charts.charts_figure", draw_and_store)
         pane.export(FIGURE).write(path)
     file_texts = svg_texts(path)
-    joined_texts = [
-        " ".join(consecutive)
-        for count in (2, 3)
-        for consecutive in zip(*(file_texts[n:] for n in range(count)), strict=False)
-    ]
+    # A label of up to three lines has as many consecutive texts in the file.
+    file_labels = {
+        " ".join(file_texts[index : index + line_count])
+        for line_count in (1, 2, 3)
+        for index in range(len(file_texts))
+    }
     for chart, view in charts:
-        # Each line of a multi-line label is a text of its own.
-        missing_texts = {
-            text for text in screen_texts(chart, view) - set(file_texts) if text not in joined_texts
-        }
+        missing_texts = screen_texts(chart, view) - file_labels
         assert not missing_texts, (name, missing_texts, file_texts)
     panels = [axes for axes in figures[0].axes if axes.get_label() != "<colorbar>"]
     for axes, (chart, view) in zip(panels, charts, strict=True):
@@ -159,45 +159,51 @@ async def check_export(pilot: Pilot[None], name: str) -> set[str]:
 async def test_every_view_is_exported_as_displayed(
     pilot: Pilot[None], monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    # CPU time of the measurement in the trade-off tab, s.
     monkeypatch.setattr(measure, "QUICK_S", 0.02)
     await add_runs(pilot)
     add_studies(app_of(pilot).session)
-    texts_by_view: dict[str, set[str]] = {}
+    # Texts by tab and view; a map has a view for each mapped value, the sweep tab one for two axes.
+    texts_by_view: dict[tuple[str, str], set[str]] = {}
     for tab in TABS:
         if tab.id in ("result", "log"):
             continue
         await show_tab(pilot, tab.key)
         pane = pane_of(pilot)
+        if tab.id in ("sweep", "trade-off"):
+            await pilot.press("f10")
         if tab.id in ("sweep", "trade-off", "map"):
-            await pilot.press(*(() if tab.id == "map" else ("f10",)))
+            # Maps are computed without a key.
             await until(pilot, lambda pane=pane: pane.visible_charts() is not None)  # type: ignore[misc]
             await until(pilot, lambda pane=pane: pane.job is None)  # type: ignore[misc]
         for view in pane.VIEWS:
-            if view in TABLES:
+            if view in TABLE_VIEWS:
                 continue
             pane.show_view(view)
             await until(pilot, lambda pane=pane: pane.visible_charts() is not None)  # type: ignore[misc]
-            texts_by_view[f"{tab.id}-{view}"] = await check_export(pilot, f"{tab.id}-{view}")
+            texts_by_view[tab.id, view] = await check_export(pilot, f"{tab.id}-{view}")
             await zoom_charts(pilot, pane)
             await check_export(pilot, f"{tab.id}-{view}-zoomed")
         if isinstance(pane, MapPane):
-            for value in TITLES:
-                pane.activate_choice(value)
+            # The keys of TITLES are the quantities that a map can have.
+            for mapped_value in TITLES:
+                pane.activate_choice(mapped_value)
                 await until(pilot, lambda pane=pane: pane.job is None)  # type: ignore[misc]
-                texts_by_view[value] = await check_export(pilot, value)
+                texts_by_view["map", mapped_value] = await check_export(pilot, mapped_value)
         if isinstance(pane, SweepPane):
             pane.query_one("#vary", Input).value = "F=60,100 mu=0.3,0.7"
             await pilot.press("f10")
             await until(pilot, lambda pane=pane: pane.job is None)  # type: ignore[misc]
-            texts_by_view["plane"] = await check_export(pilot, "plane")
-    assert "squeals" in texts_by_view["coexistence"]
-    assert texts_by_view["transient-time"] >= {
+            texts_by_view["sweep", "plane"] = await check_export(pilot, "plane")
+    # The map of coexistence has named regions.
+    assert "squeals" in texts_by_view["map", "coexistence"]
+    assert texts_by_view["transient", "time"] >= {
         "F 80 N, separation considered",
         "F 100 N, separation ignored",
     }
-    assert texts_by_view["map-map-view"] >= {"growth rate (1/s)", "now", "boundary"}
+    assert texts_by_view["map", "map-view"] >= {"growth rate (1/s)", "now", "boundary"}
     # Parameters that all curves share are in the title.
-    assert any("$m$ = 5 kg" in " ".join(text.split()) for text in texts_by_view["transient-time"])
+    assert any("$m$ = 5 kg" in text for text in texts_by_view["transient", "time"])
 
 
 async def zoom_charts(pilot: Pilot[None], pane: ViewsPane) -> None:
