@@ -107,8 +107,8 @@ class CommandGroup(_Helpful, click.Group):
     def _row(self, name: str) -> tuple[str, str]:
         # A command, or one of a group in this group, and its summary.
         command: click.Command = self
-        for word in name.split():
-            command = cast("click.Group", command).commands[word]
+        for part in name.split():
+            command = cast("click.Group", command).commands[part]
         return name, command.get_short_help_str()
 
 

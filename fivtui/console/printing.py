@@ -119,13 +119,13 @@ class _NotebookBar:
         self._handle.display(HTML(""))
 
     def show(self, fraction: float, label: str) -> None:
-        now = time.monotonic()
-        if now - self._last_update < _NOTEBOOK_INTERVAL_S:
+        current_time = time.monotonic()
+        if current_time - self._last_update < _NOTEBOOK_INTERVAL_S:
             return
-        self._last_update = now
+        self._last_update = current_time
         text = f"{label}: {fraction:.0%}"
         if self._remaining and fraction > 0.0:
-            text += f", {(now - self._begin) * (1.0 - fraction) / fraction:.0f} s left"
+            text += f", {(current_time - self._begin) * (1.0 - fraction) / fraction:.0f} s left"
         self._handle.update(
             self._html(f'<progress value="{fraction:.4f}" max="1"></progress> {escape(text)}')
         )

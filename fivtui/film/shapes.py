@@ -121,15 +121,17 @@ def shapes_at(
     x, y, force = float(state.x[0]), float(state.y[0]), float(state.P[0])
     mode = Mode(int(state.mode[0]))
     bottom, top = layout.clearance + y, layout.clearance + y + 2.0 * half_block
-    left, right = x - half_block, x + half_block
+    left_x, right_x = x - half_block, x + half_block
     # The contact spring ends in a foot, which hangs above the belt while the slider is off it.
     foot_bottom = y if mode is Mode.SEPARATED else 0.0
     foot_top = foot_bottom + _FOOT_HEIGHT * size
     half_foot = _FOOT_WIDTH * half_block
     spring_width, head = _SPRING_WIDTH * size, _ARROW_HEAD * size
     springs = (
-        _spring((layout.anchor_x, layout.wall_height), (left, 0.5 * (bottom + top)), spring_width),
-        _spring((layout.anchor_x, layout.slanted_wall_height), (left, top), spring_width),
+        _spring(
+            (layout.anchor_x, layout.wall_height), (left_x, 0.5 * (bottom + top)), spring_width
+        ),
+        _spring((layout.anchor_x, layout.slanted_wall_height), (left_x, top), spring_width),
     )
     shapes = [
         Shape("belt", *_points((layout.x_range[0], 0.0), (layout.x_range[1], 0.0))),
@@ -138,7 +140,7 @@ def shapes_at(
         Shape("springs", *join_lines(springs)),
         Shape("contact spring", *_spring((x, foot_top), (x, bottom), spring_width)),
         _box("foot", (x - half_foot, x + half_foot), (foot_bottom, foot_top)),
-        _box("block", (left, right), (bottom, top)),
+        _box("block", (left_x, right_x), (bottom, top)),
         _arrow("preload", (x, top + _PRELOAD_ARROW * size), (x, top), head),
     ]
     if layout.max_force > 0.0 and mode is not Mode.SEPARATED:
@@ -146,8 +148,8 @@ def shapes_at(
         p, rates = build_course(run.parameters, run.over_time).after(float(state.t[0]))
         friction = friction_force(p, (x, float(state.vx[0]), y, float(state.vy[0])), mode, rates)
         shapes += [
-            _arrow("contact force", (right, 0.0), (right, scale * force), head),
-            _arrow("friction", (right, 0.0), (right + scale * friction, 0.0), head),
+            _arrow("contact force", (right_x, 0.0), (right_x, scale * force), head),
+            _arrow("friction", (right_x, 0.0), (right_x + scale * friction, 0.0), head),
         ]
     return {shape.name: shape for shape in shapes}
 

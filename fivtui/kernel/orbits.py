@@ -53,7 +53,7 @@ class FoundOrbit(NamedTuple):
     """A periodic orbit in scaled units; only `extremes` are in SI units.
 
     `tangent` is that of the curve of orbits, `flow_direction` the unit vector of (ẋ, ẍ, ẏ, ÿ) at
-    the start, `extremes` are least and greatest x and y, greatest ẋ, and those of y in the second
+    the start. `extremes` are least and greatest x and y, greatest ẋ, and those of y in the second
     half. `determinant` is that of the linearised equations with the tangent as the last row.
     """
 

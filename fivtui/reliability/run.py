@@ -84,10 +84,11 @@ def uncertainty(
     parameters : Parameters, optional
         The parameters that do not scatter; the base set by default.
     vary : mapping of str to Distribution or str
-        Distributions of parameters, and of ``x0``, ``vx0``, ``y0``, ``vy0`` of the start: as text
-        ``uniform:LOW:HIGH``, ``normal:MEAN:SD``, ``lognormal:MEAN:SD`` (both of the quantity
-        itself), ``triangular:LOW:MODE:HIGH``, ``beta:LOW:HIGH:A:B``, or ``NAME:SHAPE:…:LOC:SCALE``
-        of `scipy.stats`. They are truncated at the bounds of the parameters.
+        Distributions of parameters, and of ``x0``, ``vx0``, ``y0``, ``vy0`` of the start,
+        truncated at the bounds of the parameters. As text ``uniform:LOW:HIGH``,
+        ``normal:MEAN:SD``, ``lognormal:MEAN:SD`` (both of the quantity itself),
+        ``triangular:LOW:MODE:HIGH``, ``beta:LOW:HIGH:A:B``. Any other of `scipy.stats` is
+        ``NAME:SHAPE:…:LOC:SCALE``.
     correlations : mapping of (str, str) to float
         Correlations of the normal scores of two names (a Gaussian copula).
     design : "sobol" or "lhs"

@@ -32,8 +32,8 @@ class Comparable:
 
     __slots__ = ()
 
-    def __eq__(self, other: object) -> bool:
-        return equal_values(self, other) if type(other) is type(self) else NotImplemented
+    def __eq__(self, value: object) -> bool:
+        return equal_values(self, value) if type(value) is type(self) else NotImplemented
 
     def __hash__(self) -> int:
         # Arrays cannot be hashed: hash only fields of these types.

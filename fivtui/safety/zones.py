@@ -307,8 +307,9 @@ def _search_between(
     # Golden-section search for another zone near the least |safe μ - μ|; `least_mu` stores values.
     zone_at_low = zone_at(low)
     for _ in range(_GOLDEN_SECTIONS):
-        left, right = high - _GOLDEN_RATIO * (high - low), low + _GOLDEN_RATIO * (high - low)
-        if zone_at(left) is not zone_at_low or zone_at(right) is not zone_at_low:
+        section = _GOLDEN_RATIO * (high - low)
+        inner_low, inner_high = high - section, low + section
+        if zone_at(inner_low) is not zone_at_low or zone_at(inner_high) is not zone_at_low:
             return
-        left_is_nearer = abs(least_mu(left) - mu) < abs(least_mu(right) - mu)
-        low, high = (low, right) if left_is_nearer else (left, high)
+        low_is_nearer = abs(least_mu(inner_low) - mu) < abs(least_mu(inner_high) - mu)
+        low, high = (low, inner_high) if low_is_nearer else (inner_low, high)

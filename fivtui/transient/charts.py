@@ -131,8 +131,8 @@ class PlottedRun:
 
     def samples_in(self, window: tuple[float, float]) -> slice:
         """The indices of the samples within a window of time, s."""
-        first, last = np.searchsorted(self.trajectory.t, window, side="left").tolist()
-        return slice(first, last + 1)
+        begin, end = np.searchsorted(self.trajectory.t, window, side="left").tolist()
+        return slice(begin, end + 1)
 
 
 def plotted_run(

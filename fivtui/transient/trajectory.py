@@ -117,10 +117,10 @@ class DenseSolution:
         self._mode = mode.astype(np.int8)
         self.t_start, self.t_end = float(self._start[0]), float(end[-1])
 
-    def __eq__(self, other: object) -> bool:
-        if not isinstance(other, DenseSolution):
+    def __eq__(self, value: object) -> bool:
+        if not isinstance(value, DenseSolution):
             return NotImplemented
-        return equal_values(vars(self), vars(other))
+        return equal_values(vars(self), vars(value))
 
     def __hash__(self) -> int:
         return hash((self._p, self.t_start, self.t_end))

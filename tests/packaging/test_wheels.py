@@ -148,14 +148,14 @@ def test_the_wheel_runs_in_an_empty_environment_without_a_compiler(
 
     assert run("--version") == f"fivtui {__version__}\n"
     run_there = json.loads(run("simulate", "--t-end", "20", "--json"))
-    here = simulate(Parameters(), t_end=20.0)
-    assert run_there["final"]["y"] == here.final.y
+    run_here = simulate(Parameters(), t_end=20.0)
+    assert run_there["final"]["y"] == run_here.final.y
     code = "import fivtui.kernel; print(fivtui.kernel.why_interpreted())"
     assert run_tool(programs / "python", "-c", code, env=environment) == "None\n"
     run("fmu", "build", "--flavour", "native", "--out", "m.fmu")
     assert "no problems" in run("fmu", "check", "m.fmu")
-    last = json.loads(run("fmu", "run", "m.fmu", "--t-end", "20", "--json"))["final"]
-    assert last["y"] == here.final.y
+    final = json.loads(run("fmu", "run", "m.fmu", "--t-end", "20", "--json"))["final"]
+    assert final["y"] == run_here.final.y
     # The main job: both cases, natively and as an FMU, with a picture.
     (tmp_path / "short.toml").write_text("fivtui_scene = 1\nt_end = 20.0\n", encoding="utf-8")
     assert run("compare", "short.toml", "--out", "compared")

@@ -184,21 +184,21 @@ class FoldCurve(CycleCurve[FoldOnCurve]):
         bordered[-1, :_NULL_SIZE] = border.null_vector
         last_unit_vector = np.eye(_NULL_SIZE + 1)[-1]
         try:
-            right = np.linalg.solve(bordered, last_unit_vector)
-            left = np.linalg.solve(bordered.T, last_unit_vector)[:_NULL_SIZE]
+            right_solution = np.linalg.solve(bordered, last_unit_vector)
+            left_solution = np.linalg.solve(bordered.T, last_unit_vector)[:_NULL_SIZE]
         except np.linalg.LinAlgError:
             return None
-        scale = float(np.linalg.norm(right[:_NULL_SIZE]))
-        null_vector = right[:_NULL_SIZE] / scale
+        scale = float(np.linalg.norm(right_solution[:_NULL_SIZE]))
+        null_vector = right_solution[:_NULL_SIZE] / scale
         jacobian_derivative = self._jacobian_derivative(unknowns, null_vector, motion)
         if jacobian_derivative is None:
             return None
         return _FoldTest(
-            value=float(right[-1]),
-            derivatives=-scale * (left[_CLOSURE_ROWS] @ jacobian_derivative),
+            value=float(right_solution[-1]),
+            derivatives=-scale * (left_solution[_CLOSURE_ROWS] @ jacobian_derivative),
             closure_derivatives=closure_derivatives,
             null_vector=null_vector,
-            left_null_vector=left / np.linalg.norm(left),
+            left_null_vector=left_solution / np.linalg.norm(left_solution),
         )
 
     def _jacobian_derivative(
