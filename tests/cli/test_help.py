@@ -82,6 +82,13 @@ def test_the_options_of_long_commands_are_grouped(capsys: pytest.CaptureFixture[
     assert "\nOptions:\n" in printed(capsys, "accuracy", "-h")
 
 
+def test_each_page_is_in_the_manual() -> None:
+    absent = {
+        entry.page for entry in ENTRIES.values() if not (ROOT / f"docs/{entry.page}.md").is_file()
+    }
+    assert not absent
+
+
 @pytest.mark.parametrize("name", ENTRIES)
 def test_each_example_is_a_valid_command_line(name: str) -> None:
     arguments = shlex.split(ENTRIES[name].example)
