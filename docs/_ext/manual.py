@@ -6,7 +6,6 @@ A line ``{generated} NAME`` in a fence is replaced by what `tables.NAME` returns
 commands of the page.
 """
 
-import hashlib
 import os
 import re
 import shutil
@@ -17,7 +16,7 @@ import tables
 from commands import CommandError, run_line
 from docutils import nodes
 from docutils.parsers.rst import directives
-from screens import screen_svg
+from screens import page_screens
 from sphinx.application import Sphinx
 from sphinx.environment import BuildEnvironment
 from sphinx.util.docutils import SphinxDirective
@@ -83,21 +82,24 @@ class Run(_PictureDirective):
 
 
 class Screen(_PictureDirective):
-    """The laboratory after some steps, one a line; the argument describes the picture."""
+    """The laboratory after some steps, one a line; the argument describes the picture.
+
+    The screens of a page are one session: each continues from the one before.
+    """
 
     has_content = True
     required_arguments = 1
     final_argument_whitespace = True
-    option_spec: ClassVar[OptionSpec] = {"size": directives.unchanged}
+    option_spec: ClassVar[OptionSpec] = {"size": directives.unchanged_required}
 
     def run(self) -> list[nodes.Node]:
-        """Draw the screen."""
-        width, _, height = self.options.get("size", "110x34").partition("x")
-        steps = list(self.content)
-        folder = self.work_folder()
-        name = hashlib.sha256("\n".join([width, height, *steps]).encode()).hexdigest()[:12]
-        path = folder / f"laboratory-{name}.svg"
-        path.write_text(screen_svg((int(width), int(height)), steps), encoding="utf-8")
+        """Draw all screens of the page at its first one, and show the next."""
+        pictures = self.env.temp_data.get("screens")
+        if pictures is None:
+            text = Path(self.env.doc2path(self.env.docname)).read_text(encoding="utf-8")
+            pictures = self.env.temp_data["screens"] = page_screens(text)
+        path = self.work_folder() / f"laboratory-{len(pictures)}.svg"
+        path.write_text(pictures.pop(0), encoding="utf-8")
         return [self.picture(path, self.arguments[0], "screen")]
 
 

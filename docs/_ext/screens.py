@@ -18,6 +18,8 @@ from fivtui.tui.app import FivtuiApp
 
 _LIMIT_S: Final = 120.0
 _POLL_S: Final = 0.3
+_SCREEN: Final = re.compile(r"^```\{screen\} [^\n]*\n(.*?)^```", flags=re.MULTILINE | re.DOTALL)
+_SIZE: Final = re.compile(r"^:size: (\d+)x(\d+)$")
 # Pages are read without network: no fonts from elsewhere.
 _FONT_FACES: Final = re.compile(r"@font-face \{.*?\}", flags=re.DOTALL)
 
@@ -26,20 +28,25 @@ class StepError(Exception):
     """A text did not appear on the screen."""
 
 
-def screen_svg(size: tuple[int, int], steps: Sequence[str]) -> str:
-    """The screen after the steps."""
-    return asyncio.run(_screen_svg(size, steps))
+def page_screens(text: str) -> list[str]:
+    """The screens of a page, as SVG, in one session: each continues from the one before."""
+    blocks = [block.splitlines() for block in _SCREEN.findall(text)]
+    return asyncio.run(_draw([(*_SIZE.findall(lines[0])[0], lines[1:]) for lines in blocks]))
 
 
-async def _screen_svg(size: tuple[int, int], steps: Sequence[str]) -> str:
+async def _draw(screens: Sequence[tuple[str, str, Sequence[str]]]) -> list[str]:
+    pictures = []
     with tempfile.TemporaryDirectory() as folder:
         app = FivtuiApp(state=Path(folder) / "session.json")
-        async with app.run_test(size=size) as pilot:
-            for step in steps:
-                verb, _, argument = step.strip().partition(" ")
-                await _follow(pilot, verb, argument)
-            await pilot.pause()
-            return _FONT_FACES.sub("", app.export_screenshot(title="fivtui"))
+        async with app.run_test() as pilot:
+            for width, height, steps in screens:
+                await pilot.resize_terminal(int(width), int(height))
+                for step in filter(None, steps):
+                    verb, _, argument = step.partition(" ")
+                    await _follow(pilot, verb, argument)
+                await pilot.pause()
+                pictures.append(_FONT_FACES.sub("", app.export_screenshot(title="fivtui")))
+    return pictures
 
 
 async def _follow(pilot: Pilot[None], verb: str, argument: str) -> None:
