@@ -1,4 +1,7 @@
-"""Figures: their lines, meshes, labels and units agree with the results."""
+"""Figures: their lines, meshes, labels and units agree with the results.
+
+Expected motions, eigenvalues and critical friction come from `own_slider`, an independent model.
+"""
 
 import dataclasses
 import itertools
@@ -39,18 +42,19 @@ from fivtui.transient.result import Transient
 
 from .support import own_slider
 from .support.reading import (
-    entries,
+    handles_by_text,
     labels,
     legend_entries,
     line_like,
     lines_like,
-    plain,
     points,
     spans,
     transient_figure,
+    without_mathtext,
 )
 
 FloatArray = NDArray[np.float64]
+# A title is broken into lines without a comma; `without_mathtext` replaces the break by a space.
 BASE_TITLE = (
     "m = 5 kg, k_1 = 100 N/m, k_2 = 50 N/m, k_3 = 60 N/m, c_1 = 0.32 N s/m "
     "c_2 = 0.32 N s/m, F = 80 N, k_nl = 100 N/m^3, μ = 0.7"
@@ -71,20 +75,22 @@ def runs() -> list[Transient]:
 def test_panels_of_a_transient_agree_with_their_labels(runs: list[Transient]) -> None:
     figure = transient_figure(runs, quantities=("x", "vx", "y", "vy", "P"))
     legend = legend_entries(figure)
-    rows = figure.axes[:5], figure.axes[5:]
-    assert [plain(axes.get_ylabel()) for axes in rows[0]] == [
+    # The axes are listed column by column.
+    overviews, late_panels = figure.axes[:5], figure.axes[5:]
+    assert [without_mathtext(axes.get_ylabel()) for axes in overviews] == [
         "Horizontal displacement x (m)",
         "Horizontal velocity vx (m/s)",
         "Vertical displacement y (m)",
         "Vertical velocity vy (m/s)",
         "Contact force P (N)",
     ]
-    assert {plain(axes[-1].get_xlabel()) for axes in rows} == {"Time t (s)"}
+    bottom_panels = overviews[-1], late_panels[-1]
+    assert {without_mathtext(axes.get_xlabel()) for axes in bottom_panels} == {"Time t (s)"}
     # Panels are tall enough to read.
     assert figure.get_figheight() > 5 * 1.5
     for case, name in ((True, "separation considered"), (False, "separation ignored")):
         t, motion = own_slider.motion(3.0, separation=case)
-        for axes, column in zip(rows[0], motion.T, strict=True):
+        for axes, column in zip(overviews, motion.T, strict=True):
             x, y = points(line_like(axes, legend[name]))
             is_compared = x <= 3.0
             assert is_compared.sum() == 301
@@ -99,6 +105,7 @@ def test_shading_is_where_the_slider_is_off_the_belt_and_nowhere_else(
 ) -> None:
     figure = transient_figure(runs)
     t, motion = own_slider.motion(3.0, separation=True)
+    # Each of two columns has panels of P, x and y.
     overview, late = figure.axes[0], figure.axes[3]
     for axes in (overview, late):
         shaded = np.array(spans(axes))
@@ -123,9 +130,10 @@ def test_the_late_panel_has_about_eight_cycles_of_the_drawn_motion(
         assert late.get_title() == title
         assert late.get_xlim() == (start, 40.0)
         assert overview.get_xlim() == (0.0, 40.0)
-    long = 3.0 + 2.0 * np.sin(2.0 * np.pi * t / 2.6)
+    # A run of fewer than 16 cycles has no late panel.
+    slow_y = 3.0 + 2.0 * np.sin(2.0 * np.pi * t / 2.6)
     assert runs[0].trajectory is not None
-    run = dataclasses.replace(runs[0], trajectory=dataclasses.replace(runs[0].trajectory, y=long))
+    run = dataclasses.replace(runs[0], trajectory=dataclasses.replace(runs[0].trajectory, y=slow_y))
     assert len(transient_figure([run], quantities=["y"]).axes) == 1
 
 
@@ -143,6 +151,7 @@ def test_runs_that_differ_in_several_parameters_are_named_in_the_legend() -> Non
     for force in forces:
         name = f"separation considered, F = {force:g} N, k_nl = {2.0 * force:g} N/m^3"
         line = line_like(figure.axes[0], legend[name])
+        # Runs start from rest under the preload, before friction acts.
         _, y, _ = own_slider.equilibrium(F=force, k_nl=2.0 * force, mu=0.0)
         assert points(line)[1][0] == pytest.approx(y, rel=1e-9)
 
@@ -163,6 +172,7 @@ def test_modes_over_mu_are_the_eigenvalues_in_hertz_and_one_over_seconds() -> No
     assert labels(growth) == ("Friction coefficient μ", "Growth rate Re λ (1/s)")
     assert labels(plane) == ("Re λ (1/s)", "Im λ (rad/s)")
     legend = legend_entries(figure)
+    # Two modes, critical and present friction, eigenvalues over μ and those at the present μ.
     assert len(legend) == 6
     for index in (0, 40, 80, 160, 240):
         drawn = []
@@ -176,7 +186,7 @@ def test_modes_over_mu_are_the_eigenvalues_in_hertz_and_one_over_seconds() -> No
         assert sorted(drawn, key=sort_key) == pytest.approx(
             sorted(expected.tolist(), key=sort_key), abs=1e-6
         )
-    assert plain(figure.get_suptitle()) == BASE_TITLE
+    assert without_mathtext(figure.get_suptitle()) == BASE_TITLE
 
 
 def test_the_critical_and_the_present_friction_are_marked() -> None:
@@ -184,7 +194,7 @@ def test_the_critical_and_the_present_friction_are_marked() -> None:
     figure = sheet_figure(modes_sheet(stability(p), mode_scan(System(p), 2.0)))
     legend = legend_entries(figure)
     critical = own_slider.critical_mu(F=100.0, k_nl=500.0)
-    assert plain(figure.get_suptitle()).endswith("F = 100 N, k_nl = 500 N/m^3, μ = 1.1")
+    assert without_mathtext(figure.get_suptitle()).endswith("F = 100 N, k_nl = 500 N/m^3, μ = 1.1")
     for axes in figure.axes[:2]:
         assert axes.get_xlim() == (0.0, 2.0)
         for label, position in ((f"μ_c = {critical:.4g}", critical), ("μ = 1.1", 1.1)):
@@ -198,6 +208,7 @@ def test_the_critical_and_the_present_friction_are_marked() -> None:
     plane = figure.axes[2]
     x, y = points(line_like(plane, legend["at μ = 1.1"]))
     expected = own_slider.eigenvalues(F=100.0, k_nl=500.0, mu=1.1)
+    # With the frequency as real part, both are sorted by frequency first.
     np.testing.assert_allclose(
         np.sort_complex(y + 1j * x), np.sort_complex(expected.imag + 1j * expected.real)
     )
@@ -242,13 +253,13 @@ def test_a_map_has_its_values_over_its_axes(value: str, colours: str, reference:
     axes, bar = figure.axes
     assert labels(axes) == ("Friction coefficient μ", "Preload F (N)")
     assert (axes.get_xscale(), axes.get_yscale()) == ("linear", "linear")
-    assert plain(bar.get_ylabel()) == colours
+    assert without_mathtext(bar.get_ylabel()) == colours
     _, values = mesh_of(axes)
     assert set(values) == set(itertools.product(MU.round(9).tolist(), FORCE.tolist()))
     for mu, force in itertools.product((0.1, 0.65, 1.45), (10.0, 85.0, 110.0)):
         expected = reference(c1=0.5, mu=mu, F=force)
         assert values[mu, force] == pytest.approx(expected, abs=1e-7)
-    assert plain(axes.get_title()) == (
+    assert without_mathtext(axes.get_title()) == (
         "m = 5 kg, k_1 = 100 N/m, k_2 = 50 N/m, k_3 = 60 N/m c_1 = 0.5 N s/m, "
         "c_2 = 0.32 N s/m, k_nl = 100 N/m^3"
     )
@@ -258,11 +269,11 @@ def test_a_map_has_its_values_over_its_axes(value: str, colours: str, reference:
 def test_the_boundary_of_a_map_is_at_the_critical_friction() -> None:
     axes, _ = stability_map(Parameters(), {"mu": MU, "F": FORCE}).figure().axes
     (line,) = axes.lines
-    corners = np.asarray(line.get_xydata())
+    vertices = np.asarray(line.get_xydata())
     for force in FORCE.tolist():
-        (at,) = np.flatnonzero(np.isclose(corners[:, 1], force))[:1]
+        index = np.flatnonzero(np.isclose(vertices[:, 1], force))[0]
         critical = own_slider.critical_mu(F=force)
-        assert corners[at, 0] == pytest.approx(critical, abs=MU[1] - MU[0])
+        assert vertices[index, 0] == pytest.approx(critical, abs=MU[1] - MU[0])
 
 
 def test_zero_growth_has_the_middle_colour() -> None:
@@ -272,10 +283,10 @@ def test_zero_growth_has_the_middle_colour() -> None:
     assert low is not None
     assert high is not None
     assert -low == high == max(map(abs, values.values()))
-    unstable = mesh.to_rgba(np.array([0.5 * high, 0.5 * low]))
+    growth_rgba, decay_rgba = mesh.to_rgba(np.array([0.5 * high, 0.5 * low]))
     # Growth is red, decay is blue.
-    assert unstable[0, 0] > unstable[0, 2]
-    assert unstable[1, 2] > unstable[1, 0]
+    assert growth_rgba[0] > growth_rgba[2]
+    assert decay_rgba[2] > decay_rgba[0]
 
 
 def test_the_legend_of_a_map_of_critical_friction_gives_the_friction() -> None:
@@ -301,16 +312,16 @@ def invented_sweep(
     }
     size = next(iter(point_values.values())).size
     case = np.tile(np.array(cases), size // len(cases))
-    numbers = {name: at.astype(float) for name, at in point_values.items()}
-    for number, output in enumerate(outputs):
-        numbers[output] = output_value(number, case, *point_values.values())
-    return Sweep(study, Rows(numbers, case, ("",) * size))
+    columns = {name: values.astype(float) for name, values in point_values.items()}
+    for output_index, output in enumerate(outputs):
+        columns[output] = output_value(output_index, case, *point_values.values())
+    return Sweep(study, Rows(columns, case, reasons=("",) * size))
 
 
-def output_value(number: int, case: Any, *coordinates: Any) -> Any:
+def output_value(output_index: int, case: Any, *coordinates: Any) -> Any:
     # A different function of the coordinates for each output and case.
     weighted = sum((1.0 + 2.0 * index) * value for index, value in enumerate(coordinates))
-    return 1.0 + 100.0 * number + 10.0 * case + weighted
+    return 1.0 + 100.0 * output_index + 10.0 * case + weighted
 
 
 def test_curves_of_a_sweep_are_the_outputs_and_cases_that_their_legend_names() -> None:
@@ -318,11 +329,12 @@ def test_curves_of_a_sweep_are_the_outputs_and_cases_that_their_legend_names() -
     (axes,) = figure.axes
     legend = axes.get_legend()
     assert legend is not None
-    shown = entries(legend)
+    shown = handles_by_text(legend)
+    # Both amplitudes of y, with and without separation; the peak of |x| is not drawn.
     assert len(shown) == len(axes.lines) == 4
     for text, handle in shown.items():
-        number = 2 if text.startswith("peak of |y|") else 1
-        assert number == 2 or "half" in text
+        output_index = 2 if text.startswith("peak of |y|") else 1
+        assert output_index == 2 or "half" in text
         case = text.endswith("considered")
         assert case or text.endswith("ignored")
         line = next(
@@ -332,7 +344,7 @@ def test_curves_of_a_sweep_are_the_outputs_and_cases_that_their_legend_names() -
         )
         x, y = points(line)
         assert x.tolist() == [20.0, 50.0, 80.0]
-        np.testing.assert_allclose(y, output_value(number, case, x))
+        np.testing.assert_allclose(y, output_value(output_index, case, x))
         assert line.is_dashed() == case
     assert labels(axes) == ("Preload F (N)", "Amplitude (m)")
     assert (axes.get_xscale(), axes.get_yscale()) == ("linear", "linear")
@@ -340,6 +352,7 @@ def test_curves_of_a_sweep_are_the_outputs_and_cases_that_their_legend_names() -
 
 def test_a_sweep_without_amplitudes_shows_its_first_output_with_its_unit() -> None:
     (axes,) = invented_sweep({"k1": (10.0, 20.0)}, ("vx_max", "P_max"), (True,)).figure().axes
+    # The model holds for belts faster than vx_max, the greatest speed of the slider.
     assert labels(axes) == ("Horizontal stiffness k_1 (N/m)", "Least valid belt speed (m/s)")
     (line,) = axes.lines
     np.testing.assert_allclose(points(line)[1], output_value(0, True, np.array([10.0, 20.0])))
@@ -350,55 +363,69 @@ def test_maps_of_a_sweep_have_their_axes_and_a_shared_scale() -> None:
     result = invented_sweep({"F": forces, "mu": (0.9, 0.1)}, ("x_abs", "y_abs"))
     figure = result.figure()
     *maps, bar = figure.axes
-    assert plain(bar.get_ylabel()) == "Peak of |y| (m)"
-    assert plain(maps[0].get_ylabel()) == "Friction coefficient μ"
+    assert without_mathtext(bar.get_ylabel()) == "Peak of |y| (m)"
+    assert without_mathtext(maps[0].get_ylabel()) == "Friction coefficient μ"
     for axes, case in zip(maps, (True, False), strict=True):
         assert axes.get_title() == f"separation {'considered' if case else 'ignored'}"
-        assert plain(axes.get_xlabel()) == "Preload F (N)"
+        assert without_mathtext(axes.get_xlabel()) == "Preload F (N)"
         mesh, values = mesh_of(axes)
         assert values == pytest.approx(
-            {at: output_value(1, case, *at) for at in itertools.product(forces, (0.1, 0.9))}
+            {
+                point: output_value(1, case, *point)
+                for point in itertools.product(forces, (0.1, 0.9))
+            }
         )
         all_values = result.table.numbers["y_abs"]
         assert mesh.get_clim() == (all_values.min(), all_values.max())
 
 
 def test_points_of_a_sweep_without_grid_are_drawn_where_they_were_computed() -> None:
-    axes = {"k2": Range(20.0, 80.0), "k_nl": Range(0.1, 1.0, None, log=True)}
+    axes = {"k2": Range(20.0, 80.0), "k_nl": Range(0.1, 1.0, log=True)}
     study = Study(Design(axes, "sobol", 4), Parameters(), outputs=("P_max",))
-    at = np.array([20.0, 30.0, 40.0, 50.0]), np.array([0.4, 0.1, 0.9, 0.2])
+    k2, k_nl = np.array([20.0, 30.0, 40.0, 50.0]), np.array([0.4, 0.1, 0.9, 0.2])
     force = np.array([5.0, 6.0, 7.0, 8.0])
-    rows = Rows({"k2": at[0], "k_nl": at[1], "P_max": force}, np.ones(4, dtype=bool), ("",) * 4)
+    columns = {"k2": k2, "k_nl": k_nl, "P_max": force}
+    rows = Rows(columns, separation=np.ones(4, dtype=bool), reasons=("",) * 4)
     figure = Sweep(study, rows).figure()
     (dots,) = figure.axes[0].collections
-    np.testing.assert_allclose(np.asarray(dots.get_offsets()), np.transpose(at))
+    np.testing.assert_allclose(np.asarray(dots.get_offsets()), np.transpose([k2, k_nl]))
     np.testing.assert_allclose(np.asarray(dots.get_array()), force)
     assert (figure.axes[0].get_xscale(), figure.axes[0].get_yscale()) == ("linear", "log")
     assert labels(figure.axes[0]) == (
         "Linear contact stiffness k_2 (N/m)",
         "Cubic contact stiffness k_nl (N/m^3)",
     )
-    assert plain(figure.axes[1].get_ylabel()) == "Greatest contact force (N)"
+    assert without_mathtext(figure.axes[1].get_ylabel()) == "Greatest contact force (N)"
 
 
 # Trade-offs
 
 
+# Figures draw smaller errors here, also zero.
+LEAST_DRAWN_ERROR = 1e-16
+
+
+def deviation(final: float, peak: float, half_range: float, events: float) -> Deviation:
+    return Deviation(final, peak, half_range, events, separations=0)
+
+
 def invented_tradeoff() -> Tradeoff:
     def row(
-        method: str, value: float, cpu_s: float, errors: tuple[float, float, float, float]
+        method: str, tol: float, cpu_s: float, errors: tuple[float, float, float, float]
     ) -> MeasuredSetting:
-        return MeasuredSetting(Setting(method, "", "tol", value), cpu_s, 7, Deviation(*errors, 0))
+        setting = Setting(method, kernel="", knob="tol", value=tol)
+        return MeasuredSetting(setting, cpu_s, steps=7, error=deviation(*errors))
 
     rows = [
         row("taylor", 1e-6, 0.01, (1e-6, 2e-7, 3e-7, 4e-5)),
         row("taylor", 1e-9, 0.02, (1e-9, 2e-10, 3e-10, 4e-8)),
         row("rk4", 0.01, 0.3, (5e-4, 6e-5, 7e-5, float("inf"))),
         row("rk4", 0.001, 3.0, (5e-8, 0.0, 7e-9, 8e-7)),
-        MeasuredSetting(Setting("lost", "", "step", 1.0), 9.0, 7, None, "why"),
+        MeasuredSetting(Setting("lost", "", "step", 1.0), 9.0, 7, error=None, failure="why"),
     ]
-    floor = Deviation(1e-13, 2e-14, 3e-14, 4e-12, 0)
-    return Tradeoff(PRESETS["base"], None, floor, rows, [])
+    # Uncertainty of the reference: the figure has a band below it.
+    floor = deviation(1e-13, 2e-14, 3e-14, 4e-12)
+    return Tradeoff(PRESETS["base"], reference=None, floor=floor, rows=rows, features=[])
 
 
 def test_errors_of_every_method_are_drawn_over_cpu_time() -> None:
@@ -417,7 +444,7 @@ def test_errors_of_every_method_are_drawn_over_cpu_time() -> None:
         for method, handle in legend.items():
             x, y = points(line_like(axes, handle))
             rows = [
-                (row.cpu_s, max(getattr(row.error, name), 1e-16))
+                (row.cpu_s, max(getattr(row.error, name), LEAST_DRAWN_ERROR))
                 for row in result.rows
                 if row.setting.method == method and np.isfinite(getattr(row.error, name))
             ]
@@ -425,13 +452,14 @@ def test_errors_of_every_method_are_drawn_over_cpu_time() -> None:
         floor = getattr(result.floor, name)
         (band,) = axes.patches
         low, high = band.get_extents().transformed(axes.transData.inverted()).intervaly
-        assert low < 1e-16
+        assert low < LEAST_DRAWN_ERROR
         assert high == pytest.approx(floor)
-        (front,) = [line for line in axes.lines if line.get_linewidth() == 4.0]
-        front_points = [(0.01, 0), (0.02, 1)] + ([(3.0, 3)] if name == "peak" else [])
-        assert points(front)[0].tolist() == [at for at, _ in front_points]
-        assert points(front)[1].tolist() == [
-            max(getattr(result.rows[k].error, name), 1e-16) for _, k in front_points
+        (pareto_front,) = [line for line in axes.lines if line.get_linewidth() == 4.0]
+        # Both rows of taylor; the finer rk4 is more accurate only in the peak.
+        front_rows = [result.rows[k] for k in ((0, 1, 3) if name == "peak" else (0, 1))]
+        assert points(pareto_front)[0].tolist() == [row.cpu_s for row in front_rows]
+        assert points(pareto_front)[1].tolist() == [
+            max(getattr(row.error, name), LEAST_DRAWN_ERROR) for row in front_rows
         ]
 
 
@@ -497,7 +525,7 @@ def test_attractors_along_a_parameter_are_drawn_by_kind_and_direction() -> None:
     assert y.startswith("Half ")
     assert y.endswith("(m)")
     assert axes.get_ylim()[0] <= 0.0
-    title = plain(axes.get_title())
+    title = without_mathtext(axes.get_title())
     assert "F = 80 N" in title
     assert "k_nl" not in title
 
@@ -540,19 +568,21 @@ def test_starts_of_a_basin_have_the_colour_of_the_attractor_they_reach() -> None
     for position, patch in enumerate(legend.values()):
         assert to_hex(mesh.to_rgba(float(position))) == to_hex(patch.get_facecolor())  # type: ignore[arg-type]
         assert bool(patch.get_hatch()) == (position != 1)
-    # The hatching of a cycle covers exactly its starts; corners are tested slightly inside.
+    # The hatching of a cycle covers exactly its starts. Outer starts lie on the edge of the map;
+    # all are moved slightly towards its centre.
     filled = [
         collection
         for collection in axes.collections
         if isinstance(collection, QuadContourSet) and collection.filled
     ]
     grid = np.stack(np.meshgrid(first, second, indexing="ij"), axis=-1)
-    samples = np.array([0.0, 4.0]) + 0.99 * (grid.reshape(-1, 2) - np.array([0.0, 4.0]))
+    map_centre = np.array([first.mean(), second.mean()])
+    samples = map_centre + 0.99 * (grid.reshape(-1, 2) - map_centre)
     hatched = [patch.get_hatch() for patch in legend.values() if patch.get_hatch()]
     for contours, hatch, index in zip(filled, hatched, (0, 2), strict=True):
         assert list(contours.hatches) == [hatch]
         inside = sum(path.contains_points(samples) for path in contours.get_paths()) > 0
         np.testing.assert_array_equal(inside, reached.ravel() == index)
     assert to_hex(legend["equilibrium"].get_facecolor()) == "#ffffff"
-    assert plain(axes.get_title()).endswith("x_0 = 0.1 m, vy_0 = 0.4 m/s")
-    assert "vx_0 =" not in plain(axes.get_title())
+    assert without_mathtext(axes.get_title()).endswith("x_0 = 0.1 m, vy_0 = 0.4 m/s")
+    assert "vx_0 =" not in without_mathtext(axes.get_title())

@@ -14,7 +14,7 @@ from rich.text import Text
 
 # Space between two columns, and the width below which text is hard to read.
 GAP: Final = 2
-READABLE: Final = 32
+READABLE_WIDTH: Final = 32
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,7 +55,7 @@ def split_columns(columns: Sequence[TableColumn], keys: int, width: int | None) 
     if width is None or _block_width(single_block) <= width:
         return [single_block]
     key_columns, values = list(columns[:keys]), list(columns[keys:])
-    needed = max((min(column.least_width, READABLE) for column in values), default=0)
+    needed = max((min(column.least_width, READABLE_WIDTH) for column in values), default=0)
     if _room_beside(key_columns, width) < needed:
         count = max((len(column.cells) for column in columns), default=0)
         numbers = tuple(str(number) for number in range(1, count + 1))

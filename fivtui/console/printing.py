@@ -16,7 +16,7 @@ from rich.text import Text
 
 from fivtui.model import Parameters
 
-from .layout import GAP, READABLE, TableColumn, split_columns
+from .layout import GAP, READABLE_WIDTH, TableColumn, split_columns
 
 # A progress bar appears after this time, so that short computations have none.
 _DELAY_S: Final = 1.0
@@ -147,7 +147,9 @@ def print_list(title: str, rows: Sequence[Sequence[str]]) -> None:
     lines = [(name, "  ".join(filter(None, parts))) for name, *parts in rows]
     name_width = max((cell_len(name) for name, _ in lines), default=0)
     text_width = max((cell_len(text) for _, text in lines), default=0)
-    side_by_side = width is None or name_width + GAP + min(text_width, READABLE) <= width
+    # Beside a name, long texts are wrapped if a readable width is left for them.
+    needed_width = name_width + GAP + min(text_width, READABLE_WIDTH)
+    side_by_side = width is None or needed_width <= width
     table = Table(show_header=False, box=None, pad_edge=False)
     table.add_column(no_wrap=side_by_side, overflow="fold")
     if side_by_side:

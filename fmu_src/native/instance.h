@@ -1,14 +1,16 @@
 /* An instance of the FMU, and what its FMI functions share: checks of calls, messages, outputs.
 
-   In the FMI functions `c` is the component that the importer passes, `i` the instance behind it,
-   and `s` the state of the instance. */
+   In the FMI functions `c` is the fmi2Component that the importer passes, `i` the instance behind
+   it, and `s` the state of the instance. The model in the FMU, slider-belt or brake actuator, is
+   COMPONENT, which `component.h` declares. */
 
 #ifndef FIVTUI_FMU_INSTANCE_H
 #define FIVTUI_FMU_INSTANCE_H
 
 #include "component.h"
 #ifdef __ELF__
-/* Protected: FMI functions must call each other, not functions of that name in a host or FMU. */
+/* FMI functions must call each other, not functions of that name in a host or FMU. The headers give
+   them default visibility by an attribute; the macro replaces its argument. */
 #define visibility(kind) visibility("protected")
 #endif
 #include "fmi2Functions.h"
@@ -18,7 +20,7 @@
 /* Hidden: other libraries of the process may have functions of the same names. */
 #pragma GCC visibility push(hidden)
 
-/* Sizes of arrays, for both components; MOTION_SIZE is in numbers, TEXT_SIZE in characters. */
+/* Sizes of arrays, enough for both models; MOTION_SIZE is in numbers, TEXT_SIZE in characters. */
 enum {
     MAX_VARIABLES = 48, MAX_STATES = 4, MAX_INDICATORS = 4, MOTION_SIZE = 288, TEXT_SIZE = 320
 };
@@ -41,18 +43,22 @@ typedef struct {
     fmi2Status last_step;
     /* Whether the experiment is set up. */
     int is_set_up;
-    /* Whether the motion began from the values, and whether the outputs are those of the motion. */
+    /* Whether the motion has begun, with the parameters and inputs in `values`; whether the outputs
+       in `values` are those at `t`. */
     int has_motion, has_outputs;
     /* Whether an input has a slope, and whether no input was set since the last step. */
     int has_slopes, inputs_unchanged;
-    /* Whether a switch has been reached, and event mode not yet entered. */
+    /* Whether there is a switch at `t`, the end of a mode of the motion, and event mode has not yet
+       been entered. */
     int switch_pending;
-    /* Times, s; `t` is the current one. Steps that end before `fast_until` need no computation. */
+    /* Times, s; `t` is the current one. Up to `fast_until` the motion is computed already: steps
+       that end before it only advance `t`. */
     double start_time, stop_time, tolerance, t, fast_until;
     /* Values of all variables; slopes of inputs over the next communication step. */
     double values[MAX_VARIABLES], slopes[MAX_VARIABLES];
-    /* States of model exchange; the motion in co-simulation, as its component stores it. */
+    /* Continuous states, in model exchange. */
     double states[MAX_STATES];
+    /* The motion, in co-simulation: memory that COMPONENT arranges. */
     double motion[MOTION_SIZE];
 } State;
 
@@ -67,12 +73,14 @@ typedef struct Instance {
     fmi3LogMessageCallback log;
     fmi3InstanceEnvironment environment;
     int uses_events, returns_early, stops_at_switches;
-    /* Intermediate updates of FMI 3.0: the importer's callback; the inputs that it sets, and
-       whether there is one; whether it is being asked for them. */
+    /* Callback of the importer for intermediate updates (FMI 3.0). */
     fmi3IntermediateUpdateCallback update;
+    /* Whether the callback sets each variable, and whether it sets any input. */
     unsigned char is_updated[MAX_VARIABLES];
-    int updates_inputs, wants_inputs;
-    /* The `Stepping` for this processor. */
+    int updates_inputs;
+    /* Whether the FMU is waiting for inputs from the callback. */
+    int wants_inputs;
+    /* The functions for the instruction set of this processor, a `Stepping` of `stepping.h`. */
     const void *stepping;
     /* The newest text of `set_reason`. */
     char reason[TEXT_SIZE];
@@ -82,13 +90,14 @@ typedef struct Instance {
    the GUID is wrong. */
 Instance *make_instance(const Instance *settings, const char *name, const char *guid);
 
-/* Does a communication step; with `switched` it may end at a switch, and reports it there. */
+/* Does a communication step of `h` seconds from the time `current`. If `switched` is not NULL, the
+   step ends early at its first switch, and sets *switched to 1. */
 fmi2Status do_communication_step(Instance *i, double current, double h, int *switched);
 
-/* Refuses a communication step of size h, s, from a wrong time or with a wrong size. */
+/* Refuses a communication step from a wrong time, or of a wrong size h. */
 fmi2Status check_step(Instance *i, double current, double h);
 
-/* Advances to `end` with inputs along their slopes, or with `switched` to the first switch. */
+/* Advances to the time `end`, while inputs follow their slopes; `switched` as above. */
 fmi2Status advance_to(Instance *i, double end, int *switched);
 
 /* Does a step with intermediate updates; `returned` reports whether the importer ended it early. */
@@ -130,7 +139,7 @@ typedef struct {
 } Number;
 Number number(double value);
 
-/* A set of phases, joined by |. */
+/* A set of one phase; sets are joined by |. */
 #define IN(phase) (1u << (phase))
 /* The phases after initialization, and all phases in which outputs can be computed. */
 #define INITIALIZED (IN(STEPPING) | IN(EVENTS) | IN(CONTINUOUS))
@@ -156,7 +165,7 @@ fmi2Status check_readable(Instance *i);
 /* Refuse a computed value that is not finite. */
 fmi2Status check_finite(Instance *i, const char *name, double value);
 
-/* The event indicators, COMPONENT.indicator_count numbers. */
+/* The event indicators: as many numbers as COMPONENT.indicator_count. */
 fmi2Status compute_indicators(Instance *i, double *indicators);
 
 /* For each known variable, the sum over the unknowns of seed times partial derivative. */

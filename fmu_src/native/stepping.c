@@ -1,7 +1,9 @@
 /* The motion in Taylor steps, with the kernel's functions, for one instruction set.
 
-   `m` is the motion and `w` the kernel's variables in it; `groups` counts groups of
-   ORDER_GROUP coefficients of a polynomial. */
+   `m` is the motion, whose flags and counts are doubles as in saved states. `w` has the kernel's
+   variables in it: `w->side` is −1 in contact and 1 off the belt, `w->t` is a rounded time and
+   `w->remainder` the exact time less it. `groups` counts groups of ORDER_GROUP coefficients of a
+   polynomial. INFINITE as an argument means no limit. */
 
 #include "stepping.h"
 
@@ -17,13 +19,18 @@
 #define MAX_STEPS 100000000
 #endif
 
-/* Relative tolerance within which the slider has the new speed of the belt: ramps are rounded. */
+/* A slider whose speed differs from the new speed of the belt by less than this, relative to the
+   scale of the speeds, moves with the belt: the speed at the end of a ramp has rounding errors. */
 #define SPEED_TOLERANCE 0x1p-36
 
 /* The kernel evaluates polynomials in groups of this many coefficients. */
 #define ORDER_GROUP 4
 
-/* The inputs as the kernel's course: P_MU_S < 0 means that static friction follows μ. */
+/* A block of the kernel has one lane here, for one run. */
+#define ONLY_LANE 0
+
+/* The inputs as a course of the kernel: linear functions of time from `ramp_start` on. P_MU_S < 0
+   means that static friction follows μ. */
 static Course input_course(const Motion *m)
 {
     const double mu_s = m->p[P_MU_S];
@@ -32,17 +39,20 @@ static Course input_course(const Motion *m)
     return (Course){m->force, m->friction, static_friction, m->speed, m->ramp_start};
 }
 
-/* Expand the step on a belt that is always faster. */
+/* Expand the step on a belt that is always faster than the slider. */
 INLINE void expand_sliding(Motion *m, int order)
 {
     Block *w = &m->w;
     if (has_ramps(m)) {
         const Course course = input_course(m);
+        /* On such a belt only `w->side` is kept from step to step. */
         m->belt.mode = motion_mode(m);
         set_course_parameters(&m->belt, w, &course, elapsed_time(&course, w->t, w->remainder));
         expand_driven(&m->belt, w->xs, w->ys, order);
     } else {
-        expand_block(w, order, m->cubic != 0.0 && w->side < 0.0);
+        const int in_contact = w->side < 0.0;
+        expand_block(w, order, m->cubic != 0.0 && in_contact);
+        /* If the forces balance at y = 0, rounding errors must not cause repeated switches. */
         balance_at_switch(w);
     }
     set_step_length(w, m->tol, order / ORDER_GROUP);
@@ -65,6 +75,7 @@ NOINLINE int compute_motion_step(Motion *m)
     Block *w = &m->w;
     const int order = (int)m->order, groups = order / ORDER_GROUP;
     StepCut cut = NOT_CUT;
+    /* Set by `cut_step` if the step ends a stick, else unused. */
     int64_t next_mode = STICK;
     if (m->belt.finite) {
         int stays = expand_on_belt(m, order);
@@ -75,6 +86,7 @@ NOINLINE int compute_motion_step(Motion *m)
         evaluate_end_y(w, groups);
         if (may_switch(w) && cut_at_switch(w, groups))
             cut = CUT_AT_SWITCH;
+        /* Without a bound of x: only the zeros of y end steps here. */
         evaluate_end_x(w, groups, 0);
     }
     if (!is_finite_step(w))
@@ -112,10 +124,13 @@ static StepFlags finish_belt_step(Motion *m, const StepEnd *step_end)
         return accept_belt_step(&m->belt, &m->w, step_end, cut, next_mode);
     const Course course = input_course(m);
     const double speed = end_speed(&course, step_end);
-    return accept_driven_step(&m->belt, &m->w, step_end, cut, next_mode, speed, &course, 0);
+    /* A course without a table, in whose rows the mode could change. */
+    const int at_row = 0;
+    return accept_driven_step(&m->belt, &m->w, step_end, cut, next_mode, speed, &course, at_row);
 }
 
-/* Advance to the end of the step; returns a status. */
+/* Advance to the end of the step; returns a status: STALLED after many steps in a row without
+   progress. */
 static int finish_motion_step(Motion *m)
 {
     Block *w = &m->w;
@@ -128,7 +143,9 @@ static int finish_motion_step(Motion *m)
         return flags.stalled ? STALLED : RUNNING;
     }
     w->preload = m->force.value + m->force.slope * (m->end - m->ramp_start);
-    return accept_step(w, &step_end, (int)m->cut, 1, INFINITE).stalled ? STALLED : RUNNING;
+    /* On this belt `cut` is NOT_CUT, 0, or CUT_AT_SWITCH, 1. */
+    const int is_cut = (int)m->cut, is_finite = 1;
+    return accept_step(w, &step_end, is_cut, is_finite, INFINITE).stalled ? STALLED : RUNNING;
 }
 
 static void state_at(const Motion *m, double t, double *state)
@@ -146,7 +163,8 @@ static void state_at(const Motion *m, double t, double *state)
 }
 
 /* The order of the polynomials, `order_for` in `fivtui.taylor.stepper`: order n is enough down to
-   the tolerance e^(−n/0.655). Only a friction law needs order 24. */
+   the tolerance e^(−n/0.655); the numbers are e^(−8/0.655), e^(−12/0.655) and so on. Only a
+   friction law needs order 24. */
 static double order_for(double tol, int has_friction_law)
 {
     return tol >= 4.961807550971286e-06                        ? 8.0
@@ -159,7 +177,7 @@ static double order_for(double tol, int has_friction_law)
 /* Begin a step at time t from a state, with the parameters `m->p` and the inputs of `m`. */
 static void start_step(Motion *m, const double *state, double t)
 {
-    begin_problem(&m->w, 0, m->p, m->separation != 0.0, state);
+    begin_problem(&m->w, ONLY_LANE, m->p, m->separation != 0.0, state);
     m->w.t = m->w.last_switch = t;
     m->has_step = 0.0;
     m->order = order_for(m->tol, 0);
@@ -168,10 +186,13 @@ static void start_step(Motion *m, const double *state, double t)
     double p[BELT_PARAMETERS];
     memcpy(p, m->p, sizeof p);
     p[P_MU_S] = p[P_MU_S] < 0.0 ? p[P_MU] : p[P_MU_S];
+    /* Static friction equal to μ during the whole step: friction does not fall with the sliding
+       speed, which the kernel is told by v_s = 0. */
     if (p[P_MU_S] == p[P_MU] && m->friction.slope == 0.0)
         p[P_V_S] = 0.0;
-    begin_belt(&m->belt, &m->w, 0, p, 1);
-    m->order = order_for(m->tol, m->belt.by_speed != 0);
+    begin_belt(&m->belt, &m->w, ONLY_LANE, p, 1);
+    const int has_friction_law = m->belt.by_speed != 0;
+    m->order = order_for(m->tol, has_friction_law);
     if (has_ramps(m)) {
         const Course course = input_course(m);
         begin_driven(&m->belt, &m->w, &course);
@@ -189,17 +210,20 @@ static void begin_motion(Motion *m, const double *p, int separation, int finite_
     m->ramp_start = m->last_change = t;
     m->force = (Ramp){p[P_F], 0.0}, m->friction = (Ramp){p[P_MU], 0.0};
     m->speed = (Ramp){finite_belt ? p[P_V_BELT] : 0.0, 0.0};
-    /* Also on a belt that is always faster: ramps of inputs need the constants of `belt`. */
-    begin_problem(&m->w, 0, m->p, m->separation != 0.0, state);
-    begin_belt(&m->belt, &m->w, 0, m->p, finite_belt);
+    /* `start_step` begins `belt` only if its speed is finite; ramps of inputs always need its
+       constants, and `begin_belt` the scales of `w`. */
+    begin_problem(&m->w, ONLY_LANE, m->p, m->separation != 0.0, state);
+    begin_belt(&m->belt, &m->w, ONLY_LANE, m->p, finite_belt);
     start_step(m, state, t);
 }
 
 /* Whether the slider has the new speed of the belt, up to rounding. */
 static int moves_with_belt(const Motion *m, double vx, double speed)
 {
+    /* Static deflection times angular frequency: typical speed of the vibration. */
+    const double vibration_speed = m->w.deflection * m->w.frequency;
     const double scale = maximum(maximum(__builtin_fabs(m->speed.value), __builtin_fabs(speed)),
-                                 m->w.deflection * m->w.frequency);
+                                 vibration_speed);
     return m->belt.mode != SEPARATED && __builtin_fabs(vx - speed) <= SPEED_TOLERANCE * scale;
 }
 
@@ -236,12 +260,15 @@ static int equal_inputs(const Motion *m, Ramp force, Ramp friction, Ramp speed)
            && are_equal(speed, m->speed);
 }
 
-/* Advance as `Stepping.advance` says; after a failure the motion is unchanged. */
+/* Advance to *t under inputs that apply from `from` on. If `switched` is not NULL, stop at the
+   first switch, with its time in *t and 1 in *switched. Returns a status; after a failure the
+   motion is unchanged. */
 static int advance(Motion *m, double from, double *t, int *switched, Ramp force, Ramp friction,
                    Ramp speed)
 {
     if (!m->belt.finite)
         speed = m->speed;
+    /* Equal ramps are the same functions of time only if they begin at the same time. */
     const int same =
         equal_inputs(m, force, friction, speed) && (!has_ramps(m) || from == m->ramp_start);
     if (same && m->has_step != 0.0 && *t < m->end)
@@ -249,6 +276,8 @@ static int advance(Motion *m, double from, double *t, int *switched, Ramp force,
     const Motion before = *m;
     if (!same)
         change_inputs(m, from, force, friction, speed);
+    /* Finish the current step, if there is one, and compute the next, until a step reaches beyond
+       *t. A switch lies at the end of the finished step. */
     for (int count = 0; m->has_step == 0.0 || m->end <= *t; count++) {
         const double switches = switch_count(m), end = m->end;
         int status = count == MAX_STEPS ? STEP_LIMIT : RUNNING;
@@ -258,6 +287,7 @@ static int advance(Motion *m, double from, double *t, int *switched, Ramp force,
         if (status == RUNNING)
             status = compute_motion_step(m);
         if (status != RUNNING) {
+            /* Messages need the time and the size of the state. */
             const double failed_at = m->w.t;
             *m = before;
             m->failed_at = failed_at, m->failed_size = 0.0;

@@ -9,7 +9,7 @@ from fivtui.console.printing import print_rows
 from tests.references import REFERENCES
 
 from .peers import missing_packages, peers
-from .solvers import OWN
+from .solvers import FIVTUI_SOLVERS
 from .work_precision import LEVELS, draw, measure, ratio_to, table
 
 
@@ -25,7 +25,9 @@ def main(scene: str, out: Path, seconds: float) -> None:
 
     if not_installed := missing_packages():
         report(f"not installed, therefore not measured: {', '.join(not_installed)}")
-    measurements = measure(REFERENCES[scene], [*OWN, *peers()], seconds=seconds, report=report)
+    measurements = measure(
+        REFERENCES[scene], [*FIVTUI_SOLVERS, *peers()], seconds=seconds, report=report
+    )
     header = ("CPU ms to reach the error", *(f"{level:.0e}" for level in LEVELS), "ratio")
     print_rows(f"Scene {scene}, {REFERENCES[scene].t_end:g} s", header, table(measurements))
     ratio = ratio_to(measurements, "heyoka")

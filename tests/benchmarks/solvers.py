@@ -67,7 +67,7 @@ def _prepare_method(method: str) -> Callable[[Reference, State, float], Run]:
 
 
 COMPILED: Final = "fivtui taylor, compiled"
-OWN: Final = (
+FIVTUI_SOLVERS: Final = (
     Solver(COMPILED, decades(2, 13, 2), _prepare_taylor("compiled")),
     Solver("fivtui taylor, interpreted", decades(2, 13), _prepare_taylor("interpreted")),
     Solver("fivtui rk4", [0.02, 0.01, 0.005], _prepare_method("rk4")),

@@ -24,6 +24,7 @@ from tests.support.fmu_hosts import HOSTS
 
 # Number and length (s) of the communication steps.
 STEPS, H = 500, 0.01
+# The Python packages of the hosts, whose names may also end in `_ssp`.
 PACKAGES = {
     "libcosim": "libcosimpy",
     "ecos": "ecospy",
@@ -49,23 +50,24 @@ def folder(flavour: str, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def rows(folder: Path) -> list[Row]:
+def reference_rows(folder: Path) -> list[Row]:
+    # Both FMUs, stepped by a loop in Python that exchanges their outputs.
     return run_coupled(folder / "slider_belt.fmu", folder / "brake_actuator.fmu", steps=STEPS, h=H)
 
 
 def test_the_coupled_fmus_vibrate_and_the_preload_reacts_to_the_contact_force(
-    rows: list[Row],
+    reference_rows: list[Row],
 ) -> None:
-    preloads = [preload for _, _, preload in rows]
+    preloads = [preload for _, _, preload in reference_rows]
     assert preloads[0] == pytest.approx(80.0, abs=1.0)
     assert max(preloads) > 82.0
-    assert min(force for _, force, _ in rows) == 0.0
+    assert min(force for _, force, _ in reference_rows) == 0.0
 
 
 @pytest.mark.host
 @pytest.mark.parametrize("host", [host.__name__ for host in HOSTS])
-def test_a_host_agrees_with_the_scripted_master(
-    host: str, folder: Path, rows: list[Row], tmp_path: Path
+def test_a_host_agrees_with_the_reference(
+    host: str, folder: Path, reference_rows: list[Row], tmp_path: Path
 ) -> None:
     package = PACKAGES[host.removesuffix("_ssp")]
     if find_spec(package) is None:
@@ -84,21 +86,23 @@ def test_a_host_agrees_with_the_scripted_master(
         timeout=600,
     )
     assert process.returncode == 0, process.stderr[-2000:]
-    assert_same(json.loads(process.stdout.splitlines()[-1]), rows)
+    assert_same(json.loads(process.stdout.splitlines()[-1]), reference_rows)
 
 
-def assert_same(results: list[Row], rows: list[Row], abs_error: float = 1e-9) -> None:
+def assert_same(results: list[Row], expected: list[Row], abs_error: float = 1e-9) -> None:
     # Hosts sum up the time with different rounding.
-    assert len(results) == len(rows)
-    for actual_row, expected_row in zip(results, rows, strict=True):
+    assert len(results) == len(expected)
+    for actual_row, expected_row in zip(results, expected, strict=True):
         assert actual_row == pytest.approx(expected_row, rel=1e-9, abs=abs_error)
 
 
 @pytest.mark.host
-def test_a_host_in_c_plus_plus_agrees_if_python_is_preloaded_for_the_python_flavour(
-    flavour: str, folder: Path, rows: list[Row], tmp_path: Path
+def test_the_host_ecos_in_c_plus_plus_agrees_with_the_reference(
+    flavour: str, folder: Path, reference_rows: list[Row], tmp_path: Path
 ) -> None:
-    if find_spec("ecospy") is None or sys.platform != "linux":
+    if sys.platform != "linux":
+        pytest.skip("the test runs on Linux only")
+    if find_spec("ecospy") is None:
         pytest.skip("ecospy, whose package has ecos as a program, is not installed (extra interop)")
     library = Path(sysconfig.get_config_var("LIBDIR")) / f"libpython3.{sys.version_info.minor}.so"
     if flavour == PYTHON and not library.exists():
@@ -113,6 +117,7 @@ def test_a_host_in_c_plus_plus_agrees_if_python_is_preloaded_for_the_python_flav
     command += ["--stopTime", str(STEPS * H), "--stepSize", str(H)]
     environment = os.environ | {"LD_LIBRARY_PATH": LIBRARIES}
     if flavour == PYTHON:
+        # The program has no Python, which the FMU needs.
         environment["LD_PRELOAD"] = str(library)
     subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, check=True)
     with (tmp_path / "brake.csv").open() as file:
@@ -120,10 +125,11 @@ def test_a_host_in_c_plus_plus_agrees_if_python_is_preloaded_for_the_python_flav
     names = ("slider_belt::y[REAL]", "slider_belt::P[REAL]", "brake_actuator::F[REAL]")
     outputs = [tuple(float(row[name]) for name in names) for row in table]
     # The program writes six decimals.
-    assert_same([(y, P, F) for y, P, F in outputs[-STEPS:]], rows, abs_error=1e-6)
+    assert_same([(y, P, F) for y, P, F in outputs[-STEPS:]], reference_rows, abs_error=1e-6)
 
 
 def test_fmpy_runs_the_archive_with_inputs_of_zero_in_the_first_step(folder: Path) -> None:
+    # The stop time is between two steps: rounding does not change their number.
     run = simulate_ssp(str(folder / "brake.ssp"), stop_time=1.0 - 0.5 * H, step_size=H)
     fmus = (folder / "slider_belt.fmu", folder / "brake_actuator.fmu")
     expected = run_coupled(*fmus, steps=run.size, h=H, first=(0.0, 0.0, 0.0))

@@ -23,7 +23,14 @@ from fivtui.paper.results import PaperResults
 from fivtui.scene.scene import Scene
 from fivtui.tui.tabs.requests.paper import figure_rows, point_scene
 from tests.support import own_slider
-from tests.support.reading import entries, labels, legend_entries, line_like, plain, points
+from tests.support.reading import (
+    handles_by_text,
+    labels,
+    legend_entries,
+    line_like,
+    points,
+    without_mathtext,
+)
 
 FloatArray = NDArray[np.float64]
 # Stored states of the paper's method, by separation and time.
@@ -164,7 +171,7 @@ def test_fig_2_has_the_equilibria_of_its_lines(results: PaperResults) -> None:
         legend = axes.get_legend()
         assert legend is not None
         names = legend_names(key)
-        shown = entries(legend)
+        shown = handles_by_text(legend)
         assert list(shown) == list(names)
         for name, line in named_lines(axes, shown):
             check_line(key, line, names[name], lambda **p: own_slider.equilibrium(**p)[1])
@@ -301,7 +308,7 @@ def test_figures_name_their_fixed_parameters(number: int, results: PaperResults)
         varied |= {along, by}
     figure = draw(number, results)
     title = figure.get_suptitle() or figure.axes[0].get_title()
-    assert plain(title.replace("\n", ", ")).split(", ") == [
+    assert without_mathtext(title.replace("\n", ", ")).split(", ") == [
         PARAMETER_TEXTS[name].format(value)
         for name, value in {**own_slider.BASE, **shared}.items()
         if name not in varied
@@ -450,7 +457,7 @@ def test_captions_agree_with_the_axes(results: PaperResults) -> None:
         caption = results.table(key).caption
         term = {"F": "preload", "k_nl": "stiffness", "mu": "friction coefficient"}[along[0]]
         assert term in caption.partition(" against ")[2], key
-        assert plain(caption) == caption
+        assert without_mathtext(caption) == caption
         assert PANELS[key].by == (by or "separation")
     for key in ("3", "4", "8", "9"):
         for name, value in FIGURES[key][3].items():

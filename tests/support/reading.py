@@ -19,8 +19,8 @@ from fivtui.transient.result import Transient
 FloatArray = NDArray[np.float64]
 
 
-def plain(text: str) -> str:
-    """A label without mathtext."""
+def without_mathtext(text: str) -> str:
+    """A label without the marks of mathtext, and with spaces in place of line breaks."""
     text = re.sub(r"_\{\\mathrm\{(\w+)\}\}", r"_\1", text.replace("\N{NO-BREAK SPACE}", " "))
     return text.replace("$", "").replace("\n", " ")
 
@@ -31,17 +31,17 @@ def line_style(line: Line2D) -> tuple[Any, ...]:
     return line.get_color(), str(dashes), line.get_marker(), line.get_linestyle()
 
 
-def entries(legend: Legend) -> dict[str, Any]:
+def handles_by_text(legend: Legend) -> dict[str, Any]:
     """Handles of a legend by their texts."""
-    texts = [plain(text.get_text()) for text in legend.get_texts()]
+    texts = [without_mathtext(text.get_text()) for text in legend.get_texts()]
     assert len(set(texts)) == len(texts)
     return dict(zip(texts, legend.legend_handles, strict=True))
 
 
 def legend_entries(figure: Figure) -> dict[str, Any]:
-    """Entries of the figure's only legend."""
+    """Handles of the figure's only legend by their texts."""
     (legend,) = figure.legends
-    return entries(legend)
+    return handles_by_text(legend)
 
 
 def lines_like(axes: Axes, entry: Line2D) -> list[Line2D]:
@@ -72,7 +72,7 @@ def spans(axes: Axes) -> list[tuple[float, float]]:
 
 def labels(axes: Axes) -> tuple[str, str]:
     """Labels of the axes."""
-    return plain(axes.get_xlabel()), plain(axes.get_ylabel())
+    return without_mathtext(axes.get_xlabel()), without_mathtext(axes.get_ylabel())
 
 
 def transient_figure(

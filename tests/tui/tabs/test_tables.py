@@ -8,6 +8,7 @@ from fivtui.tui.app import FivtuiApp
 from fivtui.tui.tabs.tables import ListTable, shorten
 from tests.support.laboratory import show_tab, text_of, until_shown
 
+MAP_TAB, PAPER_TAB, RUN_LIST = "alt+4", "alt+6", "f3"
 COLUMNS = ("figure", "what it shows")
 LONG_ROWS = {"1": ("a key of many words", "long " * 20)}
 SHORT_ROWS: dict[str, tuple[str | Text, ...]] = {
@@ -48,12 +49,13 @@ async def test_column_widths_do_not_depend_on_earlier_content() -> None:
         assert first_lines(table) == lines_without_history
 
 
-@pytest.mark.parametrize("keys", [[], ["alt+4"], ["f3"]])
-async def test_the_list_of_figures_has_room_for_its_headings(keys: list[str]) -> None:
+# The tab is opened first, or after the map or the run list.
+@pytest.mark.parametrize("earlier_keys", [[], [MAP_TAB], [RUN_LIST]])
+async def test_the_list_of_figures_has_room_for_its_headings(earlier_keys: list[str]) -> None:
     async with FivtuiApp().run_test(size=(80, 24)) as pilot:
-        for key in keys:
+        for key in earlier_keys:
             await pilot.press(key)
-        await show_tab(pilot, "alt+6")
+        await show_tab(pilot, PAPER_TAB)
         await until_shown(pilot, "what it shows")
         heading = next(line for line in text_of(pilot).splitlines() if "figure  " in line)
         assert heading.rstrip("│ ").endswith("what it shows")
@@ -86,6 +88,7 @@ async def test_a_narrow_table_omits_one_column_and_wraps_another() -> None:
 @pytest.mark.parametrize(
     ("width", "shown"),
     [
+        # Width 0: no limit.
         (0, "fold 0.2779 touch 0.3; ends"),
         (27, "fold 0.2779 touch 0.3; ends"),
         (26, "fold 0.2779 touch 0.3…"),

@@ -1,4 +1,8 @@
-"""The uncertainty tab: its charts and its table, and one start of the app."""
+"""The uncertainty tab: its charts, its table of Sobol indices, and a study started in the app.
+
+Samples are in three regions by friction: no squeal below the safe μ, squeal after a knock (a large
+disturbance) up to the critical μ, and squeal by itself above it, where the equilibrium is unstable.
+"""
 
 from dataclasses import replace
 from pathlib import Path
@@ -23,6 +27,10 @@ from fivtui.tui.tabs.tab_book import TabBook
 from tests.support.laboratory import app_of, show_tab, text_of, until_shown
 
 DISTRIBUTION = "mu~uniform:0.2:0.8"
+# Of the scene `base`.
+SAFE_MU, CRITICAL_MU = 0.278, 0.4394
+# Squeal is possible above SAFE_MU: a probability of 0.87.
+SQUEAL_POSSIBLE = "P(squeal possible) = 0.8"
 
 
 @pytest.fixture(autouse=True)
@@ -48,7 +56,7 @@ def test_a_histogram_has_a_step_line_for_each_region(result: Uncertainty) -> Non
     assert unstable.y[::2].sum() == pytest.approx(result.probabilities["unstable"].value)
     assert [guide.label for guide in chart.guides] == ["5%", "50%", "95%"]
     text = draw(chart, View(), 90, 20).text()
-    assert "P(squeal possible) = 0.8" in text
+    assert SQUEAL_POSSIBLE in text
     safe_mu_chart = histogram_chart(result, "safe_mu")
     assert safe_mu_chart is not None
     assert safe_mu_chart.x_label == "safe μ"
@@ -59,17 +67,18 @@ def test_the_chart_of_samples_has_a_trace_for_each_region(result: Uncertainty) -
     assert chart is not None
     assert chart.x_label == "μ"
     assert sum(trace.x.size for trace in chart.traces) == 256
-    # Friction coefficients at which the regions meet; 0.4394 is the critical one.
-    assert chart.traces[0].x.max() < 0.278 < chart.traces[1].x.min()
-    assert chart.traces[1].x.max() < 0.4394 < chart.traces[2].x.min()
-    assert np.all(chart.traces[2].y > 0.0)
+    no_squeal, knock, unstable = chart.traces
+    assert no_squeal.x.max() < SAFE_MU < knock.x.min()
+    assert knock.x.max() < CRITICAL_MU < unstable.x.min()
+    assert np.all(unstable.y > 0.0)
 
 
-def test_the_table_shows_the_indices_as_numbers_and_bars(result: Uncertainty) -> None:
+def test_the_table_shows_sobol_indices_as_numbers_and_bars(result: Uncertainty) -> None:
     rows = requests.index_rows(result)
     assert [row[0] for row in rows] == [quantity_name(name) for name in result.indices]
     assert rows[0][1] == "μ"
     assert rows[0][2].startswith("1.0")
+    # Twelve characters for 0 to 1: dark up to the first-order index, light up to the total one.
     assert requests.index_bar(0.5, 0.75) == "█" * 6 + "░" * 3
     assert requests.index_bar(-0.1, 1.3) == "░" * 12
 
@@ -87,25 +96,26 @@ async def test_f10_starts_the_study_and_the_views_show_its_results(
     pane = pane_of(pilot)
     with pytest.raises(InputError, match="press F10"):
         pane.export("data")
-    distribution_input = pane.query_one("#scattered", Input)
+    distribution_input = pane.query_one(f"#{UncertaintyPane.INPUT}", Input)
     distribution_input.value = "mu~uniform:0.8:0.2"
     await pilot.press("f10")
     await until_shown(pilot, "LOW must be below HIGH")
     distribution_input.value = DISTRIBUTION
     await pilot.press("f10")
     await until_shown(pilot, "256 samples")
-    await until_shown(pilot, "P(squeal possible) = 0.8")
+    await until_shown(pilot, SQUEAL_POSSIBLE)
     assert "squeals after a knock" in text_of(pilot)
     await pilot.click("#output-critical_mu")
     await until_shown(pilot, "critical μ")
     pane.show_view("indices")
+    # The heading of total indices: effects of an input together with others.
     await until_shown(pilot, "with others")
     await until_shown(pilot, "256 samples, indices above 1: sampling error")
     assert "████" in text_of(pilot)
     export = pane.export("data")
     export.write(tmp_path / "rows.csv")
     assert pane.command_line() == ("fivtui uncertainty --vary 'mu~uniform:0.2:0.8' --samples 256")
-    loaded_study = DisplayedStudy(load_result(tmp_path / "rows.csv"), "a", "rows.csv")
+    loaded_study = DisplayedStudy(load_result(tmp_path / "rows.csv"), name="a", source="rows.csv")
     app_of(pilot).session.studies["uncertainty"] = loaded_study
     pane.scene_changed()
     await until_shown(pilot, "256 samples, read from rows.csv")
