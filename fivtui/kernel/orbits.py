@@ -20,8 +20,9 @@ Floats = NDArray[np.float64]
 _STATE_SIZE: Final = 4
 _MAX_VARIED: Final = 2
 _MAX_UNKNOWNS: Final = _STATE_SIZE + 1 + _MAX_VARIED
-# Rows and columns of the monodromy matrix, which acts on a plane normal to the flow.
-_PLANE: Final = _STATE_SIZE - 1
+# Rows and columns of the monodromy matrix: it acts on the hyperplane normal to the flow, which has
+# one dimension less than the state.
+_HYPERPLANE_SIZE: Final = _STATE_SIZE - 1
 _double, _int = ctypes.c_double, ctypes.c_int64
 
 
@@ -42,10 +43,11 @@ class _Request(ctypes.Structure):
     )
 
 
-# Sizes of the arrays in the struct `Orbit` in orbit.c, where they end, and the size of the struct,
-# which ends with two numbers.
-_ARRAY_SIZES: Final = (_MAX_UNKNOWNS, _MAX_UNKNOWNS, _STATE_SIZE, _PLANE**2, EXTREMES)
+# The struct `Orbit` in orbit.c: sizes of its arrays, in the order of the fields of `FoundOrbit`.
+_ARRAY_SIZES: Final = (_MAX_UNKNOWNS, _MAX_UNKNOWNS, _STATE_SIZE, _HYPERPLANE_SIZE**2, EXTREMES)
+# Index after the last number of each array.
 _ARRAY_ENDS: Final = np.cumsum(_ARRAY_SIZES).tolist()
+# Numbers in the struct: after the arrays, the determinant and the count of iterations.
 _ORBIT_SIZE: Final = _ARRAY_ENDS[-1] + 2
 
 
@@ -53,8 +55,11 @@ class FoundOrbit(NamedTuple):
     """A periodic orbit in scaled units; only `extremes` are in SI units.
 
     `tangent` is that of the curve of orbits, `flow_direction` the unit vector of (ẋ, ẍ, ẏ, ÿ) at
-    the start. `extremes` are least and greatest x and y, greatest ẋ, and those of y in the second
-    half. `determinant` is that of the linearised equations with the tangent as the last row.
+    the start. `extremes` are least and greatest x, least and greatest y, greatest ẋ, and least and
+    greatest y in the second half of the period. `determinant` is that of an n×n matrix. Its
+    rows are the four linearised equations of a closed orbit, n − 5 normals as in
+    `OrbitSearch.solve`, the first replaced by the flow if the tangent is normal to it, and the
+    tangent.
     """
 
     unknowns: Floats
@@ -77,8 +82,10 @@ class VariedParameter(NamedTuple):
 class OrbitSearch:
     """A search for periodic orbits of a parameter set of which one or two parameters vary.
 
-    `scales` are the units of state, period and varied parameters, `max_period` is in s, and
-    `budget` limits the steps of a period.
+    `function` is `orbit_solve` of orbit.c, and `size` the floats of its work memory. `scales` are
+    the units of state, period and varied parameters, `max_period` is in s. Periods are computed in
+    Taylor steps of an `order`, with the local tolerance `tol`, in at most `budget` steps.
+    `separation` is whether the slider can leave the belt.
     """
 
     def __init__(
@@ -117,9 +124,12 @@ class OrbitSearch:
     ) -> FoundOrbit | None:
         """The orbit near a guess of the n scaled unknowns; None if Newton's method finds none.
 
-        The search runs in the planes through the guess with these `normals`, shape (n − 4, n).
-        The new tangent has a positive component along `heading`. It is normal to the flow if
-        `is_normal_to_flow`, else to the first of `normals`.
+        Four of n equations close the orbit. The others, n − 4, keep the solution in hyperplanes
+        through the guess, whose normals are the rows of `normals`.
+
+        The tangent of the curve of orbits has a positive component along `heading`. A shift of
+        the start along the orbit is no new orbit, so the tangent must be normal to a vector that
+        excludes it: to the flow if `is_normal_to_flow`, else to the first row of `normals`.
         """
         orbit = np.empty(_ORBIT_SIZE)
         # One array for the three inputs: each `ctypes.data` takes longer than an addition.
@@ -146,7 +156,7 @@ class OrbitSearch:
             unknowns[:count],
             tangent[:count],
             flow_direction,
-            monodromy.reshape(_PLANE, _PLANE),
+            monodromy.reshape(_HYPERPLANE_SIZE, _HYPERPLANE_SIZE),
             extremes,
             determinant,
             int(iterations),

@@ -1,6 +1,7 @@
 """Console output of a sweep: rows on stdout, progress on stderr.
 
-A member is one computed parameter set, a row of the sweep.
+A member is one computed parameter set, a row of the sweep. Rows can be computed in two cases, with
+separation of slider and belt considered (True) and ignored (False).
 """
 
 import time
@@ -15,9 +16,13 @@ from .study import DEFAULT_OUTPUTS, ERROR_COLUMNS, SweepColumn
 
 # Interval of the progress lines if stderr is not a terminal.
 _LINE_INTERVAL_S: Final = 30.0
-# Outputs printed by default, and the number of rows printed from each end of a long sweep.
+# Outputs printed by default; `y_half_range` is half the range of y in the second half of a run.
 _PRINTED_OUTPUTS: Final = ("y_abs", "y_half_range", "separations", "separated_time")
+# Number of rows printed from each end of a long sweep.
 _END_ROWS: Final = 20
+# Digits of outputs and parameters, and of the columns of their errors.
+_DIGITS: Final = 6
+_ERROR_DIGITS: Final = 2
 # Units of the time left and their lengths, s, the longest first.
 _UNITS_OF_TIME: Final = ((86400.0, "d"), (3600.0, "h"), (60.0, "min"))
 
@@ -35,7 +40,7 @@ class SweepProgress(ProgressBar):
         self._printed_s = time.monotonic()
 
     def __call__(self, fraction: float) -> bool:
-        """Show the fraction done, 0 to 1; always returns True."""
+        """Show the fraction done, 0 to 1. Returns True; False would cancel the sweep."""
         time_s = time.monotonic()
         if self._start is None:
             # The rate does not count members that an earlier run stored.
@@ -72,22 +77,21 @@ def _duration(seconds: float) -> str:
 def print_sweep(result: Sweep) -> None:
     """Print the first and last rows of a sweep with its main outputs, or those that were chosen."""
     study, rows = result.study, result.rows
-    outputs_are_chosen = study.outputs != DEFAULT_OUTPUTS
     columns = [
         (index, column)
         for index, column in enumerate(study.columns)
-        if outputs_are_chosen or column.name not in study.outputs or column.name in _PRINTED_OUTPUTS
-        if column.name != "reason" or any(row[index] for row in rows)
+        if _is_printed(result, index, column.name)
     ]
     printed = rows if len(rows) <= 2 * _END_ROWS else [*rows[:_END_ROWS], *rows[-_END_ROWS:]]
     cells = [[_cell(row[index], column) for index, column in columns] for row in printed]
     header = [
         f"{column.name} ({column.unit})" if column.unit else column.name for _, column in columns
     ]
-    # The varied quantities and the case identify a row.
+    # A row is identified by its first columns: the varied quantities, and whether separation is
+    # considered.
     keys = len(study.design.axes) + 1
     print_rows(f"Sweep: {len(rows)} members", header, cells, keys=keys)
-    remarks = [_fast_belt_text(result, case) for case in study.cases]
+    remarks = [_fast_belt_text(result, separation=separation) for separation in study.cases]
     if len(printed) < len(rows):
         remarks.append(
             f"only the first and last {_END_ROWS} rows are printed; --out and --json give all"
@@ -96,17 +100,28 @@ def print_sweep(result: Sweep) -> None:
         Console(stderr=True, highlight=False).print(text, soft_wrap=True)
 
 
-def _fast_belt_text(result: Sweep, case: bool) -> str:
-    # The belt speed from which on the belt is always faster than the slider, empty without one.
-    row = result.fast_belt(case)
-    output = next((name for name in _PRINTED_OUTPUTS if name in result.study.outputs), None)
-    if row is None or output is None:
+def _is_printed(result: Sweep, index: int, name: str) -> bool:
+    study = result.study
+    if name == "reason":
+        # Why a member failed.
+        return any(row[index] for row in result.rows)
+    outputs_are_chosen = study.outputs != DEFAULT_OUTPUTS
+    return outputs_are_chosen or name not in study.outputs or name in _PRINTED_OUTPUTS
+
+
+def _fast_belt_text(result: Sweep, *, separation: bool) -> str:
+    # The belt speed from which on the belt is always faster than the slider, with one output there;
+    # empty if there is no such speed. Without v_belt the model assumes such a fast belt.
+    row = result.fast_belt(separation)
+    printed_outputs = [name for name in _PRINTED_OUTPUTS if name in result.study.outputs]
+    if row is None or not printed_outputs:
         return ""
-    numbers = result.table.numbers
+    output, numbers = printed_outputs[0], result.table.numbers
+    speed, value = (number(numbers[name][row], _DIGITS) for name in ("v_belt", output))
     return (
-        f"from v_belt = {number(numbers['v_belt'][row], 6)} m/s on the belt is always faster than "
-        f"the slider: {output} = {number(numbers[output][row], 6)}, the same as without v_belt"
-        + ("" if case else ", separation ignored")
+        f"from v_belt = {speed} m/s on the belt is always faster than "
+        f"the slider: {output} = {value}, the same as without v_belt"
+        + ("" if separation else ", separation ignored")
     )
 
 
@@ -116,5 +131,5 @@ def _cell(value: Any, column: SweepColumn) -> str:
     if isinstance(value, bool):
         return "yes" if value else "no"
     if isinstance(value, float):
-        return number(value, 2 if column in ERROR_COLUMNS.values() else 6)
+        return number(value, _ERROR_DIGITS if column in ERROR_COLUMNS.values() else _DIGITS)
     return str(value)

@@ -1,4 +1,8 @@
-"""The native FMU on a belt of finite speed: model exchange, derivatives, ramps, and events."""
+"""The native FMU on a belt of finite speed: model exchange, derivatives, ramps, and events.
+
+Results of `simulate`, which runs the kernel without an FMU, are named `direct`. The FMU is in the
+folder `folder`, and where fmpy runs it, in the file `fmu`.
+"""
 
 import itertools
 from pathlib import Path
@@ -25,14 +29,16 @@ from tests.support.fmu_instance import FmuInstance
 ORDER: Final = ("x", "y", "vx", "vy")
 STATES: Final = ("x", "vx", "y", "vy")
 COUNTS: Final = ("separations", "reattachments", "switches", "sticks", "mode")
-# Parameters with which a run from START visits all modes.
+# Parameters with which a run from START visits all modes. Friction falls from the coefficient mu_s
+# at rest to mu as the sliding speed exceeds v_s, m/s.
 ALL_MODES: Final = Parameters(v_belt=2.0, mu_s=0.8, v_s=0.4)
 START: Final[State] = (2.0, 8.0, 1.0, 0.0)
-# Parameters and start of each scene; without a start, the equilibrium.
+# Parameters and start of each scene; without a start, the equilibrium for mu = 0. In the last
+# scene the slider starts at the belt's speed, but static friction cannot hold it.
 SCENES: Final = {
-    "follows": (Parameters(v_belt=1.0), None),
-    "all": (ALL_MODES, START),
-    "at once": (Parameters(v_belt=0.0, mu_s=0.8), (0.5, 0.0, -0.4, 4.0)),
+    "stick-slip": (Parameters(v_belt=1.0), None),
+    "all modes": (ALL_MODES, START),
+    "slip at once": (Parameters(v_belt=0.0, mu_s=0.8), (0.5, 0.0, -0.4, 4.0)),
 }
 
 
@@ -45,26 +51,27 @@ def start_values(p: Parameters, start: State | None) -> dict[str, float | bool]:
 
 
 @pytest.mark.parametrize("scene", SCENES)
+# Delay, s, with which the importer handles each event, and the allowed error of the final state.
 @pytest.mark.parametrize(("delay", "error"), [(0.0, 1e-8), (1e-9, 1e-6)])
-def test_an_importer_finds_the_native_mode_changes(
+def test_an_importer_finds_the_mode_changes_of_a_direct_run(
     folder: Path, scene: str, delay: float, error: float
 ) -> None:
     p, start = SCENES[scene]
-    native = simulate(p, t_end=4.0, start=start or "static")
+    direct = simulate(p, t_end=4.0, start=start or "static")
     with model_exchange_instance(folder, **start_values(p, start)) as instance:
         state = integrate_instance(instance, 4.0, late=delay)
         *counts, final_mode = instance.get(*COUNTS)
         event_time = instance.get("last_event")
-    events, final = native.events, native.final
+    events, final = direct.events, direct.final
     assert state == pytest.approx([final.x, final.y, final.vx, final.vy], abs=error)
     switches = sum(events.transitions.values())
     assert counts == [events.separations, events.reattachments, switches, events.sticks]
-    assert final_mode == native.mode_changes[-1].then
-    assert event_time == pytest.approx([native.changes[-1, 0]], abs=1e-8)
+    assert final_mode == direct.mode_changes[-1].then
+    assert event_time == pytest.approx([direct.mode_changes[-1].t], abs=1e-8)
 
 
-def test_cvode_finds_the_native_mode_changes_on_a_finite_belt(fmu: Path) -> None:
-    native = simulate(ALL_MODES, t_end=5.0, start=START)
+def test_cvode_finds_the_mode_changes_of_a_direct_run(fmu: Path) -> None:
+    direct = simulate(ALL_MODES, t_end=5.0, start=START)
     run = fmpy.simulate_fmu(
         str(fmu),
         stop_time=5.0,
@@ -73,9 +80,9 @@ def test_cvode_finds_the_native_mode_changes_on_a_finite_belt(fmu: Path) -> None
         fmi_type="ModelExchange",
         start_values=start_values(ALL_MODES, START),
     )
-    assert run["switches"][-1] == sum(native.events.transitions.values())
-    assert run["sticks"][-1] == native.events.sticks
-    assert (run["x"][-1], run["y"][-1]) == pytest.approx((native.final.x, native.final.y), abs=1e-5)
+    assert run["switches"][-1] == sum(direct.events.transitions.values())
+    assert run["sticks"][-1] == direct.events.sticks
+    assert (run["x"][-1], run["y"][-1]) == pytest.approx((direct.final.x, direct.final.y), abs=1e-5)
 
 
 def set_states(
@@ -96,23 +103,29 @@ def set_states_for_mode(instance: FmuInstance, x: float, vx: float, y: float, vy
     return mode
 
 
-def test_every_guard_has_an_event_indicator_with_the_sign_of_the_mode(
-    folder: Path,
-) -> None:
+def test_event_indicators_are_those_of_the_events_that_end_the_mode(folder: Path) -> None:
+    # The indicators are y, the sliding speed v_r = v_belt − vx, and in stick the distances of the
+    # friction force f from the limits ±mu_s P. Those that do not end the mode are 1.
     with model_exchange_instance(folder, **start_values(ALL_MODES, START)) as instance:
         assert set_states(instance, 0.0, 1.5, -0.5, 0.1) == (Mode.FORWARD, [-0.5, 0.5, 1.0, 1.0])
         assert set_states(instance, 0.0, 2.5, -0.5, 0.1) == (Mode.BACKWARD, [-0.5, -0.5, 1.0, 1.0])
         assert set_states(instance, 0.0, 2.5, 0.5, 0.1) == (Mode.SEPARATED, [0.5, 1.0, 1.0, 1.0])
-        # P = 37.5 N, f = 0.64 N + 15 N.
-        stick_mode, margins = set_states(instance, 0.0, 2.0, -0.5, 0.1)
+        stick_mode, indicators = set_states(instance, 0.0, 2.0, -0.5, 0.1)
         assert stick_mode == Mode.STICK
-        assert margins == pytest.approx([-0.5, 1.0, 30.0 - 15.64, 30.0 + 15.64])
-        # v_r is zero to rounding, and f is above or below the limit of static friction.
+        contact_force = ALL_MODES.k2 * 0.5 + ALL_MODES.k_nl * 0.5**3
+        limit = 0.8 * contact_force
+        # The force that holds the slider against the damper c1 and the spring k3.
+        f = ALL_MODES.c1 * 2.0 + 0.5 * ALL_MODES.k3 * 0.5
+        assert indicators == pytest.approx([-0.5, 1.0, limit - f, limit + f])
+        # v_r is zero to rounding, but to hold the slider at these x takes f = 54.6 N and −49.4 N,
+        # beyond the limits ±30 N: it slips.
         for x, mode in ((0.3, Mode.FORWARD), (-0.5, Mode.BACKWARD)):
             slip_mode, (height, v_r, *_) = set_states(instance, x, 2.0 + 1e-12, -0.5, 0.1)
             assert (slip_mode, height) == (mode, -0.5)
-            assert v_r == (1 if mode is Mode.FORWARD else -1) * np.finfo(float).tiny
+            # The FMU sets v_r to zero; the indicator then has the sign of v_r in the new mode, so
+            # that the importer finds no event at its start.
             assert instance.get("vx") == [2.0]
+            assert v_r == (1 if mode is Mode.FORWARD else -1) * np.finfo(float).tiny
 
 
 @pytest.mark.parametrize(
@@ -181,6 +194,7 @@ def test_the_belt_speed_may_change_during_stick_only_in_event_mode(folder: Path)
         assert instance.get("v_belt") == [2.2]
 
 
+# "switching" is y, whose sign tells contact from separation.
 UNKNOWNS: Final = ("vx", "vy", "ax", "ay", "P", "friction_slider", "friction_belt", "switching")
 KNOWNS: Final = (*ORDER, "F", "mu", "v_belt")
 STATES_BY_MODE: Final[dict[Mode, State]] = {
@@ -199,23 +213,29 @@ def test_directional_derivatives_agree_with_differences_in_every_mode(
     # Values of KNOWNS: states and inputs.
     base_values = np.array([x, y, vx, vy, 80.0, 0.7, 2.0])
 
-    def outputs_at(change: Any) -> Any:
-        states, (F, mu, speed) = np.split(base_values + change, [len(ORDER)])
-        write_states(instance.fmi, states)
-        instance.fmi.enterEventMode()
-        instance.set(F=F, mu=mu, v_belt=speed)
-        outputs = np.array(instance.get(*UNKNOWNS))
-        instance.fmi.enterContinuousTimeMode()
-        return outputs
-
     with model_exchange_instance(folder, **start_values(ALL_MODES, START)) as instance:
         assert set_states_for_mode(instance, x, vx, y, vy) == mode
         references = [[instance.references[n] for n in names] for names in (UNKNOWNS, KNOWNS)]
         rng = np.random.default_rng(1)
+
+        def set_known_values(values: Any) -> None:
+            states, (F, mu, speed) = np.split(values, [len(ORDER)])
+            write_states(instance.fmi, states)
+            # Event mode, because v_belt is fixed while the slider sticks. Without an update the
+            # mode stays.
+            instance.fmi.enterEventMode()
+            instance.set(F=F, mu=mu, v_belt=speed)
+            instance.fmi.enterContinuousTimeMode()
+
+        def outputs_at(values: Any) -> Any:
+            set_known_values(values)
+            return np.array(instance.get(*UNKNOWNS))
+
         # Each known variable alone, then all of them together.
         for direction in (*np.eye(len(KNOWNS)), rng.normal(size=len(KNOWNS))):
-            difference = (outputs_at(1e-5 * direction) - outputs_at(-1e-5 * direction)) / 2e-5
-            outputs_at(np.zeros(len(KNOWNS)))
+            shift = 1e-5 * direction
+            difference = (outputs_at(base_values + shift) - outputs_at(base_values - shift)) / 2e-5
+            set_known_values(base_values)
             exact = instance.fmi.getDirectionalDerivative(*references, direction.tolist())
             assert exact == pytest.approx(difference, rel=1e-6, abs=1e-6)
 
@@ -236,6 +256,7 @@ def test_derivatives_with_respect_to_parameters_agree_with_the_equations(
     starts = start_values(ALL_MODES, state)
     with FmuInstance(folder).begin(**starts) as instance:
         unknowns = [instance.references[name] for name in ("friction_slider", "ax")]
+        # Mass, springs, damper, cubic contact stiffness, and the law of friction.
         for name in ("m", "k1", "k2", "k3", "c1", "k_nl", "mu_s", "v_s"):
             h = 1e-5 * getattr(ALL_MODES, name)
             shifted_values = [
@@ -253,7 +274,8 @@ def test_derivatives_with_respect_to_parameters_agree_with_the_equations(
             assert exact == pytest.approx(difference, rel=1e-6, abs=1e-6), name
 
 
-def test_derived_static_friction_has_no_derivative(folder: Path) -> None:
+def test_static_friction_that_equals_mu_has_no_derivative(folder: Path) -> None:
+    # mu_s is not set: static friction equals mu, so a small change of mu_s has no meaning.
     values = start_values(ALL_MODES.with_values({"mu_s": None}), STATES_BY_MODE[Mode.FORWARD])
     with FmuInstance(folder).begin(**values) as instance:
         references = [[instance.references[n]] for n in ("friction_slider", "mu_s")]
@@ -272,28 +294,31 @@ TABLES: Final[dict[str, list[tuple[float, float]]]] = {
 
 @pytest.mark.parametrize("step", [1.0, 0.25])
 @pytest.mark.parametrize("settings", [{}, {"mu_s": 0.9, "v_s": 0.4}])
-def test_input_ramps_give_the_motion_of_native_tables(
+def test_input_ramps_give_the_motion_of_tables_in_a_direct_run(
     folder: Path, step: float, settings: dict[str, float]
 ) -> None:
-    course = build_course(Parameters(v_belt=1.0, **settings), TABLES)
+    parameters = Parameters(**settings)
+    # The parameters as functions of time: TABLES give v_belt, F and mu.
+    course = build_course(parameters, TABLES)
     p, _ = course.after(0.0)
     records = []
     with FmuInstance(folder).begin(**start_values(p, None)) as instance:
         while instance.t < 10.0:
             p, rates = course.after(instance.t)
-            instance.set(F=p.F, mu=p.mu, v_belt=p.v_belt or 0.0)
+            assert p.v_belt is not None
+            instance.set(F=p.F, mu=p.mu, v_belt=p.v_belt)
             instance.slope(F=rates.F, mu=rates.mu, v_belt=rates.v_belt)
             records.append((p, rates, instance.get(*STATES, "mode", "friction_slider", "ax")))
             instance.step(step)
         state = instance.get(*STATES)
         counts = instance.get("separations", "switches", "sticks", "mode")
-    run = simulate(Parameters(**settings), t_end=10.0, over_time=TABLES)
-    events = run.events
-    native_counts = [events.separations, sum(events.transitions.values()), events.sticks]
-    final = run.final
+    direct = simulate(parameters, t_end=10.0, over_time=TABLES)
+    events = direct.events
+    direct_counts = [events.separations, sum(events.transitions.values()), events.sticks]
+    final = direct.final
     assert state == pytest.approx([final.x, final.vx, final.y, final.vy], abs=1e-9)
-    assert counts == [*native_counts, run.mode_changes[-1].then]
-    assert min(native_counts) > 0
+    assert counts == [*direct_counts, direct.mode_changes[-1].then]
+    assert min(direct_counts) > 0
     modes = set()
     for p, rates, (x, vx, y, vy, mode_number, friction, ax) in records:
         mode = Mode(int(mode_number))
@@ -303,7 +328,7 @@ def test_input_ramps_give_the_motion_of_native_tables(
     assert Mode.STICK in modes
 
 
-def test_at_the_end_of_a_ramp_the_holding_force_includes_its_slope(folder: Path) -> None:
+def test_a_ramp_of_the_belt_speed_adds_to_friction_until_a_new_input_is_set(folder: Path) -> None:
     p = Parameters(v_belt=0.5, mu_s=0.9)
     start: State = (0.0, 0.5, -1.0, 0.0)
     with FmuInstance(folder).begin(**start_values(p, start)) as instance:
@@ -313,10 +338,14 @@ def test_at_the_end_of_a_ramp_the_holding_force_includes_its_slope(folder: Path)
         x, vx, y, vy, mode, friction, ax = instance.get(*STATES, "mode", "friction_slider", "ax")
         assert (mode, ax) == (Mode.STICK, -0.5)
         assert vx == pytest.approx(0.4375, abs=1e-15)
+        # In stick, friction also accelerates the slider with the belt: it includes m times the
+        # slope of v_belt, at the end of the step too.
         held_parameters = p.with_values({"v_belt": 0.4375})
         state = (x, vx, y, vy)
         on_ramp = friction_force(held_parameters, state, Mode.STICK, Rates(v_belt=-0.5))
         assert friction == pytest.approx(on_ramp, rel=1e-12)
+        # New inputs belong to the next step, in which the belt has a constant speed. F does not
+        # change friction in stick.
         instance.slope(v_belt=0.0)
         instance.set(F=81.0)
         assert instance.get("friction_slider") == pytest.approx(

@@ -1,4 +1,8 @@
-"""The native FMU as a file: its content, and builds that are refused."""
+"""The native FMU as a file: its content, and builds that are refused.
+
+An FMU of the native flavour contains a library compiled from C, one of the Python flavour runs
+Python code. Their files differ, their results agree.
+"""
 
 import re
 import subprocess
@@ -58,17 +62,23 @@ def test_only_functions_of_fmi_are_exported(folder: Path) -> None:
         process = subprocess.run(["nm", "-D", library], capture_output=True, text=True, check=True)
     except FileNotFoundError:
         pytest.skip("there is no nm")
+    # A line of nm: address, type and name of a defined symbol, T for a function. Symbols that the
+    # library needs have no address, and the type U or w (weak).
     lines = [line.split() for line in process.stdout.splitlines()]
-    exported = {line[2] for line in lines if line[1:2] == ["T"]}
+    defined = [line for line in lines if len(line) == 3]
+    exported = {name for _, kind, name in defined if kind == "T"}
     headers = Path(fmpy.__file__).parent / "c-code"
     texts = [file.read_text(encoding="utf-8") for file in headers.glob("fmi[23]FunctionTypes.h")]
     declared = set(re.findall(r"(fmi[23]\w+)TYPE\s*\(", "".join(texts)))
     assert len(declared) > 100
     assert exported == declared
-    assert {line[1] for line in lines if len(line) == 3} == {"T"}
-    needed = [line[-1].partition("@") for line in lines if line[0] in ("U", "w")]
-    versions = [re.findall(r"\d+", version) for _, _, version in needed if "GLIBC" in version]
-    assert all([int(part) for part in version] <= [2, 17] for version in versions)
+    # No data are exported.
+    assert {kind for _, kind, _ in defined} == {"T"}
+    # Needed names with the version of glibc that has them, such as memcpy@GLIBC_2.14: version 2.17
+    # is the oldest that wheels for Linux (manylinux2014) require.
+    needed = " ".join(line[-1] for line in lines if line[0] in ("U", "w"))
+    versions = re.findall(r"@GLIBC_(\d+)\.(\d+)", needed)
+    assert all((int(major), int(minor)) <= (2, 17) for major, minor in versions)
 
 
 @pytest.mark.parametrize(
@@ -96,6 +106,8 @@ def test_without_a_binary_the_reason_is_reported(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     assert native_failure() is None
+    # The folder of the compiled libraries, and the file in which the installation stores why it
+    # could not compile them. At first neither a library nor a reason is there.
     monkeypatch.setattr(native, "NATIVE", tmp_path)
     monkeypatch.setattr(native, "_FAILURE_FILE", tmp_path / "native.txt")
     assert "not compiled: not installed; install fivtui anew" in str(native_failure())
@@ -107,6 +119,7 @@ def test_without_a_binary_the_reason_is_reported(
 def test_a_binary_of_other_sources_is_refused(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    # The binary contains this hash of its sources: 32 hexadecimal digits.
     monkeypatch.setattr(native, "build_name", lambda: "0" * 32)
     with pytest.raises(InputError, match="compiled from other sources"):
         build_fmu(tmp_path / "m.fmu", flavour="native")

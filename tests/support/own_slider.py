@@ -1,4 +1,13 @@
-"""An independent NumPy model of the paper, for checks of figures and printed reports."""
+"""An independent NumPy model of the paper, for checks of figures and printed reports.
+
+The paper is *Nonlinear friction-induced vibration of a slider-belt system*. Its equations of motion
+(Eq. 2) for a slider on a belt that is always faster, with P = −k2 y − k_nl y³ in contact, are
+
+    m ẍ + c1 ẋ + kx x − (k3/2) y = μ P      with kx = k1 + k3/2,
+    m ÿ + c2 ẏ + (k3/2) (y − x) = P − F.
+
+The spring k3 stands at 45°, so half of its stiffness acts along x and y and couples them.
+"""
 
 import functools
 import math
@@ -22,13 +31,20 @@ FloatArray = NDArray[np.float64]
 
 
 def equilibrium(**changes: float) -> tuple[float, float, float]:
-    """x, y and P at rest, from the only real root of the cubic equation for y (Eq. 6)."""
+    """x, y and P at rest, from the only real root of the cubic equation for y (Eq. 6).
+
+    At rest kx x = (k3/2) y + μ P. With this x, and P by y, the vertical equation contains y alone.
+    """
     p = BASE | changes
     kx, coupling, mu = p["k1"] + p["k3"] / 2, p["k3"] / 2, p["mu"]
-    cubic = p["k_nl"] * (1 + coupling * mu / kx)
-    linear = p["k2"] + coupling - coupling * coupling / kx + coupling * mu * p["k2"] / kx
+    # P acts along y and, through the friction that moves x, by the coupling as well.
+    contact_factor = 1 + coupling * mu / kx
+    # cubic y³ + linear y + F = 0.
+    cubic = p["k_nl"] * contact_factor
+    linear = p["k2"] * contact_factor + coupling - coupling**2 / kx
     roots = np.roots([cubic, 0.0, linear, p["F"]]) if cubic else np.array([-p["F"] / linear])
     y = float(roots[np.abs(roots.imag).argmin()].real)
+    # The contact force P.
     force = -p["k2"] * y - p["k_nl"] * y**3
     return (coupling * y + mu * force) / kx, y, force
 
@@ -38,6 +54,7 @@ def eigenvalues(**changes: float) -> NDArray[np.complex128]:
     p = BASE | changes
     kx, coupling, m = p["k1"] + p["k3"] / 2, p["k3"] / 2, p["m"]
     _, y, _ = equilibrium(**changes)
+    # Tangent stiffness of the contact, −dP/dy.
     kt = p["k2"] + 3 * p["k_nl"] * y * y
     matrix = [
         [0, 1, 0, 0],
@@ -69,7 +86,10 @@ def critical_mu(**changes: float) -> float:
 def motion(
     t_end: float, *, separation: bool, step: float = 0.002, **changes: float
 ) -> tuple[FloatArray, FloatArray]:
-    """Times, and rows of x, vx, y, vy and P, by RK4 from the static start."""
+    """Times, and rows of x, vx, y, vy and P, by RK4 from the static start.
+
+    The static start is at rest at the equilibrium for μ = 0: the belt starts to move at t = 0.
+    """
     p = BASE | changes
     kx, coupling, m = p["k1"] + p["k3"] / 2, p["k3"] / 2, p["m"]
 
@@ -83,7 +103,8 @@ def motion(
         y_acceleration = (normal - p["F"] - p["c2"] * vy - coupling * y + coupling * x) / m
         return np.array([vx, x_acceleration, vy, y_acceleration])
 
-    x, y, _ = equilibrium(**{**changes, "mu": 0.0})
+    frictionless = {**changes, "mu": 0.0}
+    x, y, _ = equilibrium(**frictionless)
     state, rows = np.array([x, 0.0, y, 0.0]), []
     count = math.ceil(t_end / step)
     for _ in range(count + 1):

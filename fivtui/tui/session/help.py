@@ -1,4 +1,4 @@
-"""Rows of the help dialog. Imports no Textual."""
+"""Rows of the help dialog. Imports no Textual, so that sessions work without a screen."""
 
 from typing import Final
 
@@ -13,13 +13,16 @@ HINTS: Final = (
     Row("↑ ↓", "in a number: increase or decrease by a step; with Shift: by a tenth of it"),
     Row("Escape", "stop typing; then j k select a field, h l decrease or increase it, Enter types"),
     Row(
-        "mouse", "in a plot: hover to read, drag to pan, wheel to zoom, double-click to run a point"
+        "mouse",
+        "in a plot: hover to read, drag to pan, wheel to zoom, double-click to run a point's "
+        "parameters",
     ),
     Row(
         "c, C",
         "in a plot: set the first or second cursor in all plots of the tab (mouse: left or right "
-        "button); ← → move the cursor that was set last, and its key removes it",
+        "button); ← → move the cursor that was set last, the same key again (c or C) removes it",
     ),
+    # Not keys: a text in the titles of plots.
     Row("zoom t, y", "in a title: the axes keep their limits for new runs; r fits them to data"),
     Row("Ctrl+P", "palette: all commands that apply now, found by name or meaning"),
     Row("Ctrl+Q", "quit; the next start restores the session"),
@@ -30,7 +33,7 @@ HINTS: Final = (
 WELCOME: Final = (
     "Brake squeal: a slider on a moving belt.",
     "F5       run: motion, force, lift-off",
-    "↑ ↓      change it: the verdict follows",
+    "↑ ↓      change a value: does it squeal?",
     "Ctrl+P   commands: csv, phase, plot, …",
     "F1 or ?  all keys that work now",
 )
@@ -39,7 +42,8 @@ WELCOME: Final = (
 def general_help() -> list[Row]:
     """Rows of hints that the list of keys does not give, and of the equations."""
     equations = [
-        Row(f"Eq. {equation.number}", equation.text, equation.subject) for equation in EQUATIONS
+        Row(label=f"Eq. {equation.number}", value=equation.text, note=equation.subject)
+        for equation in EQUATIONS
     ]
     return [*HINTS, Row("", ""), *equations]
 
@@ -54,6 +58,7 @@ def field_help(field: FormField) -> list[Row]:
         Row("default", field.default or "none"),
         *(Row(label, text) for label, text in field.details),
     ]
+    # Only fields with numbers have a rule by which keys change their value in steps.
     if field.step_rule is not None:
         rows.append(Row("keys", "↑ ↓ increase or decrease by a step, with Shift by a tenth of it"))
     return rows
