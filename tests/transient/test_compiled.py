@@ -194,7 +194,7 @@ def test_switches_and_states_before_the_horizon_do_not_depend_on_it() -> None:
 
 
 @pytest.mark.parametrize("kernel", KERNELS)
-def test_failures_have_the_same_messages_in_both_kernels(kernel: KernelChoice) -> None:
+def test_each_kernel_explains_its_failures(kernel: KernelChoice) -> None:
     with pytest.raises(ComputationError, match=r"50 steps reach t = .*shorter horizon"):
         simulate(Parameters(), max_steps=50, kernel=kernel)
     growing = Parameters(k2=186.0, k_nl=0.0, mu=1.5)
