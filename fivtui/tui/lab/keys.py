@@ -69,7 +69,7 @@ LAB_KEYS: Final = (
     _key("open", "ctrl+o", "open_scene", "Open a scene or result"),
     _key("save", "ctrl+s", "save_scene", "Save the scene"),
     _key("save-as", "alt+s", "save_scene_as", "Save the scene as"),
-    # Like "open", but only for results: its dialog lists no scenes.
+    # Like "open", but its dialog accepts only results.
     _key("read", "alt+o", "read_result", "Read a result"),
     _key("undo", "ctrl+z", "undo", "Undo an edit or a deleted run"),
     _key("redo", "ctrl+y", "redo", "Redo"),
