@@ -133,10 +133,10 @@ class OrbitSearch:
         """
         orbit = np.empty(_ORBIT_SIZE)
         # One array for the three inputs: each `ctypes.data` takes longer than an addition.
-        arguments = np.concatenate([guess, heading, normals.ravel()])
+        arguments = np.concatenate([guess, normals.ravel(), heading])
         guess_address = arguments.ctypes.data
-        heading_address = guess_address + arguments.itemsize * self._count
-        normals_address = heading_address + arguments.itemsize * self._count
+        normals_address = guess_address + guess.nbytes
+        heading_address = normals_address + normals.nbytes
         if not self._function(
             self._memory.ctypes.data,
             ctypes.addressof(self._request),
