@@ -1,8 +1,8 @@
 /* Run the native FMU without Python: the base scene over 100 s; print y and the separations.
 
-       fivtui fmu build --flavour native --out belt.fmu && unzip -q belt.fmu -d belt
-       cc host.c -I"$(python -c 'import fmpy; print(fmpy.__path__[0])')/c-code" -ldl -o host
-       ./host belt                                                                            */
+       fivtui fmu build --flavour native --force --out belt.fmu && unzip -qo belt.fmu -d belt
+       cc host.c -I"$(.venv/bin/python -c 'import fmpy; print(fmpy.__path__[0])')/c-code" -ldl -o host
+       ./host belt                                                                              */
 
 #include <dlfcn.h>
 #include <stdio.h>
@@ -37,15 +37,15 @@ int main(int count, char **arguments)
 {
     static char text[1 << 16], path[4096];
     if (count != 2)
-        return 1;
+        exit((fprintf(stderr, "usage: %s FOLDER (where the FMU is unpacked)\n", arguments[0]), 1));
     snprintf(path, sizeof path, "%s/modelDescription.xml", arguments[1]);
     FILE *file = fopen(path, "r");
     if (!file || !fread(text, 1, sizeof text - 1, file))
-        return 1;
+        exit((perror(path), 1));
     snprintf(path, sizeof path, "%s/binaries/linux64/SliderBelt.so", arguments[1]);
     void *library = dlopen(path, RTLD_NOW | RTLD_LOCAL);
     if (!library)
-        return 1;
+        exit((fprintf(stderr, "%s\n", dlerror()), 1));
     LOAD(Instantiate);
     LOAD(SetupExperiment);
     LOAD(EnterInitializationMode);
@@ -64,9 +64,9 @@ int main(int count, char **arguments)
     CALL(EnterInitializationMode(belt));
     CALL(ExitInitializationMode(belt));
     for (int step = 0; step < 10000; step++)
-        CALL(DoStep(belt, step * 0.01, 0.01, fmi2True));
+        CALL(DoStep(belt, step / 100.0, (step + 1) / 100.0 - step / 100.0, fmi2True));
     CALL(GetReal(belt, references, 2, values));
-    printf("y = %a m, separations: %.0f\n", values[0], values[1]);
+    printf("y = %.17g m, separations: %.0f\n", values[0], values[1]);
     FreeInstance(belt);
     return dlclose(library);
 }

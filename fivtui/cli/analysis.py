@@ -181,7 +181,8 @@ def _attractor_study(options: AttractorsOptions) -> tuple[str, _StudyFunction]:
 def map_parameters(call: Call[MapOptions]) -> None:
     """Map stability or safe friction over two parameters.
 
-    safe-mu is the least μ of the limit cycles that continuation finds, else the critical μ.
+    safe-mu is the least μ of the limit cycles that continuation finds, else the critical μ; a
+    global search for further cycles is made at the corners and the centre only.
     coexistence has three regions: safe, safe for small disturbances alone (with the least vertical
     displacement from rest that escapes), and squealing.
     """

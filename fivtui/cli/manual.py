@@ -10,8 +10,9 @@ from fivtui.model import InputError, unknown_name_error
 # The manual as HTML pages, if it was built into this installation.
 MANUAL: Final = Path(__file__).parents[1] / "manual"
 _MISSING: Final = (
-    "this installation has no manual; build it from the source distribution of fivtui: "
-    "pip install 'fivtui[docs]', then python -m sphinx -b html docs OUT"
+    "this installation has no manual; build it in the source folder of fivtui: "
+    ".venv/bin/pip install -c .ci/constraints.txt '.[docs]' && .venv/bin/python -m sphinx docs "
+    "manual; then open manual/index.html in a browser (fivtui docs does not find it there)"
 )
 
 

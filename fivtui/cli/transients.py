@@ -140,8 +140,10 @@ class AccuracyOptions:
 def accuracy(call: Call[AccuracyOptions]) -> None:
     """Show how many digits of a transient can be trusted.
 
-    Compares it with a finer run, shows how a small error grows along the run, and estimates the
-    largest Lyapunov exponent: whether errors decay, stay bounded or grow in the long run.
+    Compares it with a run at another tolerance: 100 times finer, or at 1e-11 and below 100 times
+    coarser; the difference then is that of the coarser run. Shows how a small error grows along the
+    run, and estimates the largest Lyapunov exponent: whether errors decay, stay bounded or grow in
+    the long run.
     """
     from fivtui.assessment import accuracy as compute
 

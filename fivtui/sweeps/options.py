@@ -116,8 +116,11 @@ class SweepOptions:
     over_time: Path | None = option_field(OVER_TIME)
     outputs: tuple[str, ...] = option(
         "--output",
-        "Compute only this output (y_abs, y_half_range, separations, sticks, growth_rate, stable, "
-        "…); may be repeated.",
+        "Compute only this output; may be repeated. In m: y_abs (peak), y_max, y_min, x_abs, "
+        "y_half_range (second half of the run), x_end, y_end; in m/s: vx_max, vx_end, vy_end; in "
+        "N: P_min, P_max; in s: separated_time (off the belt, summed over the run), stick_time, "
+        "final_stick (its beginning); in 1/s: growth_rate; numbers: separations, reattachments, "
+        "sticks, critical_mu, safe_mu; yes or no: stable.",
         metavar="NAME",
         multiple=True,
     )

@@ -12,6 +12,7 @@ import pytest
 
 from fivtui.cli import commands, manual, run
 from fivtui.cli.manual import ENTRIES, SECTIONS
+from fivtui.sweeps.study import OUTPUTS
 from tests.support.readme_commands import reduced
 
 ROOT = Path(__file__).parents[2]
@@ -153,6 +154,22 @@ def test_other_wrong_arguments_are_reported_as_such(
 ) -> None:
     assert run(args.split()) == 2
     assert message in capsys.readouterr().err
+
+
+def test_the_help_of_sweep_names_every_output_with_its_unit(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    text = re.sub(r"\s+", " ", printed(capsys, "sweep", "--help"))
+    (listed,) = re.findall(r"may be repeated\. (In m: .*?)\. Scene:", text)
+    units = {"In m": "m", "in m/s": "m/s", "in N": "N", "in s": "s", "in 1/s": "1/s"}
+    listed_units = {
+        name: units.get(title, "")
+        for title, names in re.findall(
+            r"([^:;]+): ([^;]+)(?:; |$)", re.sub(r" \(.*?\)", "", listed)
+        )
+        for name in names.split(", ")
+    }
+    assert listed_units == {name: column.unit for name, column in OUTPUTS.items()}
 
 
 def test_docs_without_a_manual_say_how_to_get_it(
