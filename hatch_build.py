@@ -285,6 +285,9 @@ def _compile(plans: Sequence[_Planner], compiler: _Compiler) -> None:
             if target.suffix == ".dylib":
                 # Without this option the library records the path of the temporary folder.
                 libraries.append(f"-Wl,-install_name,@rpath/{target.name}")
+            if target.suffix == ".dll" and compiler.is_zig:
+                # Without this option the library records the time.
+                libraries.append("-Wl,-Brepro")
             run("-shared", "-s", *object_files, "-o", str(library), *libraries)
             # Replace a library that is in use; do not overwrite it.
             new = target.with_name(f"{target.name}.{os.getpid()}")

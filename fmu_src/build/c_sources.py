@@ -74,9 +74,13 @@ def generated_files() -> dict[str, str]:
     return {**texts, "build.h": comment + "".join(lines)}
 
 
-def install_name_options(library: str) -> list[str]:
-    """Linker options by which the name of a macOS library does not contain its build folder."""
-    return [f"-Wl,-install_name,@rpath/{library}"] if library.endswith(".dylib") else []
+def reproducible_options(library: str) -> list[str]:
+    """Options of zig's linker by which two links of a library give the same bytes."""
+    if library.endswith(".dylib"):
+        # Otherwise its name contains its build folder.
+        return [f"-Wl,-install_name,@rpath/{library}"]
+    # Otherwise it contains the time.
+    return ["-Wl,-Brepro"] if library.endswith(".dll") else []
 
 
 def build_name() -> str:

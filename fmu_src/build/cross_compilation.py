@@ -13,7 +13,7 @@ from fivtui.io import output_path, temporary_folder, write_atomically
 from fivtui.kernel import FLAGS
 from fivtui.model import ComputationError, InputError
 
-from .c_sources import STEPPING_UNIT, build_name, install_name_options, sources
+from .c_sources import STEPPING_UNIT, build_name, reproducible_options, sources
 from .platforms import PLATFORMS
 
 _TIMEOUT_S: Final = 600.0
@@ -53,7 +53,7 @@ def compile_binary(model: str, platform: str) -> bytes:
                 _run_compiler(source_folder, *options, *variant_flags, f"{STEPPING_UNIT}.c")
             options += ["-DWITH_AVX2"] if "avx2" in instruction_sets else []
         library = folder / f"{model}{target.suffix}"
-        options += ["-O2", "-shared", "-s", *install_name_options(library.name)]
+        options += ["-O2", "-shared", "-s", *reproducible_options(library.name)]
         _run_compiler(source_folder, *options, *sorted(units), "-o", str(library))
         return library.read_bytes()
 

@@ -23,7 +23,7 @@ from fivtui.kernel.field_text import FLAGS
 from fivtui.model.errors import InputError
 from fmu_src.build import cross_compilation, native
 from fmu_src.build.builder import build_fmu
-from fmu_src.build.c_sources import install_name_options, sources
+from fmu_src.build.c_sources import reproducible_options, sources
 from fmu_src.build.platforms import PLATFORMS
 
 needs_zig = pytest.mark.skipif(
@@ -66,22 +66,26 @@ class RecordingCompiler:
 
 @pytest.mark.parametrize(
     ("system", "processor", "name"),
-    [("darwin", "arm64", "aarch64-darwin"), ("darwin", "x86_64", "darwin64")],
+    [
+        ("darwin", "arm64", "aarch64-darwin"),
+        ("darwin", "x86_64", "darwin64"),
+        ("win32", "AMD64", "win64"),
+    ],
 )
-def test_the_build_hook_compiles_for_the_same_macos(
+def test_the_build_hook_compiles_and_links_for_the_same_platform(
     system: str, processor: str, name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    compiler, library = RecordingCompiler(monkeypatch), tmp_path / "SliderBelt.dylib"
-    plan = hatch_build._Plan({"unit": []}, {library: ["unit"]})
-    cc = hatch_build._Compiler("cc", ["cc"], ".dylib", is_x86=False)
-    hatch_build._compile([lambda *_: plan], cc)
-    assert set(install_name_options(library.name)) <= set(compiler.calls[-1][2])
+    compiler = RecordingCompiler(monkeypatch)
+    library = tmp_path / f"SliderBelt{PLATFORMS[name].suffix}"
     monkeypatch.setattr(sys, "platform", system)
     monkeypatch.setattr(platform, "machine", lambda: processor)
     monkeypatch.setattr(hatch_build, "find_spec", lambda _: True)
     zig = hatch_build._compilers(hatch_build.ROOT)[0]
     assert zig.tag == PLATFORMS[name].wheel_tag
     assert zig.command[-2:] == ["-target", PLATFORMS[name].triple]
+    plan = hatch_build._Plan({"unit": []}, {library: ["unit"]})
+    hatch_build._compile([lambda *_: plan], zig)
+    assert set(reproducible_options(library.name)) < set(compiler.calls[-1][2])
 
 
 @pytest.mark.parametrize(
