@@ -101,6 +101,16 @@ async def test_values_change_by_keys_mouse_and_lists(pilot: Pilot[None]) -> None
     await until(pilot, lambda: session.texts["method"] == "rk4")
 
 
+async def test_enter_after_a_focused_switch_edits_the_row_moved_to(pilot: Pilot[None]) -> None:
+    session = app_of(pilot).session
+    await focus(pilot, "mu")
+    await pilot.press("escape", "down", "enter", "space")
+    assert not session.scene().separation
+    await pilot.press("up", "enter", *"0.27", "enter")
+    assert session.texts["mu"] == "0.27"
+    assert not session.scene().separation
+
+
 async def test_edits_are_reset_undone_and_redone(pilot: Pilot[None]) -> None:
     session = app_of(pilot).session
     await type_into(pilot, "F", "90")

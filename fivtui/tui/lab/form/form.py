@@ -64,6 +64,8 @@ class FieldList(VerticalScroll):
 
     def action_move(self, count: int) -> None:
         """Move the cursor by some rows."""
+        # A focused switch lets ↑ and ↓ pass; it would answer Enter for the row left.
+        self.focus()
         self.row.mark(selected=False)
         self._cursor = min(max(self._cursor + count, 0), len(self._visible_rows) - 1)
         self._show_cursor()
