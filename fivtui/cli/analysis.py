@@ -10,7 +10,7 @@ from fivtui.transient import SETTINGS, START_SPECS, setting
 
 from .arguments import times_text
 from .command import Call, command
-from .options import print_json, print_note, progress_bar
+from .options import print_json, progress_bar
 
 if TYPE_CHECKING:
     from fivtui.model import OnProgress
@@ -68,13 +68,14 @@ def stability(call: Call[StabilityOptions]) -> None:
 def _report_safe_friction(scene: "Scene", call: Call[Any]) -> dict[str, Any]:
     # Compute and print the friction that is safe; returns its entries in the JSON of `stability`.
     if scene.parameters.v_belt is not None:
+        from fivtui.console import print_list
         from fivtui.orbits import transients_phrase
 
         # On a belt of finite speed, transients are computed at this friction only.
         coexisting = _find_attractors(scene)
         verdict = transients_phrase(coexisting)
         if not call.outputs.as_json:
-            print_note(verdict)
+            print_list("", [("transients", verdict.removeprefix("transients "))])
         return {"safe_mu": None, "safe_mu_basis": {"verdict": verdict, **coexisting.to_dict()}}
     from fivtui.safety import safe_friction
 

@@ -92,6 +92,12 @@ def test_stability_on_a_belt_of_finite_speed_reports_attractors_of_transients() 
     assert [attractor["kind"] for attractor in basis["attractors"]] == ["stick-slip limit cycle"]
 
 
+def test_transients_on_a_belt_of_finite_speed_are_a_result_on_standard_output() -> None:
+    process = run_fivtui("stability", "--set=v_belt=1")
+    assert "from 11 starts at μ = 0.7: a limit cycle attracts" in process.stdout
+    assert "limit cycle" not in process.stderr
+
+
 def test_a_map_of_the_critical_friction_over_friction_is_refused() -> None:
     process = run_fivtui("map", "--over=F=1:2:3", "--over=mu=0:1:3", "--value=critical-mu")
     assert process.returncode == 2
