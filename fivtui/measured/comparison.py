@@ -32,6 +32,7 @@ _MAX_GRID_POINTS: Final = 1 << 16
 # correlation would come from rounding errors.
 _LEAST_SQUARE_SUM: Final = 1e-12
 _MIN_DIVISOR: Final = 1e-300
+_NO_VERDICT: Final = "none: give --band, --frequency or --amplitude (in Python, tolerances)"
 
 
 class Criterion(NamedTuple):
@@ -167,8 +168,8 @@ class Validation(TableResult, Plottable):
             ),
         ]
         rows += [(criterion.name, describe_criterion(criterion)) for criterion in self.criteria]
-        if self.passed is not None:
-            rows.append(("verdict", "PASS" if self.passed else "FAIL"))
+        verdict = {True: "PASS", False: "FAIL", None: _NO_VERDICT}[self.passed]
+        rows.append(("verdict", verdict))
         return rows
 
 
@@ -225,6 +226,8 @@ def validate(
     """
     check_known("quantity", quantity, QUANTITIES)
     limits = Tolerances() if tolerances is None else tolerances
+    if not isinstance(limits, Tolerances):
+        raise InputError(f"tolerances = {limits!r}: must be, say, Tolerances(band='5%')")
     shift_s = best_shift(run, measurement, quantity) if shift == "auto" else float(shift)
     if not math.isfinite(shift_s):
         raise InputError(f"shift = {shift_s:g}: must be a time in s, or auto")

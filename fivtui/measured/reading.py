@@ -221,5 +221,6 @@ def _column_values(rows: list[_Row], column: int, name: str) -> FloatArray:
         try:
             values[index] = read_number(row[column])
         except ValueError:
-            raise InputError(f"line {number}: {name} = {row[column]!r} is not a number") from None
+            title = name or f"column {column + 1}"
+            raise InputError(f"line {number}: {title} = {row[column]!r} is not a number") from None
     return values

@@ -174,8 +174,10 @@ class Design:
     def _sampled_size(self) -> int:
         for name, axis in self.axes.items():
             if not isinstance(axis, Range) or axis.count is not None:
+                first, last = _axis_ends(axis)
                 raise InputError(
-                    f"{name}: must be two ends without a count for the design {self.kind}"
+                    f"{name}: must be two ends without a count for the design {self.kind}: "
+                    f"give Range({first:g}, {last:g})"
                 )
         limit = MAX_SOBOL if self.kind == "sobol" else MAX_MEMBERS
         if self.count is None or not 1 <= self.count <= limit:
@@ -217,6 +219,10 @@ class Design:
         return _random_points(seed, dimensions, first, stop)
 
 
+def _axis_ends(axis: Axis) -> tuple[float, float]:
+    return (axis.start, axis.stop) if isinstance(axis, Range) else (axis[0], axis[-1])
+
+
 def _check_axis(name: str, axis: object) -> Axis:
     check_known("name", name, VARIABLES)
     spec = VARIABLES[name]
@@ -224,7 +230,10 @@ def _check_axis(name: str, axis: object) -> Axis:
         return Range(spec.check(axis.start), spec.check(axis.stop), axis.count, axis.log)
     values = np.asarray(axis)
     if values.ndim != 1 or values.size == 0:
-        raise InputError(f"{name}: must be a range, or one or more values")
+        raise InputError(
+            f"{name}: must be a range, or one or more values; for a distribution, its draws with "
+            "design='list', or use `uncertainty`"
+        )
     return tuple(spec.check(value) for value in values.tolist())
 
 

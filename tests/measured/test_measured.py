@@ -3,7 +3,9 @@
 import dataclasses
 import itertools
 import json
+import re
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -68,6 +70,7 @@ def test_columns_are_read_whatever_program_wrote_them(
         ("", {}, "two columns of numbers"),
         ("a b\nc d\n", {}, "two columns of numbers"),
         ("t,y\n0,1\n1,x\n", {}, "line 3: y = 'x' is not a number"),
+        ("t,\n0,1\n1,\n", {}, "line 3: column 2 = '' is not a number"),
         ("t,y\n0,1\n1\n", {}, "line 3: 1 values under 2 columns"),
         ("t,y\n0,1\n0,2\n", {}, "t: must be ascending times"),
         ("t,y\n0,1\n1,2\n", {"signal": "z"}, "signal column"),
@@ -187,6 +190,37 @@ def test_a_tolerance_is_a_number_or_a_percentage() -> None:
     for text in ("0", "-1%", "x", "%", "nan"):
         with pytest.raises(InputError, match="--band"):
             read_tolerance("--band", text)
+
+
+def test_tolerances_are_given_as_on_the_command_line_or_as_numbers() -> None:
+    assert Tolerances(band="5%").band == Tolerance(0.05, relative=True)
+    assert Tolerances(band="0.05") == Tolerances(band=0.05) == Tolerances(Tolerance(0.05))
+    assert Tolerances(frequency="2%", amplitude="10%") == Tolerances(frequency=0.02, amplitude=0.1)
+    assert Tolerances(band=1, share="90%").share == 0.9
+    refused: list[tuple[dict[str, Any], str]] = [
+        ({"band": "x"}, "band = 'x': not a number; must be a number above 0, or a percentage"),
+        ({"band": -1.0}, "band = -1: must be a number above 0, or a percentage"),
+        ({"band": {"value": 0.1}}, "band = {'value': 0.1}: not a number"),
+        ({"frequency": "2"}, "frequency = 2: must be a percentage such as '5%', or a fraction"),
+        ({"amplitude": 0.0}, "amplitude = 0: must be a percentage"),
+        ({"band": 1.0, "share": 2.0}, "share = 2.0: must be at most 100%"),
+        ({"share": 0.9}, "share: must be given with band"),
+    ]
+    for values, refusal in refused:
+        with pytest.raises(InputError, match=re.escape(refusal)):
+            Tolerances(**values)
+    t, y = signal()
+    limits: Any = {"band": "5%"}
+    with pytest.raises(InputError, match=r"tolerances = .*must be, say, Tolerances"):
+        validate(RUN, measurement(t + 20.0, y), tolerances=limits)
+
+
+def test_without_tolerances_the_rows_say_that_there_is_no_verdict() -> None:
+    t, y = signal()
+    result = validate(RUN, measurement(t + 20.0, y))
+    assert result.passed is None
+    assert "verdict" in repr(result)
+    assert "none: give --band, --frequency or --amplitude" in repr(result)
 
 
 def test_both_are_drawn_with_the_band() -> None:
