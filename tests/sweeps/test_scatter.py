@@ -2,6 +2,7 @@
 
 import json
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from scipy.stats import qmc
 from fivtui.distributions import parse_distribution
 from fivtui.model.errors import InputError
 from fivtui.model.parameters import Parameters
+from fivtui.sweeps.design import Design
 from fivtui.sweeps.provenance import study_from_dict, study_to_dict
 from fivtui.sweeps.scatter import Scatter
 from fivtui.sweeps.study import Study
@@ -129,3 +131,11 @@ def test_a_study_is_restored_from_its_plain_data() -> None:
     study = Study(scatter, Parameters(), outputs=("critical_mu",))
     for variant in (study, replace(study, design=replace(scatter, indices=True, correlations=()))):
         assert study_from_dict(json.loads(json.dumps(study_to_dict(variant)))) == variant
+
+
+def test_values_that_a_design_cannot_use_are_refused_with_what_to_give() -> None:
+    with pytest.raises(InputError, match=r"mu: must be two ends .*: give Range\(0\.3, 0\.6\)"):
+        Design({"mu": (0.3, 0.6)}, "random", 4)
+    axis: Any = "normal:80:8"
+    with pytest.raises(InputError, match="its draws with design='list', or use `uncertainty`"):
+        Design({"F": axis})
