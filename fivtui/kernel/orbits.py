@@ -56,10 +56,9 @@ class FoundOrbit(NamedTuple):
 
     `tangent` is that of the curve of orbits, `flow_direction` the unit vector of (ẋ, ẍ, ẏ, ÿ) at
     the start. `extremes` are least and greatest x, least and greatest y, greatest ẋ, and least and
-    greatest y in the second half of the period. `determinant` is that of an n×n matrix. Its
-    rows are the four linearised equations of a closed orbit, n − 5 normals as in
-    `OrbitSearch.solve`, the first replaced by the flow if the tangent is normal to it, and the
-    tangent.
+    greatest y in the second half of the period. `determinant` is that of an n×n matrix: the four
+    linearised equations of a closed orbit, n − 5 of the normals of `OrbitSearch.solve`, and the
+    tangent. If the tangent is normal to the flow, the flow replaces the first normal.
     """
 
     unknowns: Floats

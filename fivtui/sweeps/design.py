@@ -174,10 +174,10 @@ class Design:
     def _sampled_size(self) -> int:
         for name, axis in self.axes.items():
             if not isinstance(axis, Range) or axis.count is not None:
-                first, last = _axis_ends(axis)
+                low, high = _axis_ends(axis)
                 raise InputError(
                     f"{name}: must be two ends without a count for the design {self.kind}: "
-                    f"give Range({first:g}, {last:g})"
+                    f"give Range({low:g}, {high:g})"
                 )
         limit = MAX_SOBOL if self.kind == "sobol" else MAX_MEMBERS
         if self.count is None or not 1 <= self.count <= limit:
