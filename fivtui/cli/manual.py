@@ -7,12 +7,12 @@ from typing import Final, NamedTuple
 
 from fivtui.model import InputError, unknown_name_error
 
-# The manual as HTML pages, if it was built into this installation.
-MANUAL: Final = Path(__file__).parents[1] / "manual"
+# Folders that may hold the manual as HTML pages: in this installation, and as the README builds it.
+FOLDERS: Final = (Path(__file__).parents[1] / "manual", Path("manual"))
 _MISSING: Final = (
-    "this installation has no manual; build it in the source folder of fivtui: "
-    ".venv/bin/pip install -c .ci/constraints.txt '.[docs]' && .venv/bin/python -m sphinx docs "
-    "manual; then open manual/index.html in a browser (fivtui docs does not find it there)"
+    "there is no manual in this installation, nor in the folder manual here; build it in the "
+    "source folder of fivtui: .venv/bin/pip install -c .ci/constraints.txt '.[docs]' && "
+    ".venv/bin/python -m sphinx docs manual"
 )
 
 
@@ -94,10 +94,11 @@ def _page_name(path: str) -> str:
 
 def find_page(name: str | None) -> Path:
     """The file of a page of the manual, by its name or by that of a command."""
-    pages = {page.stem: page for page in sorted(MANUAL.rglob("*.html"), reverse=True)}
-    if "index" not in pages:
+    folder = next((path for path in FOLDERS if (path / "index.html").is_file()), None)
+    if folder is None:
         raise InputError(_MISSING)
-    pages["index"] = MANUAL / "index.html"
+    pages = {page.stem: page for page in sorted(folder.resolve().rglob("*.html"), reverse=True)}
+    pages["index"] = folder.resolve() / "index.html"
     entry = ENTRIES.get(name or "")
     page = _page_name(entry.page if entry is not None else name or "index")
     if page not in pages:

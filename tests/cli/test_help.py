@@ -175,9 +175,20 @@ def test_the_help_of_sweep_names_every_output_with_its_unit(
 def test_docs_without_a_manual_say_how_to_get_it(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
-    monkeypatch.setattr(manual, "MANUAL", tmp_path)
+    monkeypatch.setattr(manual, "FOLDERS", (tmp_path,))
     assert run(["docs"]) == 2
-    assert "this installation has no manual; build it" in capsys.readouterr().err
+    assert "there is no manual in this installation, nor in the folder" in capsys.readouterr().err
+
+
+def test_docs_find_the_manual_in_the_folder_where_the_readme_builds_it(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    page = tmp_path / "manual" / "index.html"
+    page.parent.mkdir()
+    page.touch()
+    monkeypatch.setattr(manual, "FOLDERS", (tmp_path / "none", *manual.FOLDERS[1:]))
+    assert manual.find_page(None) == page.resolve()
 
 
 @pytest.fixture
@@ -186,7 +197,7 @@ def installed_manual(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         file = tmp_path / f"{name}.html"
         file.parent.mkdir(exist_ok=True)
         file.touch()
-    monkeypatch.setattr(manual, "MANUAL", tmp_path)
+    monkeypatch.setattr(manual, "FOLDERS", (tmp_path,))
     return tmp_path
 
 
@@ -227,7 +238,7 @@ def test_docs_without_a_browser_print_the_address(tmp_path: Path) -> None:
     code = (
         "from pathlib import Path\n"
         "from fivtui.cli import manual, run\n"
-        f"manual.MANUAL = Path({str(tmp_path)!r})\n"
+        f"manual.FOLDERS = (Path({str(tmp_path)!r}),)\n"
         "raise SystemExit(run(['docs']))\n"
     )
     process = subprocess.run(
