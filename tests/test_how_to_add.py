@@ -286,12 +286,11 @@ LIFTED_ROW: Final = """    Mode.LIFTED: ModeRow(
     ),
 """
 DAMPING_FACTOR: Final = "(2.0 if mode is Mode.LIFTED else 1.0)"
-DAMPED_FIELD: Final = f"0.0, 0.0, {DAMPING_FACTOR}, 0.0),\n    )\n"
 MODE: Final = (
     Edit("fivtui/model/modes.py", r"    STICK = 4\n", r"\g<0>    LIFTED = 5\n"),
     Edit("fivtui/model/modes.py", r"Guard\.DEPTH, \(", r"\g<0>Mode.LIFTED, "),
     Edit("fivtui/model/modes.py", r"    Mode\.CONTACT: ModeRow\(", LIFTED_ROW + r"\g<0>"),
-    Edit("fivtui/model/field.py", r"0\.0, 0\.0, 1\.0, 0\.0\),\n    \)\n", DAMPED_FIELD),
+    Edit("fivtui/model/field.py", r"(yvy = .*0\.0), 1\.0,", rf"\1, {DAMPING_FACTOR},"),
     Edit("fivtui/model/slider_belt.py", r"y, vy, force", f"y, {DAMPING_FACTOR} * vy, force"),
     Edit("fivtui/model/slider_belt.py", r"(return |mode=|0\.0, )Mode\.SEPARATED", r"\1off_belt(p)"),
     Edit("fivtui/model/slider_belt.py", r"def accelerations", MODE_OFF_BELT),

@@ -2,6 +2,10 @@
 
 Below safe μ no disturbance leads to vibration: it is the least μ of the limit cycles, or the
 critical μ, above which the equilibrium is unstable.
+
+At a fold a stable and an unstable cycle meet at the least μ of both; the folds of neighbouring
+points form sheets. The excess of a point is negative where its equilibrium is stable, NaN without
+an equilibrium.
 """
 
 import contextlib
@@ -34,7 +38,7 @@ from .stability import check_map, check_points, parse_map_value, stability_map
 
 Floats = NDArray[np.float64]
 MAX_POINTS: Final = 250_000
-# Share of the progress of folds that is reported for the global searches.
+# Share of the progress of `_follow_folds` that is reported for its global searches.
 _SEARCH_SHARE: Final = 0.4
 # Share of the progress of a map of coexistence that is reported for the folds.
 _FOLD_SHARE: Final = 0.5
@@ -50,10 +54,11 @@ def safety_map(
 ) -> StabilityMap:
     """Map the safe friction coefficient, or the regions where a knock causes squeal.
 
-    At 9 × 9 points limit cycles are followed from the Hopf point. At the corners and the centre
-    `safe_friction` makes a global search. All folds are followed from point to point over the map.
-    If a search does not confirm the safe μ of its point, safe μ is not known at the nearest points.
-    Folds count even if a torus bifurcation makes the cycles beside them unstable.
+    At up to 9 × 9 points limit cycles are followed from the Hopf point to their folds. At the
+    corners and the centre `safe_friction` makes a global search. All folds are followed from point
+    to point over the map. A search may find a lower safe μ, or leave it unknown above some μ: at
+    the nearest points a safe μ above that one is not known. Folds count even if a torus bifurcation
+    makes the cycles beside them unstable.
 
     Parameters
     ----------
@@ -63,8 +68,8 @@ def safety_map(
         Two parameters and the values of each, in SI units.
     value : str
         ``"safe-mu"``, or ``"coexistence"``: three regions (safe, safe for small disturbances
-        alone, squeals). In the second region transients give the least vertical displacement from
-        rest that leads to the other attractor.
+        alone, squeals). In the second region the least vertical displacement from rest that leads
+        to the other attractor is found by simulation.
     separation : bool
         Whether separation is considered.
     progress : callable, optional
@@ -96,7 +101,9 @@ def safety_map(
     system = system_of(parameters, separation)
     p = system.parameters
     map_kind = parse_map_value(value, SAFETY_VALUES)
-    check_always_sliding(p, f"maps of {value}; critical-mu and growth-rate can be mapped", over)
+    check_always_sliding(
+        p, subject=f"maps of {value}; critical-mu and growth-rate can be mapped", varied=over
+    )
     check_map(map_kind, list(over))
     check_points(math.prod(len(values) for values in over.values()), MAX_POINTS)
     linear = stability_map(p, over, "unstable-modes", separation=separation)
@@ -106,13 +113,16 @@ def safety_map(
     varied = {
         name: axis for name, axis in zip(linear.names, linear.axes, strict=True) if name != "mu"
     }
-    verdicts, fold_mus, half_ranges = _follow_folds(system, varied, work.stage(0.0, fold_share))
+    verdicts, fold_mus, fold_half_ranges = _follow_folds(
+        system, varied, work.stage(0.0, fold_share)
+    )
     shape = critical.shape
     if "mu" in linear.names:
         # Folds do not depend on the μ of a point: repeat them along that axis.
         axis = linear.names.index("mu")
-        fold_mus, half_ranges = (
-            np.broadcast_to(np.expand_dims(array, axis), shape) for array in (fold_mus, half_ranges)
+        fold_mus, fold_half_ranges = (
+            np.broadcast_to(np.expand_dims(array, axis), shape)
+            for array in (fold_mus, fold_half_ranges)
         )
         verdicts = {
             (*indices[:axis], index, *indices[axis:]): verdict
@@ -121,6 +131,7 @@ def safety_map(
         }
     safe_mu = np.fmin(fold_mus, critical)
     safe_mu[np.isnan(linear.excess)] = np.nan
+    # Of every search, the μ up to which it confirms the safe μ that continuation gives.
     searched = tuple(
         SearchedPoint(indices, verdict.limit_of(safe_mu[indices]))
         for indices, verdict in verdicts.items()
@@ -130,11 +141,11 @@ def safety_map(
     if map_kind == "coexistence":
         regions = _regions(linear, safe_mu, searched)
         escape = np.full(shape, np.nan)
-        coexists = (regions == KNOCK_REGION) & ~np.isnan(half_ranges)
+        coexists = (regions == KNOCK_REGION) & ~np.isnan(fold_half_ranges)
         escape[coexists] = escape_offsets(
             system,
             {name: mesh[coexists] for name, mesh in linear.grid.meshes().items()},
-            half_ranges[coexists],
+            fold_half_ranges[coexists],
             work=work.stage(fold_share, 1.0),
         )
         quantities |= {"region": regions, "escape_offset": escape}
@@ -148,6 +159,8 @@ def _regions(linear: StabilityMap, safe_mu: Floats, searched: Sequence[SearchedP
     with np.errstate(invalid="ignore"):
         regions = np.where(mu >= safe_mu, float(KNOCK_REGION), float(SAFE_REGION))
         regions[linear.excess >= 0.0] = SQUEAL_REGION
+    # Safe μ is NaN where neither a fold nor a critical μ exists, or the nearest search does not
+    # confirm it. Up to the limit of that search every μ is safe.
     unknown = np.isnan(safe_mu) & (mu > nearest_limits(searched, linear.excess.shape))
     regions[np.isnan(linear.excess) | (unknown & (regions == SAFE_REGION))] = np.nan
     return regions
@@ -165,8 +178,8 @@ def _critical_mus(linear: StabilityMap) -> Floats:
 def _follow_folds(
     system: System, varied: Mapping[str, Floats], work: Progress
 ) -> tuple[dict[tuple[int, ...], SafeFriction], Floats, Floats]:
-    # Verdicts of global searches by indices of their points; μ and half range, m, of the lowest
-    # fold at every point.
+    # Verdicts of global searches by indices of their points; μ of the lowest fold at every point,
+    # and half peak-to-peak of y, m, of the cycle at that fold.
     p, separation = system.parameters, system.separation
     shape = tuple(values.size for values in varied.values())
     damped = p.c1 > 0.0 or p.c2 > 0.0 or "c1" in varied or "c2" in varied
@@ -184,6 +197,8 @@ def _follow_folds(
         }
         with contextlib.suppress(ComputationError):
             verdicts[indices] = safe_friction(p.with_values(values), separation=separation)
+    # The folds, on the branches of cycles that the searches followed, above which cycles attract:
+    # the μ of one may be safe μ.
     seeds = [
         (indices, fold)
         for indices, verdict in verdicts.items()

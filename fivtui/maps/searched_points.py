@@ -24,7 +24,7 @@ class SearchedPoint:
     indices : tuple of int
         Indices of the point along the axes.
     confirmed_to : float
-        The μ up to which the search confirms safe μ by continuation.
+        The μ up to which the search confirms the safe μ that continuation gives.
     """
 
     indices: tuple[int, ...]

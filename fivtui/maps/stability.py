@@ -1,7 +1,8 @@
 """Maps of growth rate, critical μ or unstable modes over two parameters, from eigenvalues.
 
 The excess of a point is above zero where the equilibrium is unstable. Points are computed in
-chunks, so that memory is little more than that of the map.
+chunks, so that memory is little more than that of the map. With a `v_belt` the belt has a finite
+speed; without, it is always faster than the slider.
 """
 
 from collections.abc import Collection, Mapping, Sequence
@@ -16,7 +17,7 @@ from fivtui.model import (
     OnProgress,
     Parameters,
     Progress,
-    check_effect,
+    check_varied_are_used,
     parameter_spec,
     system_of,
     time_scale,
@@ -34,8 +35,8 @@ EIGENVALUE_VALUES: Final = tuple(value for value in MAP_VALUES if value not in S
 MAX_POINTS: Final = 100_000_000
 # Points in a chunk: its arrays fit into the cache of the processor.
 _CHUNK_SIZE: Final = 8192
-# On a belt of finite speed points are slow: report progress more often.
-_CHUNK_SIZE_ON_BELT: Final = 64
+# On a belt of finite speed points take longer: report progress more often.
+_CHUNK_SIZE_AT_FINITE_SPEED: Final = 64
 
 
 def stability_map(
@@ -59,7 +60,7 @@ def stability_map(
         friction coefficient above which the equilibrium is unstable; ``"unstable-modes"``: how
         many modes grow, 0 or 1.
     separation : bool
-        Whether separation is considered; matters only for F < 0.
+        Whether separation is considered; it matters only if the preload F < 0 lifts the slider.
     progress : callable, optional
         Called with the fraction done; cancels the map by returning False.
 
@@ -87,23 +88,23 @@ def stability_map(
     p = system.parameters
     map_kind = parse_map_value(value, EIGENVALUE_VALUES)
     check_two_parameters(over)
-    check_effect(p, over)
+    check_varied_are_used(p, over)
     grid = build_grid("over", over, parameter_spec)
     total = grid.size
     check_points(total, MAX_POINTS)
     (first, second), (first_axis, second_axis) = grid.names, grid.axes
     values, excess = np.empty(total), np.empty(total)
     work = Progress(progress)
-    on_belt = has_finite_speed(p, over)
-    chunk_size = _CHUNK_SIZE_ON_BELT if on_belt else _CHUNK_SIZE
+    finite_speed = has_finite_speed(p, over)
+    chunk_size = _CHUNK_SIZE_AT_FINITE_SPEED if finite_speed else _CHUNK_SIZE
     for start in range(0, total, chunk_size):
         work.report(start / total)
         indices = np.arange(start, min(start + chunk_size, total))
         first_index, second_index = np.divmod(indices, second_axis.size)
         varied = {first: first_axis[first_index], second: second_axis[second_index]}
         separations = np.full(indices.size, separation)
-        if on_belt:
-            values[indices], excess[indices] = _values_on_belt(p, varied, value, separations)
+        if finite_speed:
+            values[indices], excess[indices] = _finite_speed_values(p, varied, value, separations)
             continue
         with np.errstate(all="ignore"):
             points = StabilityPoints(p, varied, separations)
@@ -119,10 +120,11 @@ def stability_map(
     )
 
 
-def _values_on_belt(
+def _finite_speed_values(
     p: Parameters, varied: Mapping[str, FloatArray], value: str, separations: NDArray[np.bool_]
 ) -> tuple[FloatArray, FloatArray]:
     # The mapped quantity and the excess on a belt of finite speed, from each point's eigenvalues.
+    # Here the excess is the growth rate, made dimensionless by the time √(m/stiffness) of p.
     growth, stable, _ = judge_stability(p, varied, separations)
     excess = growth * time_scale(p)
     if value == "critical-mu":
@@ -180,7 +182,7 @@ def check_points(count: int, limit: int) -> None:
 
 
 def _mapped_quantity(points: StabilityPoints, value: str, excess: FloatArray) -> FloatArray:
-    # The mapped quantity at points without a belt speed; NaN without an equilibrium.
+    # The mapped quantity on a belt that is always faster; NaN without an equilibrium.
     if value == "critical-mu":
         values = points.critical_mu()
     elif value == "growth-rate":

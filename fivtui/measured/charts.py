@@ -20,7 +20,10 @@ _BAND_COLOUR: Final = "#808080"
 
 
 def overlay_chart(result: Validation) -> Chart:
-    """Measured and computed signal over time, with the edges of the tolerance band."""
+    """Measured and computed signal over time, with the edges of the tolerance band.
+
+    Strips, rows of intervals below the chart, mark separation and stick.
+    """
     traces = [
         Trace("computed", result.t, result.computed, role="computed"),
         Trace("measured", result.t, result.measured, role="measured"),
@@ -46,10 +49,10 @@ def overlay_spectra(result: Validation) -> Chart:
     measured, computed = result.spectra
     guides = (Guide(measured.fundamental, "f₁"),) if measured.fundamental > 0.0 else ()
     return Chart(
-        Label("f (Hz)", "Frequency $f$ (Hz)"),
+        Label("f (Hz)", math="Frequency $f$ (Hz)"),
         Label(
             f"|{result.quantity}| ({result.unit})",
-            f"Amplitude\nof {math_symbol(result.quantity)} ({result.unit})",
+            math=f"Amplitude\nof {math_symbol(result.quantity)} ({result.unit})",
         ),
         (
             Trace("computed", computed.frequency, computed.amplitude, role="computed"),
@@ -64,10 +67,12 @@ def overlay_spectra(result: Validation) -> Chart:
 def validation_sheet(result: Validation) -> Sheet:
     """Both signals over time with the tolerance band, their deviation, and their spectra."""
     colour, *_ = CASE_COLOURS[result.separation]
+    # Limits of the time axis in figures; the `x_range` of a chart applies to the terminal, too.
     span = (float(result.t[0]), float(result.t[-1]))
 
     def signals_alone(chart: Chart) -> Chart:
-        # The chart without band and guides, with the computed signal in the colour of its case.
+        # The chart without band and guides. The colour of the computed signal tells whether
+        # separation is considered.
         *_, computed, measured = chart.traces
         return replace(chart, traces=(replace(computed, colour=colour), measured), guides=())
 
@@ -118,8 +123,8 @@ def describe_verdict(result: Validation) -> str:
     return _verdict_text(result, "; ".join(map(_criterion_text, result.criteria)))
 
 
-def _verdict_text(result: Validation, reason: str) -> str:
-    return f"{'PASS' if result.passed else 'FAIL'}: {reason}"
+def _verdict_text(result: Validation, detail: str) -> str:
+    return f"{'PASS' if result.passed else 'FAIL'}: {detail}"
 
 
 def _criterion_text(criterion: Criterion) -> str:

@@ -22,14 +22,15 @@ if TYPE_CHECKING:
 
 FloatArray = NDArray[np.float64]
 
+# Columns of a trajectory that can be measured: displacements, velocities and the contact force P.
 QUANTITIES: Final = ("y", "x", "vy", "vx", "P")
 UNITS: Final = {column.name: column.unit for column in COLUMNS}
 # Least number of measured samples within the run.
 _MIN_SAMPLES: Final = 16
 # Greatest number of points of the grid on which the shift is searched.
 _MAX_GRID_POINTS: Final = 1 << 16
-# Least sum of squares of the run in a window, relative to the greatest: where the run rests, a
-# correlation would come from rounding errors.
+# Least Σ(x − mean)² of the run over a time as long as the signal, relative to the greatest: where
+# the run rests, a correlation would come from rounding errors.
 _LEAST_SQUARE_SUM: Final = 1e-12
 _MIN_DIVISOR: Final = 1e-300
 _NO_VERDICT: Final = "none: give --band, --frequency or --amplitude (in Python, tolerances)"
@@ -327,8 +328,8 @@ def best_shift(run: Transient, measurement: Measurement, quantity: str) -> float
     fft_size = 1 << (computed.size + signal.size - 1).bit_length()
     cross_spectrum = np.fft.rfft(motion, fft_size) * np.conj(np.fft.rfft(signal, fft_size))
     covariances = np.fft.irfft(cross_spectrum, fft_size)[: computed.size - signal.size + 1]
-    # Divide each covariance by the deviation of the run in the window of the signal, the root of
-    # Σ(x - mean)² = Σx² - (Σx)²/n.
+    # Divide each covariance by the root of Σ(x − mean)² = Σx² − (Σx)²/n over the n samples of the
+    # run from the offset on.
     sums, squares = (np.concatenate([[0.0], np.cumsum(motion**power)]) for power in (1, 2))
     n = signal.size
     square_sums = (squares[n:] - squares[:-n]) - (sums[n:] - sums[:-n]) ** 2 / n
@@ -340,7 +341,10 @@ def best_shift(run: Transient, measurement: Measurement, quantity: str) -> float
 def prepare_comparison(
     options: ValidateOptions, prefix: str = "--"
 ) -> Callable[[Transient], Validation]:
-    """A function that compares a run with the file in `options`; `prefix` precedes their names."""
+    """A function that compares a run with the measured file of `options`.
+
+    In messages `prefix` precedes the name of an option.
+    """
     if options.measured is None:
         raise InputError(f"{prefix}measured FILE.csv: must be given")
     shift = read_shift(options.shift, prefix)

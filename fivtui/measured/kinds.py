@@ -8,17 +8,20 @@ from .options import ValidateOptions
 
 
 def _command(scene_and_options: tuple[Any, ValidateOptions]) -> Command:
-    # The argument has the scene and the options of the comparison.
+    # The command line that repeats a comparison: the scene has the parameters and settings of the
+    # run, the options have the measured file and the tolerances.
     scene, options = scene_and_options
+    # No option sets these two: error targets, and tables of parameters that change with time.
     needed = {"accuracy": scene.accuracy, "over_time": scene.over_time}
     return command_for("validate", scene, options, needed=needed)
 
 
 VALIDATION: Final = StudyKind(
     data="validation",
-    show=list_printer("Run beside measured data"),
+    show=list_printer(title="Run beside measured data"),
     suffixes=TABLE_SUFFIXES,
     as_json=True,
+    # The key by which the header of a saved table is recognised.
     header=frozenset({"validation"}),
     stem=lambda result: f"validation-{result.quantity}",
     command=_command,

@@ -1,4 +1,7 @@
-"""Options of ``fivtui validate``."""
+"""Options of ``fivtui validate``.
+
+Quantities are columns of a trajectory: displacements, velocities, and the contact force P.
+"""
 
 from pathlib import Path
 from typing import Final

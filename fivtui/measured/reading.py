@@ -167,17 +167,17 @@ def _parse_table(text: str) -> tuple[list[str], list[_Row]]:
     ]
     for separator in _SEPARATORS:
         rows = [(number, _cells(line, separator)) for number, line in lines]
-        first_row = next((number for number, (_, row) in enumerate(rows) if _is_numeric(row)), None)
-        if first_row is None:
+        first_index = next((index for index, (_, row) in enumerate(rows) if _is_numeric(row)), None)
+        if first_index is None:
             continue
-        width = len(rows[first_row][1])
-        titles = rows[first_row - 1][1] if first_row > 0 else []
+        width = len(rows[first_index][1])
+        titles = rows[first_index - 1][1] if first_index > 0 else []
         has_titles = len(titles) == width
         numbered_titles = [f"column {number}" for number in range(1, width + 1)]
-        for number, row in rows[first_row:]:
+        for number, row in rows[first_index:]:
             if len(row) != width:
                 raise InputError(f"line {number}: {len(row)} values under {width} columns")
-        return (titles if has_titles else numbered_titles), rows[first_row:]
+        return (titles if has_titles else numbered_titles), rows[first_index:]
     raise InputError(
         "must have at least two columns of numbers, separated by commas, semicolons or tabs"
     )

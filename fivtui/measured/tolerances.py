@@ -22,8 +22,8 @@ class Tolerances:
     """Criteria of a comparison; None for a criterion that is not applied.
 
     Texts have the meaning of the command line: ``band="5%"`` is relative, ``band="0.2"`` and
-    ``band=0.2`` are in the unit of the signal. The other values are texts such as ``"5%"``, or
-    fractions such as 0.05. Other values raise `InputError`.
+    ``band=0.2`` are in the unit of the signal. `share`, `frequency` and `amplitude` are texts such
+    as ``"5%"``, or fractions such as 0.05. Anything else raises `InputError`.
 
     Attributes
     ----------

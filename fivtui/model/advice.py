@@ -15,10 +15,13 @@ class Remedy:
     applies: Callable[[System], bool]
 
 
+# Friction falls from μ_s to μ over the sliding speed v_s; `speed_law` is None where friction is
+# constant.
 LARGER_V_S: Final = Remedy(
     "a larger v_s",
     lambda system: system.parameters.v_belt is not None and system.parameters.speed_law is not None,
 )
+# Damping c changes a velocity within the time m/c, which may be too short to resolve.
 LESS_DAMPING: Final = Remedy(
     "less damping", lambda system: max(system.parameters.c1, system.parameters.c2) > 0.0
 )

@@ -13,6 +13,8 @@ class Column:
     meaning: str
 
 
+# Mode 1 is contact with a belt that is always faster than the slider; modes 2 to 4 are contact with
+# a belt of finite speed.
 COLUMNS: Final = (
     Column("t", "s", "time"),
     Column("x", "m", "horizontal displacement"),

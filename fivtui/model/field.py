@@ -1,8 +1,9 @@
 """The equations of the slider on the belt, for any number type.
 
 The functions take numbers, NumPy arrays, `Fraction`, complex numbers, or any other type with the
-operators of arithmetic. `p` has the parameters as attributes of that type. The stiffness matrix of
-the paper has the entries a = k1 + k3/2 and h = k3/2.
+operators of arithmetic. `p` has the parameters as attributes of that type, and `mu_static`: μ_s, or
+μ if `mu_s` is None. Entries of the stiffness matrix are a = k1 + k3/2 and h = k3/2. Equations are
+numbered as in the paper "Nonlinear friction-induced vibration of a slider-belt system".
 """
 
 import math
@@ -39,8 +40,9 @@ CONSTANT: Final = Rates()
 class Field(NamedTuple):
     """The coefficients of the equations of motion in a mode, SI units.
 
-    `xvx` is the factor of ẋ in ẍ; the other factors of x, y, ẋ and ẏ are named alike. Then follow
-    the signed friction coefficient, k_nl/m, and the downward load divided by the mass.
+    A factor is named after the acceleration, ẍ or ÿ, and what it multiplies: `xy` is the factor of
+    y in ẍ, and `xvx` that of ẋ in ẍ. Then follow the signed friction coefficient, k_nl/m, and the
+    downward load divided by the mass.
     """
 
     xx: Any
@@ -133,7 +135,7 @@ def friction_coefficient(p: Any, speed: Any) -> Any:
 
 def friction_slope(p: Any, speed: Any) -> Any:
     """The derivative of the friction coefficient by a sliding speed v ≥ 0, s/m."""
-    return derivative(friction_coefficient(p, speed + complex(0.0, DERIVATIVE_STEP)) + 0j)
+    return derivative(friction_coefficient(p, speed + complex(0.0, DERIVATIVE_STEP)))
 
 
 def friction_derivatives(p: Any, speed: float, order: int) -> tuple[float, ...]:
@@ -141,17 +143,20 @@ def friction_derivatives(p: Any, speed: float, order: int) -> tuple[float, ...]:
 
     There are `order` derivatives, at least one.
     """
-    # The FMU carries this module and needs no derivatives.
+    # Imported late: the Python FMU contains a copy of this module, but not of `power_series`.
     from .power_series import PowerSeries
 
-    friction = friction_coefficient(p, PowerSeries.variable(speed, order)) + 0.0
+    friction = friction_coefficient(p, PowerSeries.variable(speed, order))
     if isinstance(friction, PowerSeries):
         return friction.derivatives()
     return (friction, *[0.0] * order)
 
 
 def depends_on_speed(p: Any) -> bool:
-    """Whether friction depends on the sliding speed: μ′ or μ″ at speed zero is not zero."""
+    """Whether friction depends on the sliding speed: μ′ or μ″ at speed zero is not zero.
+
+    A law other than the exponential one may begin with μ′ = 0.
+    """
     return any(friction_derivatives(p, 0.0, 2)[1:])
 
 
@@ -187,20 +192,16 @@ def field(p: Any, mode: Mode) -> Field:
     row = MODES[mode]
     k2, k_nl = (p.k2, p.k_nl) if row.in_contact else (0.0, 0.0)
     friction = row.friction_sign * p.mu
-    # Accelerations of the states x = 1, y = 1 and a velocity of 1.
-    vertical = (
-        vertical_acceleration(p, 1.0, 0.0, 0.0, 0.0),
-        vertical_acceleration(p, 0.0, 1.0, 0.0, -k2),
-        vertical_acceleration(p, 0.0, 0.0, 1.0, 0.0),
-    )
-    horizontal: tuple[Any, Any, Any] = (0.0, 0.0, 0.0)
+    # A factor is the acceleration where its variable is 1 and the others are 0. The linear contact
+    # force is −k2 at y = 1.
+    yx = vertical_acceleration(p, 1.0, 0.0, 0.0, 0.0)
+    yy = vertical_acceleration(p, 0.0, 1.0, 0.0, -k2)
+    yvy = vertical_acceleration(p, 0.0, 0.0, 1.0, 0.0)
+    xx = xy = xvx = 0.0
     if not row.sticks:
-        horizontal = (
-            horizontal_acceleration(p, 1.0, 0.0, 0.0, 0.0),
-            horizontal_acceleration(p, 0.0, 0.0, 1.0, friction * -k2),
-            horizontal_acceleration(p, 0.0, 1.0, 0.0, 0.0),
-        )
-    (xx, xy, xvx), (yx, yy, yvy) = horizontal, vertical
+        xx = horizontal_acceleration(p, 1.0, 0.0, 0.0, 0.0)
+        xy = horizontal_acceleration(p, 0.0, 0.0, 1.0, friction * -k2)
+        xvx = horizontal_acceleration(p, 0.0, 1.0, 0.0, 0.0)
     return Field(xx, xy, yx, yy, xvx, yvy, friction, k_nl / p.m, load(p) / p.m)
 
 
@@ -214,7 +215,7 @@ def rest_coefficients(p: Any, mu: Any) -> tuple[Any, Any, Any]:
 
 
 def suspension_stiffness(p: Any) -> Any:
-    """Stiffness h k1/a in N/m of k1 and k3 together against a slow vertical motion."""
+    """Stiffness h k1/a in N/m of k1 and k3 against y, if x = h y/a is at rest without friction."""
     return coupling_stiffness(p) * p.k1 / horizontal_stiffness(p)
 
 

@@ -1,8 +1,9 @@
 """The table of modes of the slider and of their transitions, for integrators and help texts.
 
-A guard is a function of the state that is positive while its mode lasts. For a polynomial motion it
-is a polynomial. The guards are y, −y, v_r, −v_r, μ_s P − f and μ_s P + f, with v_r = v_belt − ẋ.
-The belt's holding force is f = c1 v_belt + a x − h y, with a = k1 + k3/2 and h = k3/2.
+A guard is a function of the state that is positive while its mode lasts. On a Taylor step, where x
+and y are polynomials in time, so is every guard, and its first root ends the mode. The guards are
+y, −y, v_r, −v_r, μ_s P − f and μ_s P + f, with v_r = v_belt − ẋ and the contact force P. The belt's
+holding force is f = c1 v_belt + a x − h y, with a = k1 + k3/2 and h = k3/2.
 """
 
 from collections.abc import Mapping
@@ -28,6 +29,7 @@ class Guard(Enum):
     DEPTH = "-y"
     BELT_FASTER = "v_r"
     BELT_SLOWER = "-v_r"
+    # Margins of static friction: when one falls to zero, the mode FORWARD or BACKWARD follows.
     HELD_FORWARD = "mu_s P - f"
     HELD_BACKWARD = "mu_s P + f"
 
@@ -74,6 +76,7 @@ MODES: Final[Mapping[Mode, ModeRow]] = {
         in_contact=False,
         friction_sign=0.0,
         finite_belt=False,
+        # CONTACT follows on a belt that is always faster, slip or stick on one of finite speed.
         ends=(Transition(Guard.HEIGHT, (Mode.CONTACT, Mode.FORWARD, Mode.BACKWARD, Mode.STICK)),),
     ),
     Mode.CONTACT: ModeRow(

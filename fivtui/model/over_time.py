@@ -94,8 +94,10 @@ def time_table(name: str, rows: Rows) -> TimeTable:
         if times and t < times[-1]:
             raise InputError(f"{name} over time: {t:g} s after {times[-1]:g} s: times must ascend")
         value = spec.check(row[1])
-        if times and t > times[-1] and not math.isfinite((value - values[-1]) / (t - times[-1])):
-            raise InputError(f"{name} over time: at {t:g} s: a jump needs the same time twice")
+        if times and t > times[-1]:
+            slope = (value - values[-1]) / (t - times[-1])
+            if not math.isfinite(slope):
+                raise InputError(f"{name} over time: at {t:g} s: a jump needs the same time twice")
         times.append(t)
         values.append(value)
     if not times:
@@ -132,6 +134,7 @@ class Course:
         rows = {name: table.after(t) for name, table in self.tables.items()}
         values = {name: value for name, (value, _) in rows.items()}
         slopes = {name: slope for name, (_, slope) in rows.items()}
+        # Without `mu_s` the static coefficient `mu_static` is μ.
         if "mu" in slopes and self.fixed.mu_s is None:
             slopes["mu_static"] = slopes["mu"]
         return self.fixed.with_values(values), Rates(**slopes)
@@ -169,6 +172,7 @@ def parameters_after(p: Parameters, rates: Rates, duration: float) -> Parameters
     values = {"F": p.F + rates.F * duration, "mu": max(p.mu + rates.mu * duration, 0.0)}
     if p.v_belt is not None:
         values["v_belt"] = max(p.v_belt + rates.v_belt * duration, 0.0)
+    # Not `with_values`, whose checks may fail where rounding takes a value beyond its bounds.
     return p.replaced(**values)
 
 

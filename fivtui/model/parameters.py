@@ -1,4 +1,7 @@
-"""The parameter table: names, symbols, units, defaults and bounds, defined once."""
+"""The parameter table: names, symbols, units, defaults and bounds, defined once.
+
+The paper is "Nonlinear friction-induced vibration of a slider-belt system".
+"""
 
 import difflib
 from collections.abc import Callable, Collection, Iterable, Mapping
@@ -12,7 +15,7 @@ from .field import DERIVATIVE_STEP
 from .numbers import Interval
 
 _STIFFNESS_MAX: Final = 1e12
-# Smaller values are set to zero, because their products would underflow.
+# Smaller values are set to zero: the square of 1e-200, for example, would underflow.
 _MIN_SIZE: Final = 1e-12
 
 
@@ -29,8 +32,8 @@ class ParameterSpec:
     unit : str
         SI unit; empty if dimensionless.
     default : float
-        Value in the base set (section 2 of the paper; F, k_nl and mu from section 5.1). Optional
-        parameters are none in the base set; this is the first value that an editor offers.
+        Value in the base set (section 2 of the paper; F, k_nl and mu from section 5.1). An optional
+        parameter is none in the base set; its default is the first value that an editor offers.
     lower, upper : float
         Bounds of the allowed range.
     meaning : str
@@ -192,11 +195,10 @@ class Parameters:
 
         Raises `InputError` if a name is unknown or a value is out of range.
         """
-        values_by_name: dict[str, float | None] = {**self.as_dict()}
+        values_by_name: dict[str, Any] = {**self.as_dict()}
         for name, value in values.items():
             values_by_name[name] = parameter_spec(name).read(value)
-        fields_by_name: Any = values_by_name
-        return type(self)(**fields_by_name)
+        return type(self)(**values_by_name)
 
     def perturbed(self, changes: Mapping[str, float]) -> Self:
         """A copy, not checked, whose imaginary parts are `changes` times `DERIVATIVE_STEP`.
@@ -286,7 +288,7 @@ def describe_unused(p: Parameters, varied: Collection[str] = ()) -> str:
     return f"{' and '.join(unused)} {verb} no effect without {next(iter(unused.values()))}"
 
 
-def check_effect(p: Parameters, varied: Collection[str]) -> None:
+def check_varied_are_used(p: Parameters, varied: Collection[str]) -> None:
     """Raise `InputError` if a varied parameter has no effect."""
     if {*unused_parameters(p, varied)} & {*varied}:
         raise InputError(f"{describe_unused(p, varied)}, which must be given")

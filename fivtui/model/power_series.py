@@ -50,7 +50,9 @@ class PowerSeries:
         if not isinstance(factor, PowerSeries):
             return type(self)([a * factor for a in self.coefficients])
         first, second = self.coefficients, factor.coefficients
-        pairs = [zip(first, reversed(second[: n + 1]), strict=False) for n in range(len(first))]
+        # The coefficient of sⁿ in the product is Σ aₖ bₙ₋ₖ, k = 0 … n.
+        ends = range(1, len(first) + 1)
+        pairs = [zip(first[:end], reversed(second[:end]), strict=True) for end in ends]
         return type(self)([sum(a * b for a, b in terms) for terms in pairs])
 
     __rmul__ = __mul__
@@ -58,6 +60,7 @@ class PowerSeries:
     def __truediv__(self, divisor: Self | float) -> Self:
         if not isinstance(divisor, PowerSeries):
             return type(self)([value / divisor for value in self.coefficients])
+        # From quotient times divisor: qₙ = (cₙ − Σ qₙ₋ₖ dₖ)/d₀, k = 1 … n.
         first, *higher = divisor.coefficients
         quotient: list[float] = []
         for value in self.coefficients:

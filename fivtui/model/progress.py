@@ -23,7 +23,7 @@ class Progress:
             raise Cancelled
 
     def advance(self, fraction: float) -> bool:
-        """Report the completed fraction, and return whether to continue."""
+        """Like `report`, but return whether to continue, and never raise `Cancelled`."""
         self._fraction = fraction
         return self.should_continue()
 

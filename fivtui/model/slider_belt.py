@@ -1,6 +1,7 @@
 """Modes, equilibrium and Jacobian of the slider, from the equations of `field`.
 
-A state is (x, ẋ, y, ẏ) in m and m/s.
+A state is (x, ẋ, y, ẏ) in m and m/s. Equations are numbered as in the paper "Nonlinear
+friction-induced vibration of a slider-belt system".
 """
 
 import math
@@ -16,8 +17,8 @@ from .modes import IN_CONTACT, Mode
 from .parameters import Parameters
 from .system import System
 
-# Forces balance if their sum is below this fraction of their sizes, or below MIN_FORCE, N or N/s,
-# at which its effect on a mass may underflow.
+# Forces balance if their sum is below this fraction of their sizes, or below MIN_FORCE, N or N/s:
+# the acceleration by so small a force may underflow.
 BALANCE_TOL: Final = 2.0**-49
 MIN_FORCE: Final = 1e-280
 State = tuple[float, float, float, float]
@@ -76,7 +77,8 @@ def mode_of(p: Parameters, state: State, *, separation: bool, rates: Rates = CON
 
 
 def _separates(p: Parameters, state: State, rates: Rates) -> bool:
-    # Whether the motion continues off the belt, from the derivatives of y up to the fourth.
+    # Whether the motion continues off the belt, from the derivatives of y up to the fourth. If the
+    # first three are zero under a constant load, ẋ or h is zero, and h ẍ has the sign of −h x.
     x, vx, y, vy = state
     if y != 0.0:
         return y > 0.0
@@ -88,9 +90,9 @@ def _separates(p: Parameters, state: State, rates: Rates) -> bool:
 
 
 def _contact_mode(p: Parameters, state: State, belt_speed: float, rates: Rates) -> Mode:
-    # Mode of a slider in contact. At the speed of the belt it sticks unless a guard μ_s P ± f or P
-    # is or becomes negative, by its value and two derivatives. The rounding error of each value and
-    # derivative is relative to the sizes of its terms.
+    # Mode of a slider in contact. At the speed of the belt it sticks if neither P nor μ_s P − f nor
+    # μ_s P + f is or becomes negative. For each, the first of its value and two derivatives that
+    # exceeds rounding decides. Rounding errors are relative to the sizes of the terms.
     x, vx, y, vy = state
     if vx != belt_speed:
         return Mode.FORWARD if vx < belt_speed else Mode.BACKWARD
@@ -101,10 +103,11 @@ def _contact_mode(p: Parameters, state: State, belt_speed: float, rates: Rates) 
     holding = (
         equations.holding_force(p, x, y, rates),
         equations.holding_force_rate(p, rates.v_belt, belt_speed, vy),
+        # The rate is linear: from accelerations it gives the second derivative.
         equations.holding_force_rate(p, 0.0, rates.v_belt, ay),
     )
     forces = (force, -kt * vy, -kt * ay - slope_term)
-    # The sizes include the preload, whose rounding enters y.
+    # The sizes include the preload: the rounding error of a y that balances it is relative to it.
     force_sizes = (
         abs(force) + preload,
         kt * (abs(vy) + static_deflection(p) / time_scale(p)),
@@ -120,6 +123,7 @@ def _contact_mode(p: Parameters, state: State, belt_speed: float, rates: Rates) 
     grip_sizes = _product_derivatives(mu_static, abs(rates.mu_static), force_sizes)
     sizes = [size + grip for size, grip in zip(holding_sizes, grip_sizes, strict=True)]
     if _is_negative(forces, force_sizes):
+        # In tension the direction is that without friction: it has the sign of −f.
         return Mode.BACKWARD if _is_negative(holding, sizes) else Mode.FORWARD
     if _is_negative(list(map(sub, grip_forces, holding)), sizes):
         return Mode.FORWARD
@@ -170,7 +174,7 @@ def equilibrium(system: System, *, mu: float | None = None) -> Equilibrium:
     """
     p, separation = system.parameters, system.separation
     load = equations.load(p)
-    in_contact = Mode.CONTACT if p.v_belt is None else Mode.FORWARD
+    sliding_mode = Mode.CONTACT if p.v_belt is None else Mode.FORWARD
     is_lifted = separation and load < 0.0
     if p.v_belt == 0.0 and not is_lifted:
         raise ComputationError(
@@ -184,8 +188,8 @@ def equilibrium(system: System, *, mu: float | None = None) -> Equilibrium:
         raise no_equilibrium_error(load)
     if is_lifted:
         return Equilibrium(equations.rest_position(p, y, 0.0), y, 0.0, Mode.SEPARATED)
-    force = contact_force(p, y, in_contact)
-    return Equilibrium(equations.rest_position(p, y, mu * force), y, force, in_contact)
+    force = contact_force(p, y, sliding_mode)
+    return Equilibrium(equations.rest_position(p, y, mu * force), y, force, sliding_mode)
 
 
 def resting_height(system: System, mu: float) -> float:
@@ -197,6 +201,7 @@ def resting_height(system: System, mu: float) -> float:
         return -load / stiffness if stiffness > 0.0 else math.inf
     y = -load / beta
     if alpha > 0.0:
+        # At the root α |y|³ <= |F|, so that |y| is at most 1 or |F|/α.
         bound = max(1.0, abs(load) / alpha)
         y = min(max(y, -bound), bound)
     # Newton's method from beyond the root until |y| stops falling; plain arithmetic gives the same

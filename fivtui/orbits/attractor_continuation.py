@@ -1,6 +1,8 @@
 """Attractors along a parameter, followed by transients from value to value, up and then down.
 
 An attractor is a limit cycle, the equilibrium, or another kind of motion on which transients end.
+The standard starts are the static start, at rest at the equilibrium of μ = 0, and releases at rest
+at several heights above and below the equilibrium.
 """
 
 from collections import Counter
@@ -21,7 +23,7 @@ from fivtui.model import (
     Progress,
     State,
     System,
-    check_effect,
+    check_varied_are_used,
     parameter_spec,
     system_of,
 )
@@ -109,9 +111,11 @@ class Continuation(TableResult, Plottable):
 
     @property
     def _varied(self) -> tuple[str, ...]:
+        # Files and JSON omit this parameter of `system`, as its value varies.
         return (self.name,)
 
     def _summary(self) -> list[tuple[str, str]]:
+        # The scene of a result is its parameter set, and whether separation is considered.
         scene = scene_text(self.system, without=(self.name,))
         range_text = f"{self.values[0]:g} to {self.values[-1]:g}, {self.values.size} values"
         kinds = Counter(str(point.attractor.kind) for point in self.points)
@@ -179,7 +183,7 @@ class Continuation(TableResult, Plottable):
 
 
 def _measure(attractor: Attractor, name: str) -> float:
-    # A measure of an attractor, of its orbit except for `half_range`; NaN where it does not apply.
+    # `half_range` of an attractor, or any other measure of its orbit; NaN where it has none.
     record = attractor if name == "half_range" else attractor.orbit
     value = getattr(record, name, None)
     return np.nan if value is None else float(value)
@@ -259,6 +263,7 @@ def continuation(
             for start in starts:
                 add_attractor(reached, explorer.reach(start))
             for attractor in reached:
+                # The index of an equal attractor found going up, or the next free index.
                 index = add_attractor(reached_at[value], attractor)
                 if index == len(directions_at[value]):
                     directions_at[value].append([])
@@ -281,7 +286,7 @@ def varied_spec(p: Parameters, name: str) -> ParameterSpec:
     spec = parameter_spec(name)
     if spec.optional and name != "v_belt" and p.v_belt is None:
         raise InputError(f"v_belt = none: must have a value to vary {name}")
-    check_effect(p, (name,))
+    check_varied_are_used(p, (name,))
     return spec
 
 

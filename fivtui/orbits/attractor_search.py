@@ -1,7 +1,8 @@
 """Attractors of one parameter set, found by transients from several starts.
 
 If the equilibrium is stable and other attractors exist, they coexist: a disturbance may lead from
-one to another.
+one to another. The standard starts are the static start, at rest at the equilibrium of μ = 0, and
+releases at rest at several heights above and below the equilibrium.
 """
 
 from collections.abc import Callable
@@ -84,10 +85,12 @@ class Coexistence(SystemResult):
             for side, value in (("above", self.escape.up), ("below", self.escape.down))
             if value is not None
         ]
+        # Such as "; no return after a release at rest 0.2 m above or 0.3 m below it".
         escape = f"; no return after a release at rest {' or '.join(offsets)} it" if offsets else ""
         return f"the equilibrium is stable only for small disturbances: {coexistence}{escape}"
 
     def _summary(self) -> list[tuple[str, str]]:
+        # The scene of a result is its parameter set, and whether separation is considered.
         rows = [
             ("scene", scene_text(self.system)),
             ("equilibrium", self._equilibrium()),

@@ -14,10 +14,10 @@ from fivtui.model import (
     InputError,
     Parameters,
     build_course,
-    check_effect,
     check_known,
     check_names,
     check_parameters,
+    check_varied_are_used,
 )
 from fivtui.safety import SafeTable
 from fivtui.scene import OverTime, Scene
@@ -169,7 +169,7 @@ class Study:
             # The parameters just after t = 0, where a table may jump.
             p, _ = build_course(p, dict(self.over_time)).after(0.0)
             object.__setattr__(self, "parameters", p)
-        check_effect(p, (*dict(self.over_time), *self.design.axes))
+        check_varied_are_used(p, (*dict(self.over_time), *self.design.axes))
         tol = check_tolerance(self.tol)
         object.__setattr__(self, "t_end", check_horizon(self.t_end))
         object.__setattr__(self, "tol", DEFAULT_TOL if targets else tol)

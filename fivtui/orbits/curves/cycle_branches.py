@@ -15,7 +15,7 @@ from fivtui.model import (
     Progress,
     State,
     System,
-    check_effect,
+    check_varied_are_used,
     parameter_spec,
     system_of,
 )
@@ -288,7 +288,7 @@ def parameter_range(
     if value is None or (spec.optional and p.v_belt is None):
         missing = name if value is None else "v_belt"
         raise InputError(f"{missing} = none: must have a value to vary {name}")
-    check_effect(p, (name,))
+    check_varied_are_used(p, (name,))
     if (low is None or high is None) and not value > 0.0:
         raise InputError(f"{name} = {value:g}: must be above 0 unless the range is given")
     lower = max(value / _RANGE_FACTOR, spec.lower) if low is None else spec.check(low)
