@@ -40,10 +40,10 @@ if TYPE_CHECKING:
     from .labels import (
         Label,
         axis_label,
-        column_label,
         label_with_unit,
         math_symbol,
         math_unit,
+        meaning_label,
         parameter_text,
         value_label,
     )

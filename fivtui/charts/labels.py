@@ -23,6 +23,7 @@ class Label(str):
 
 def axis_label(spec: ParameterSpec) -> Label:
     """Label of an axis: symbol and unit in the terminal; in figures the meaning, too."""
+    # A symbol such as k_1 is written as the name of the parameter, k1; Greek letters stay.
     symbol = spec.name if spec.symbol.isascii() else spec.symbol
     return Label(f"{symbol} ({spec.unit})" if spec.unit else symbol, quantity_label(spec))
 
@@ -32,8 +33,8 @@ def label_with_unit(text: str, unit: str) -> Label:
     return Label(f"{text} ({unit})", f"{text} ({math_unit(unit)})") if unit else Label(text, text)
 
 
-def column_label(meaning: str, unit: str, text: str = "") -> Label:
-    """Label with unit: in the terminal `text` or else `meaning`, in figures `meaning`."""
+def meaning_label(meaning: str, unit: str, text: str = "") -> Label:
+    """Label of a quantity with unit: its meaning; in the terminal `text`, unless it is empty."""
     capitalised = f"{meaning[0].upper()}{meaning[1:]}"
     return Label(label_with_unit(text or meaning, unit), label_with_unit(capitalised, unit).math)
 

@@ -13,8 +13,9 @@ from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
 
-# Characters for shares from 0 to 1; the share above which a column counts as full.
+# Characters for the covered share of a column, from 0 to 1.
 _SHADE_CHARACTERS: Final = " ░▒▓█"
+# Share above which a column counts as fully covered: the shares have rounding errors.
 _FULL_SHARE: Final = 1.0 - 1e-12
 # Margin of an axis on each side, relative to the range of the data.
 _RELATIVE_MARGIN: Final = 0.05
@@ -56,7 +57,8 @@ def covered_shares(
         return np.zeros(columns)
     starts, ends = np.array(intervals).T
     edges = np.linspace(*window, columns + 1)
-    # Covered time up to each edge: complete intervals plus a part of the current interval.
+    # Covered time up to each edge: complete intervals plus a part of the current interval. After
+    # the end of all intervals there is none: an infinite start makes its part 0.
     complete_count = np.searchsorted(ends, edges, side="right")
     length_sums = np.concatenate(([0.0], np.cumsum(ends - starts)))
     current_start = np.append(starts, np.inf)[complete_count]
@@ -67,9 +69,10 @@ def covered_shares(
 
 def shade_text(shares: FloatArray) -> str:
     """One character per column, denser with its share: blank only at 0, full only at 1."""
-    partial_count = len(_SHADE_CHARACTERS) - 2
-    partial = 1 + np.floor(np.minimum(shares, _FULL_SHARE) * partial_count)
-    indices = np.select([shares <= 0.0, shares > _FULL_SHARE], [0, partial_count + 1], partial)
+    full_index = len(_SHADE_CHARACTERS) - 1
+    # The characters between blank and full divide the shares between 0 and 1 evenly.
+    partial_indices = 1 + np.floor(shares * (full_index - 1))
+    indices = np.select([shares <= 0.0, shares > _FULL_SHARE], [0, full_index], partial_indices)
     return "".join(_SHADE_CHARACTERS[int(index)] for index in indices)
 
 
@@ -77,8 +80,11 @@ def axis_limits(low: float, high: float) -> tuple[float, float]:
     """Limits with a margin around a range; they are distinct even if the range is empty."""
     min_length = max(_MIN_RANGE * max(abs(low), abs(high)), 1e-300)
     if high - low < min_length:
+        if high == 0.0:
+            return -1.0, 1.0
+        # A constant signal is drawn in the middle, with 5 % of its value on each side.
         middle, half_length = 0.5 * (low + high), max(0.05 * abs(high), 0.5 * min_length)
-        return (middle - half_length, middle + half_length) if high != 0.0 else (-1.0, 1.0)
+        return middle - half_length, middle + half_length
     margin = _RELATIVE_MARGIN * (high - low)
     return low - margin, high + margin
 
@@ -86,6 +92,7 @@ def axis_limits(low: float, high: float) -> tuple[float, float]:
 def round_ticks(low: float, high: float, max_count: int) -> list[float]:
     """At most `max_count` evenly spaced ticks at 1, 2 or 5 times a power of ten."""
     decade = 10.0 ** math.floor(math.log10((high - low) / max_count))
+    # A factor of 10 gives few enough ticks, except by rounding; then 20 does.
     for factor in (1.0, 2.0, 5.0, 10.0, 20.0):
         spacing = factor * decade
         first_multiple, last_multiple = math.ceil(low / spacing), math.floor(high / spacing)

@@ -1,5 +1,9 @@
 """The points of a chart at its two cursors, and the heading above the plot.
 
+A chart may be a plane: y is not a function of x, as for maps and phase portraits. Its backdrop are
+the values of a map on a grid (x, y), drawn as shades. The level of a grid point is the index of its
+shade.
+
 The heading has the values at the cursors; without cursors, the label and the legend. It consists of
 spans, which are texts with the names of their styles.
 """
@@ -66,9 +70,11 @@ class NearestPoint:
 def points_at(chart: Chart, view: View, position: Position | None) -> list[NearestPoint]:
     """The points at a cursor; empty without a position.
 
-    A chart with a backdrop: its nearest point. With a `curve_label`: a point of each visible trace
-    whose `curve_values` include the position. Another plane: the nearest point of all traces. A
-    function of x: a point of each trace that includes the position, or else of the nearest traces.
+    A chart with a backdrop: the nearest point of its grid. With a `curve_label`, cursors move along
+    the curves, by a value such as time, which is the first coordinate of `position`: a point of
+    each visible trace whose `curve_values` include it. In another plane: the nearest point of all
+    traces. For functions of x: a point of each trace whose x includes that of the cursor, or else
+    of the nearest traces.
     """
     if position is None:
         return []
@@ -133,6 +139,7 @@ def _nearest_in_backdrop(backdrop: Backdrop, position: Position) -> NearestPoint
     column = int(np.abs(backdrop.x - position[0]).argmin())
     row = int(np.abs(backdrop.y - position[1]).argmin())
     value = float(backdrop.values[column, row])
+    # The shade also says why a value is missing, such as "none" or "not known".
     shade = backdrop.shades[int(backdrop.levels[column, row])]
     return NearestPoint(
         _BACKDROP, float(backdrop.x[column]), float(backdrop.y[row]), value, shade.missing_text
@@ -179,8 +186,11 @@ def needs_full_line(chart: Chart, view: View) -> bool:
 
 
 def _legend_spans(chart: Chart, view: View) -> list[Span]:
+    # A single trace needs no legend.
+    if len(chart.traces) < 2:
+        return []
     spans = []
-    for index, trace in enumerate(chart.traces) if len(chart.traces) > 1 else ():
+    for index, trace in enumerate(chart.traces):
         style = "hidden" if index in view.hidden else trace_style(trace, index)
         is_plain_line = trace.look == "line" and not trace.mark
         mark = "─" if is_plain_line else trace_mark(trace, index)
@@ -198,16 +208,18 @@ def _zoom_spans(chart: Chart, view: View) -> list[Span]:
 
 
 def _outside_spans(chart: Chart, view: View) -> list[Span]:
-    # Notes on traces outside the chosen limits, and on newer runs partly outside.
+    # Notes on traces outside the chosen limits, and on runs partly outside that were added since.
+    # Runs are numbered from 1; a trace that is not a run has the number 0.
     if view.x is None and view.y is None:
         return []
     axes, spans = view.axes(chart), []
     for _, trace in view.visible_traces(chart):
         is_outside, is_partly_outside = _outside_limits(trace, axes)
-        is_newer = view.y is not None and trace.number > view.newest_run
-        if is_outside or (is_partly_outside and is_newer):
-            is_short = not trace.number or len(trace.name) <= _MAX_NAME_LENGTH
-            name = trace.name if is_short else f"run {trace.number}"
+        is_added_later = view.y is not None and trace.number > view.newest_run
+        if is_outside or (is_partly_outside and is_added_later):
+            name = trace.name
+            if trace.number and len(name) > _MAX_NAME_LENGTH:
+                name = f"run {trace.number}"
             where = "outside" if is_outside else "partly outside"
             text = f"{name or split_label(chart.y_label)[0]} {where}"
             spans.append((f"  {text}, r: fit", "outside"))
@@ -219,7 +231,7 @@ def _outside_limits(trace: Trace, axes: tuple[Axis, Axis]) -> tuple[bool, bool]:
     x_axis, y_axis = axes
     y_values = values_within(trace, x_axis) if trace.ordered else trace.y
     if not (np.isfinite(trace.x).any() and np.isfinite(y_values).any()):
-        return bool(trace.x.size and not y_values.size), False
+        return False, False
     x_min, x_max = float(np.nanmin(trace.x)), float(np.nanmax(trace.x))
     y_min, y_max = float(np.nanmin(y_values)), float(np.nanmax(y_values))
     is_outside = (
@@ -260,6 +272,7 @@ def _readout_spans(
         ]
         return [(_reading(label, at_cursors, of) + "  ", "readout") for label, of in labels]
     if chart.is_plane and not chart.curve_label:
+        # Each cursor is at one point; with two cursors the first one's trace gives the style.
         (point,) = first or second
         trace = chart.traces[point.trace]
         name = "" if first and second else trace.name

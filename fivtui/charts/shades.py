@@ -14,7 +14,7 @@ Levels = NDArray[np.intp]
 
 # Smallest displayed difference relative to the greatest value: that of numbers with three digits.
 MIN_CONTRAST: Final = 1e-3
-# Texts of shades have the fewest of these numbers of digits that distinguish them.
+# Numbers of significant digits that are tried for the texts of shades until all texts differ.
 _DIGIT_COUNTS: Final = range(3, 7)
 
 
@@ -101,7 +101,8 @@ def rank_levels(values: FloatArray, count: int, min_difference: float) -> Levels
     while begin < ascending.size:
         end = int(np.searchsorted(ascending, ascending[begin] + gap, side="right"))
         group_maxima.append(ascending[end - 1])
-        group_levels.append(int(count * 0.5 * (begin + end) / ascending.size))
+        middle_rank = 0.5 * (begin + end)
+        group_levels.append(int(count * middle_rank / ascending.size))
         begin = end
     levels: Levels = np.array(group_levels, dtype=np.intp)[np.searchsorted(group_maxima, values)]
     return levels
@@ -116,9 +117,10 @@ def grade_values(values: FloatArray) -> tuple[Levels, Shades]:
 
 
 def label_shades(levels: Levels, shades: Shades, values: FloatArray) -> Shades:
-    """The shades with texts: an empty text becomes ≤ the greatest value of the level.
+    """The shades with their texts.
 
-    The text of a level without points is empty.
+    A shade without a text gets ≤ the greatest value of its level, or its `missing_text` if no value
+    is finite. The text of a level without points is empty.
     """
     finite = np.isfinite(values)
     maxima = [
@@ -131,6 +133,7 @@ def label_shades(levels: Levels, shades: Shades, values: FloatArray) -> Shades:
             for count in _DIGIT_COUNTS
             if len({f"{maximum:.{count}g}" for maximum in finite_maxima}) == len(finite_maxima)
         ),
+        # Where the most digits leave texts equal, more digits than the fewest are of no use.
         _DIGIT_COUNTS[0],
     )
     counts = np.bincount(levels.ravel(), minlength=len(shades))

@@ -1,7 +1,8 @@
 """Figures of the charts of a result, drawn by matplotlib.
 
-A sheet arranges charts in columns; each chart becomes a panel, which is an `Axes` of matplotlib.
-The role of a trace or guide names its style in `ROLES`.
+A sheet arranges charts in columns, or other sheets, its parts, one below the other. Each chart
+becomes a panel, which is an `Axes` of matplotlib. The role of a trace or guide names its style in
+`ROLES`.
 """
 
 import math
@@ -59,7 +60,7 @@ _SERIES_STYLES: Final[tuple[Mapping[str, Any], ...]] = (
 )
 # Dashes of the roles "line 1" to "line 4".
 _DASHES: Final = ("-", (0.0, (6.0, 2.0)), (0.0, (6.0, 1.5, 1.0, 1.5)), (0.0, (1.2, 1.2)))
-# Names in roles of runs with separation considered and ignored.
+# Cases in the names of roles, such as "peak, considered": separation considered (True) or ignored.
 _CASE_NAMES: Final = {True: "considered", False: "ignored"}
 # Matplotlib's properties of traces and guides, by role.
 ROLES: Final[Mapping[str, Mapping[str, Any]]] = {
@@ -67,6 +68,7 @@ ROLES: Final[Mapping[str, Mapping[str, Any]]] = {
     "mode 1": {"color": "#1f4fd8", "linestyle": "-", "linewidth": 1.4},
     "mode 2": {"color": "#b07d00", "linestyle": (0.0, (4.0, 1.5)), "linewidth": 1.4},
     "path": {"color": "0.6", "linestyle": "none", "marker": ".", "markersize": 2.0},
+    # The eigenvalues at the μ of the parameter set, in the complex plane.
     "present point": {
         "color": "black",
         "linestyle": "none",
@@ -94,6 +96,7 @@ ROLES: Final[Mapping[str, Mapping[str, Any]]] = {
         "markersize": 2.0,
     },
     "critical": {"color": "#c8252c", "linestyle": ":", "linewidth": 1.0, "zorder": 1.5},
+    # The μ of the parameter set.
     "present": {"color": "0.35", "linestyle": "-.", "linewidth": 0.8, "zorder": 1.4},
     "attractor": {"linestyle": "none", "markersize": 4.5, "markerfacecolor": "none"},
     **{
@@ -111,6 +114,7 @@ ROLES: Final[Mapping[str, Mapping[str, Any]]] = {
             ("squeal region", "#8fa8e0", "^"),
         )
     },
+    # First and total Sobol indices of an input, and its index if the output were linear.
     "alone": {"color": "#1f4fd8", "edgecolor": "black", "linewidth": 0.4},
     "with others": {"color": "0.75", "edgecolor": "black", "linewidth": 0.4},
     "linear": {
@@ -121,6 +125,8 @@ ROLES: Final[Mapping[str, Mapping[str, Any]]] = {
         "markerfacecolor": "white",
     },
     "boundary": {"color": "black", "linestyle": "-", "linewidth": 1.4},
+    # Outputs of a sweep: peak and half range of y, or any other output. The first colour of a case
+    # is enough here; several colours distinguish runs over time.
     **{
         f"{quantity}, {name}": {
             "color": CASE_COLOURS[separation][0],
@@ -130,6 +136,7 @@ ROLES: Final[Mapping[str, Mapping[str, Any]]] = {
         for quantity, width in (("peak", 1.4), ("half range", 0.7), ("output", 1.0))
         for separation, name in _CASE_NAMES.items()
     },
+    # The output on a belt that is always faster than the slider.
     **{
         f"limit, {name}": {
             "color": CASE_COLOURS[separation][0],
@@ -139,6 +146,8 @@ ROLES: Final[Mapping[str, Mapping[str, Any]]] = {
         }
         for separation, name in _CASE_NAMES.items()
     },
+    # Runs over time. Thin lines: the whole run, beside its last cycles. Fine lines: the same where
+    # dashes would be too narrow to be seen.
     **{
         f"{name}{suffix}": {
             "linestyle": "-" if suffix == ", fine" else CASE_LINES[separation],
@@ -205,7 +214,10 @@ _LEGEND_CHARACTERS: Final = 100
 _SAMPLE_CHARACTERS: Final = 8
 # Markup of mathtext, which takes no width.
 _MATH_MARKUP: Final = re.compile(r"\\mathrm|[${}_^]")
+# Height of a line of the legend, inches.
 _LEGEND_LINE_HEIGHT: Final = 0.18
+# Label of lines that have no entry in the legend: matplotlib omits labels with an underscore.
+_NO_ENTRY: Final = "_"
 # Colours of a chart's strips in their order, such as separation and stick.
 _STRIP_COLOURS: Final = (OFF_BELT_COLOUR, STUCK_COLOUR)
 
@@ -255,7 +267,7 @@ def _draw_panels(figure: FigureBase, sheet: Sheet) -> list[tuple[Axes, Chart]]:
             shared_y = axes_by_y.get(y_key) if chart.y_label else None
             axes = figure.add_subplot(cells[column][row], sharex=shared_x, sharey=shared_y)
             axes_by_x.setdefault(x_key, axes)
-            axes_by_y[y_key] = axes
+            axes_by_y.setdefault(y_key, axes)
             mappable = _draw_chart(axes, chart)
             if shared_y is not None:
                 axes.set_ylabel("")
@@ -264,9 +276,11 @@ def _draw_panels(figure: FigureBase, sheet: Sheet) -> list[tuple[Axes, Chart]]:
                 users, _ = scale_users.setdefault(chart.colour_scale, ([], mappable))
                 users.append(axes)
             panels.append((axes, chart))
-        # Align per column: matplotlib treats separate grids of columns as one column.
+        # Align per column: if every column has a grid of its own, matplotlib would align the labels
+        # of all columns together.
         figure.align_ylabels([axes for axes, _ in panels[start:]])
     for scale, (users, mappable) in scale_users.items():
+        # A tuple of colours is a scale of steps, with edges between them.
         has_edges = not isinstance(scale.colour_map, str)
         bar = figure.colorbar(mappable, ax=users, label=_math(scale.label), drawedges=has_edges)
         if scale.ticks:
@@ -383,20 +397,20 @@ def _draw_traces(axes: Axes, chart: Chart) -> ScalarMappable | None:
             mappable = axes.scatter(
                 trace.x, trace.y, _POINT_AREA, trace.values, linewidths=0.0, **colours
             )
-        # A trace without points is not in the legend, unless it has a style.
+        # A trace without points is in the legend only if it brings properties of its own.
         elif trace.x.size or trace.style:
-            style = _trace_style(trace, series_index)
+            properties = _trace_properties(trace, series_index)
             if trace.look == "bars":
-                _draw_bars(axes, trace, style)
+                _draw_bars(axes, trace, properties)
             elif trace.look == "area":
-                axes.fill(trace.x, trace.y, label=_math(trace.name), **style)
+                axes.fill(trace.x, trace.y, label=_math(trace.name), **properties)
             else:
                 x, y = _drawn_points(trace, chart)
                 if trace.marker and trace.ordered:
                     # Markers of different traces are at different points.
                     spacing = max(x.size // _MARKERS_PER_LINE, 1)
-                    style["markevery"] = (spacing * index // len(chart.traces), spacing)
-                axes.plot(x, y, label=_math(trace.name) or "_", **style)
+                    properties["markevery"] = (spacing * index // len(chart.traces), spacing)
+                axes.plot(x, y, label=_math(trace.name) or _NO_ENTRY, **properties)
         series_index += trace.role == "series" and trace.x.size > 0
     return mappable
 
@@ -414,7 +428,8 @@ def _drawn_points(trace: Trace, chart: Chart) -> tuple[FloatArray, FloatArray]:
     return reduce_trace(trace, x_axis, _REDUCED_COLUMNS)
 
 
-def _draw_bars(axes: Axes, trace: Trace, style: Mapping[str, Any]) -> None:
+def _draw_bars(axes: Axes, trace: Trace, properties: Mapping[str, Any]) -> None:
+    # Lengths of the error bars below and above the values, shape (2, n).
     errors = None if trace.intervals is None else np.abs(np.array(trace.intervals) - trace.x)
     axes.barh(
         trace.y,
@@ -423,7 +438,7 @@ def _draw_bars(axes: Axes, trace: Trace, style: Mapping[str, Any]) -> None:
         xerr=errors,
         error_kw={"linewidth": 0.8, "capsize": 1.5},
         label=_math(trace.name),
-        **style,
+        **properties,
     )
 
 
@@ -444,21 +459,21 @@ def _draw_stacked_areas(axes: Axes, traces: Sequence[Trace]) -> None:
         bottom = top
 
 
-def _trace_style(trace: Trace, series_index: int) -> dict[str, Any]:
-    style = dict(ROLES.get(trace.role, {}))
+def _trace_properties(trace: Trace, series_index: int) -> dict[str, Any]:
+    properties = dict(ROLES.get(trace.role, {}))
     if trace.role == "series":
-        style = {
+        properties = {
             "markersize": 4.5,
             "linewidth": 0.9,
             **_SERIES_STYLES[series_index % len(_SERIES_STYLES)],
         }
     elif trace.look == "marked" and trace.x.size <= _MAX_MARKED:
-        style |= {"marker": ".", "markersize": 4.0}
+        properties |= {"marker": ".", "markersize": 4.0}
     if trace.colour:
-        style["color"] = trace.colour
+        properties["color"] = trace.colour
     if trace.marker:
-        style["marker"] = trace.marker
-    return style | dict(trace.style)
+        properties["marker"] = trace.marker
+    return properties | dict(trace.style)
 
 
 def _colour_properties(scale: ColourScale) -> dict[str, Any]:
@@ -470,7 +485,7 @@ def _colour_properties(scale: ColourScale) -> dict[str, Any]:
 def _draw_backdrop(
     axes: Axes, backdrop: Backdrop, scale: ColourScale | None
 ) -> ScalarMappable | None:
-    """Colour the plane by values, and levels with a fill over them; add hatches and contours.
+    """Colour the plane by its values; over it draw fills of levels, hatches and contours.
 
     Returns the artist whose colours show values, if any.
     """
@@ -540,6 +555,7 @@ def _set_scales(axes: Axes, chart: Chart) -> None:
         axes.set_xscale("log", nonpositive="mask")
     if "y" in chart.log:
         axes.set_yscale("log", nonpositive="mask")
+    # Fixed limits hold while the chart is drawn; `_set_limits` repeats them after changing x.
     if None not in chart.figure_x:
         axes.set_xlim(*chart.figure_x)
     if None not in chart.figure_y:
@@ -562,14 +578,13 @@ def _set_limits(axes: Axes, chart: Chart) -> None:
 
 def _draw_guide(axes: Axes, guide: Guide) -> None:
     if guide.role == "floor":
-        # Shade the area from the lower limit of y up to the guide.
+        # Shade the errors that are too small to be measured, below the guide.
         axes.axhspan(axes.get_ylim()[0], guide.value, color="0.93", zorder=0.0)
         return
     line = axes.axvline if guide.vertical else axes.axhline
     style = ROLES.get(guide.role)
     if style is None:
-        # Matplotlib omits labels that begin with an underscore from the legend.
-        line(guide.value, label="_", **_PLAIN_GUIDE)
+        line(guide.value, label=_NO_ENTRY, **_PLAIN_GUIDE)
     else:
         line(guide.value, label=_math(guide.label), **style)
 

@@ -1,4 +1,8 @@
-"""Commands for stability, stability maps and attractors."""
+"""Commands for stability, stability maps and attractors.
+
+A scene is a parameter set with the settings of its transient, such as the start and the method. A
+belt of finite speed has a value of `v_belt`; any other belt is always faster than the slider.
+"""
 
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
@@ -21,10 +25,12 @@ if TYPE_CHECKING:
 class StabilityOptions:
     """Options of ``fivtui stability``."""
 
+    # The flag sets the scene's `separation` to False.
     ignore_separation: bool = setting("separation")
     attractors: bool = flag(
         "--attractors",
-        "Also list the limit cycles at this μ, with the offset that leaves the equilibrium.",
+        "Also list the limit cycles at this μ, and the least displacements upwards and downwards "
+        "from which the slider does not return to the equilibrium.",
     )
     no_search: bool = flag(
         "--no-search", "Eigenvalues only: do not search for the safe friction coefficient."
@@ -71,10 +77,12 @@ def _report_safe_friction(scene: "Scene", call: Call[Any]) -> dict[str, Any]:
         from fivtui.console import print_list
         from fivtui.orbits import transients_phrase
 
-        # On a belt of finite speed, transients are computed at this friction only.
+        # On a belt of finite speed there is no search for the safe friction: transients show what
+        # motions there are at the friction of the scene.
         coexisting = _find_attractors(scene)
         verdict = transients_phrase(coexisting)
         if not call.outputs.as_json:
+            # The verdict begins with the name of its row.
             print_list("", [("transients", verdict.removeprefix("transients "))])
         return {"safe_mu": None, "safe_mu_basis": {"verdict": verdict, **coexisting.to_dict()}}
     from fivtui.safety import safe_friction
@@ -100,6 +108,7 @@ class AttractorsOptions:
     start: str | None = setting(
         "start",
         "Find the attractor that this start (m, m/s) reaches, and no others.",
+        # The option sets the start of this search, not that of the scene.
         for_scene=False,
     )
     vary: str | None = option(
@@ -135,7 +144,8 @@ def attractors(call: Call[AttractorsOptions]) -> None:
     vary = call.options.vary
     scene = call.scene(varied=() if vary is None else (vary,))
     outputs = call.outputs
-    if not study(kind).suffixes and (outputs.out is not None or outputs.plot is not None):
+    has_files = bool(study(kind).suffixes)
+    if not has_files and (outputs.out is not None or outputs.plot is not None):
         raise InputError("--out and --plot: must be given with --vary or --basin")
     outputs.compute_and_deliver(kind, lambda progress: compute(scene, progress), label="attractors")
 
@@ -182,10 +192,11 @@ def _attractor_study(options: AttractorsOptions) -> tuple[str, _StudyFunction]:
 def map_parameters(call: Call[MapOptions]) -> None:
     """Map stability or safe friction over two parameters.
 
-    safe-mu is the least μ of the limit cycles that continuation finds, else the critical μ; a
-    global search for further cycles is made at the corners and the centre only.
-    coexistence has three regions: safe, safe for small disturbances alone (with the least vertical
-    displacement from rest that escapes), and squealing.
+    --value safe-mu is the least μ of the limit cycles that continuation finds, else the critical μ;
+    a global search for further cycles is made at the corners and the centre only.
+    --value coexistence has three regions: safe, safe for small disturbances alone, and squealing.
+    In the second it adds the least vertical displacement from which the slider does not return to
+    rest.
     """
     from fivtui.maps import MAP_VALUES, check_map, compute_map, parse_map_value
     from fivtui.ranges import parse_ranges

@@ -28,12 +28,15 @@ _PreparedStudy = tuple[str, Callable[["OnProgress"], Any]]
 def branch(call: Call[BranchOptions]) -> None:
     """Follow a branch of limit cycles along a parameter.
 
-    Its cycles may be stable or unstable. Folds, the first touch of y = 0, period doublings and tori
-    are located on the way. A branch that is not connected to the one followed is not found. With
-    --curve, follow Hopf points, folds or first touches over two parameters.
+    Its cycles may be stable or unstable. Folds, period doublings, tori and the first cycle that
+    touches y = 0, where the slider begins to leave the belt, are located on the way. A branch that
+    is not connected to the one followed is not found. With --curve, follow Hopf points, folds or
+    first touches over two parameters.
     """
     options = call.options
-    scene = call.scene(varied=(options.vary or "", *options.over), centred=True)
+    varied = options.over if options.vary is None else (options.vary, *options.over)
+    # Where --set changes a varied parameter, the branch begins near that value.
+    scene = call.scene(varied=varied, begins_at_value=True)
     prepare = _prepare_boundary if options.curve else _prepare_branch
     kind, compute = prepare(scene, options)
     call.outputs.compute_and_deliver(kind, compute, label="branch")
@@ -56,6 +59,7 @@ def _prepare_branch(scene: "Scene", options: BranchOptions) -> _PreparedStudy:
         low=low,
         high=high,
         origin=origin,
+        # Follow the cycles of twice the period from the first period doubling.
         doubled=options.doubled,
         separation=scene.separation,
         progress=progress,
@@ -68,13 +72,14 @@ def _prepare_boundary(scene: "Scene", options: BranchOptions) -> _PreparedStudy:
 
     curve = options.curve
     if curve not in BOUNDARIES:
-        raise InputError(f"--curve {curve}: must be {', '.join(BOUNDARIES[:-1])} or touch")
-    for flag, value in (
-        ("--vary", options.vary),
-        ("--from", options.origin),
-        ("--doubled", options.doubled or None),
+        *kinds, final_kind = BOUNDARIES
+        raise InputError(f"--curve {curve}: must be {', '.join(kinds)} or {final_kind}")
+    for flag, is_given in (
+        ("--vary", options.vary is not None),
+        ("--from", options.origin is not None),
+        ("--doubled", options.doubled),
     ):
-        if value is not None:
+        if is_given:
             raise InputError(f"{flag}: must be given without --curve")
     if len(options.over) != 2:
         raise InputError(f"--over: given {times_text(len(options.over))}; must be given twice")
@@ -87,6 +92,8 @@ def _prepare_boundary(scene: "Scene", options: BranchOptions) -> _PreparedStudy:
 
 
 def _read_origin(text: str | None) -> Literal["hopf", "cycle"] | Path:
+    # Where the branch begins: a Hopf point, a limit cycle that transients of the scene reach, or a
+    # cycle in a file.
     from fivtui.io import check_regular
 
     if text is None or text == "hopf":

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import reduce, wraps
+from functools import wraps
 from typing import TYPE_CHECKING, Any, Final, Generic, TypeVar
 
 import click
@@ -32,7 +32,8 @@ Options = TypeVar("Options")
 Decorator = Callable[[Callable[..., Any]], Any]
 # Options of a command that are fields of `Outputs`.
 _OUTPUT_FIELDS: Final = ("out", "plot", "as_json")
-# Settings of a scene that follow from error targets.
+# Settings that a run chooses itself if the scene has error targets: the greatest allowed errors of
+# results, given by --error.
 _TOL_OR_STEP: Final = ("tol", "step")
 
 scene_argument: Final = click.argument("scene", type=SceneName(), default="base", metavar="[SCENE]")
@@ -62,13 +63,18 @@ class Call(Generic[Options]):
     assignments: Sequence[str]
 
     def scene(
-        self, *, varied: Sequence[str] = (), centred: bool = False, tables: bool | None = None
+        self,
+        *,
+        varied: Sequence[str] = (),
+        begins_at_value: bool = False,
+        tables: bool | None = None,
     ) -> "Scene":
         """The scene with the parameters of ``--set`` and the settings of the options.
 
-        Warns of parameters without effect. `varied` are texts such as ``F=10:120:23``; with
-        `centred` a study along a parameter begins at its value in the scene. `tables` allows
-        parameters that change over time, by default if the command has --over-time.
+        Warns of parameters without effect. `varied` are texts such as ``F=10:120:23``. With
+        `begins_at_value` a study along a parameter begins at its value in the scene, so that --set
+        of a varied parameter has an effect. `tables` allows parameters that change over time, by
+        default if the command has --over-time.
         """
         from fivtui.scene import find_scene
 
@@ -81,7 +87,7 @@ class Call(Generic[Options]):
         if not tables:
             scene.check_constant("this command")
         scene = scene_with_settings(scene, self.options)
-        warn_of_unused_parameters(scene, varied, () if centred else self.assignments)
+        warn_of_unused_parameters(scene, varied, () if begins_at_value else self.assignments)
         return scene
 
 
@@ -92,16 +98,19 @@ def scene_with_settings(scene: "Scene", options: Any) -> "Scene":
         for name, (declared, default) in declared_options(options).items()
         if declared.setting and getattr(options, name) != default
     }
+    # The scene's setting `accuracy` are its error targets.
     targets = parse_error_targets(values.pop("accuracy", ()))
     ignores_separation = values.pop("separation", False)
     changes = {name: SETTINGS[name].read(text) for name, text in values.items()}
     has_tol_or_step = not values.keys().isdisjoint(_TOL_OR_STEP)
     if targets and has_tol_or_step:
         raise _targets_conflict_error(options)
+    # A tolerance or step replaces the scene's error targets.
     if targets or has_tol_or_step:
         changes["accuracy"] = tuple(targets.items())
     if ignores_separation:
         changes["separation"] = False
+    # The scene's step may not suit the new method: use its default if the command has no --step.
     if "method" in changes and "step" not in declared_settings(options):
         changes["step"] = None
     if (path := getattr(options, "over_time", None)) is not None:
@@ -160,12 +169,13 @@ def command(
     """A decorator that makes a function a command for a scene, with the options of a class.
 
     `out` and `plot` are the help texts of --out, a file or a `folder`, and of --plot. A command
-    with an empty text lacks that option. `metavar`, `required` and `in_parts` apply to --out;
-    `json` adds --json.
+    with an empty text lacks that option. `metavar`, `required` and `in_parts` (pieces are stored
+    beside the file until it is complete) apply to --out; `json` adds --json.
     """
     decorators: list[Decorator] = [scene_argument, set_option]
     decorators += [
-        _click_option(key, *declared) for key, declared in declared_options(options_class).items()
+        _click_option(key, declared, default)
+        for key, (declared, default) in declared_options(options_class).items()
     ]
     if folder:
         decorators.append(folder_option(out))
@@ -181,12 +191,16 @@ def command(
     def decorate(function: Callable[[Call[Options]], None]) -> click.Command:
         @wraps(function)
         def call(scene: str, assignments: tuple[str, ...], **values: Any) -> None:
+            # `CheckedCommand` has removed the value of --force.
             outputs = {key: values.pop(key) for key in _OUTPUT_FIELDS if key in values}
             function(Call(options_class(**values), Outputs(**outputs), scene, assignments))
 
-        decorated: click.Command = commands.command(name)(
-            reduce(lambda inner, decorator: decorator(inner), reversed(decorators), call)
-        )
-        return decorated
+        decorated: Any = call
+        # As if written above the function: the first decorator is applied at the end, and the help
+        # lists the options in this order.
+        for decorator in reversed(decorators):
+            decorated = decorator(decorated)
+        made_command: click.Command = commands.command(name)(decorated)
+        return made_command
 
     return decorate

@@ -1,4 +1,7 @@
-"""Commands that build, check and run the FMU."""
+"""Commands that build, check and run FMUs: of the slider-belt, and of a brake actuator.
+
+The brake actuator computes the preload of the slider-belt from a commanded force.
+"""
 
 from pathlib import Path
 from typing import Any, Final
@@ -54,7 +57,7 @@ def fmu(context: click.Context) -> None:
     "--fmi",
     default="2",
     metavar="2|3",
-    help="FMI 2.0, or 3.0 in the native flavour.",
+    help="2 for FMI 2.0; 3 for FMI 3.0, in the native flavour only.",
 )
 @flavour_option
 @option(

@@ -11,7 +11,7 @@ from fivtui.options import ACCURACY, COMPUTATION, OUTPUT, SCENE
 from fivtui.version import __version__
 
 from .arguments import parameter_hint
-from .manual import ENTRIES, FIRST_ENTRY, SECTIONS, epilog
+from .manual import ENTRIES, PROGRAM_ENTRY, SECTIONS, epilog
 from .paths import check_paths, replaceable_outputs
 
 # Options of a command are listed in groups if it has more.
@@ -44,8 +44,9 @@ class CheckedCommand(_Helpful):
             return super().parse_args(ctx, args)
         except click.UsageError as error:
             hint = parameter_hint(tokens)
-            is_unknown = type(error) in (click.UsageError, click.NoSuchOption)
-            if is_unknown and hint and any("--set" in param.opts for param in self.params):
+            # Click's other subclasses of `UsageError` are for wrong or missing values.
+            is_unexpected = type(error) in (click.UsageError, click.NoSuchOption)
+            if is_unexpected and hint and any("--set" in param.opts for param in self.params):
                 raise click.UsageError(hint, ctx) from None
             raise
 
@@ -53,6 +54,7 @@ class CheckedCommand(_Helpful):
         """Check the files, then run the command; with --force its outputs may be replaced."""
         check_paths(self.params, ctx.params)
         if ctx.params.pop("force", False):
+            # Files at paths of the type `ReplaceablePath` may be overwritten.
             ctx.params |= replaceable_outputs(self.params, ctx.params)
         return super().invoke(ctx)
 
@@ -62,15 +64,14 @@ class CheckedCommand(_Helpful):
         for param in self.get_params(ctx):
             row = param.get_help_record(ctx)
             if row is not None and not isinstance(param, click.Argument):
+                # Click's option --help has no group.
                 groups.setdefault(getattr(param, "group", OUTPUT), []).append(row)
         if len(groups) == 1 or sum(map(len, groups.values())) <= _MAX_UNGROUPED:
             super().format_options(ctx, formatter)
         else:
-            order = sorted(
-                groups,
-                key=lambda title: 1 + _LAST_GROUPS.index(title) if title in _LAST_GROUPS else 0,
-            )
-            _write_lists(formatter, [(title, groups[title]) for title in order])
+            titles = [title for title in groups if title not in _LAST_GROUPS]
+            titles += [title for title in _LAST_GROUPS if title in groups]
+            _write_lists(formatter, [(title, groups[title]) for title in titles])
 
 
 class CommandGroup(_Helpful, click.Group):
@@ -81,6 +82,7 @@ class CommandGroup(_Helpful, click.Group):
     def add_command(self, cmd: click.Command, name: str | None = None) -> None:
         """Add a command, whose help ends with an example and its page of the manual."""
         name = str(name or cmd.name)
+        # The entry of a command in a group begins with that of the group: "fmu build".
         cmd.epilog = epilog(ENTRIES[f"{self.name} {name}" if self.name in ENTRIES else name])
         cmd.context_settings.update(_CONTEXT)
         super().add_command(cmd, name)
@@ -98,14 +100,16 @@ class CommandGroup(_Helpful, click.Group):
         """Print the commands by purpose, then the options."""
         prefix = f"{self.name} " if self.name in ENTRIES else ""
         lists = {
-            title: [self._row(name.removeprefix(prefix)) for name in section if prefix in name]
+            title: [
+                self._row(name.removeprefix(prefix)) for name in section if name.startswith(prefix)
+            ]
             for title, section in SECTIONS.items()
         }
         _write_lists(formatter, [(title, rows) for title, rows in lists.items() if rows])
         click.Command.format_options(self, ctx, formatter)
 
     def _row(self, name: str) -> tuple[str, str]:
-        # A command, or one of a group in this group, and its summary.
+        # Name and summary of a command; the name "fmu build" is that of a subgroup's command.
         command: click.Command = self
         for part in name.split():
             command = cast("click.Group", command).commands[part]
@@ -126,7 +130,7 @@ def _write_lists(
     "fivtui",
     cls=CommandGroup,
     invoke_without_command=True,
-    epilog=epilog(FIRST_ENTRY),
+    epilog=epilog(PROGRAM_ENTRY),
     context_settings=_CONTEXT,
 )
 @click.version_option(__version__, message="%(prog)s %(version)s")
@@ -135,8 +139,9 @@ def commands(context: click.Context) -> None:
     """Friction-induced vibration of a slider pressed on a moving belt.
 
     Without a command, the terminal laboratory starts. SCENE is the name of a preset (see fivtui
-    presets) or a TOML file. The default is the paper's base set: F = 80 N, μ = 0.7, 100 s,
-    separation of slider and belt considered (Case 1).
+    presets) or a TOML file. The default is the base set of the paper Nonlinear friction-induced
+    vibration of a slider-belt system: F = 80 N, μ = 0.7, 100 s, separation of slider and belt
+    considered (Case 1).
     """
     if context.invoked_subcommand is None:
         if not (sys.stdin.isatty() and sys.stdout.isatty()):

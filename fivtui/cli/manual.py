@@ -56,6 +56,7 @@ SECTIONS: Final[Mapping[str, Mapping[str, Entry]]] = {
             "uncertainty --vary mu~normal:0.4:0.05 --vary F~uniform:60:100",
         ),
         "tradeoff": Entry("how-to/cost", "tradeoff --error peak=1e-4"),
+        # Stress tests of the integration methods.
         "extremes": Entry("how-to/trust", "extremes"),
     },
     "FMU": {
@@ -69,6 +70,7 @@ SECTIONS: Final[Mapping[str, Mapping[str, Entry]]] = {
         "figures": Entry("explanation/paper-claims", "figures 3-5 --out figures"),
         "claims": Entry("explanation/paper-claims", "claims"),
     },
+    # The laboratory is the interactive program in the terminal.
     "Laboratory and manual": {
         "serve": Entry("tutorial/laboratory", "serve --port 8000"),
         "docs": Entry("index", "docs trust"),
@@ -77,7 +79,8 @@ SECTIONS: Final[Mapping[str, Mapping[str, Entry]]] = {
 ENTRIES: Final[Mapping[str, Entry]] = dict(
     chain.from_iterable(section.items() for section in SECTIONS.values())
 )
-FIRST_ENTRY: Final = Entry("index", "stability --set F=120")
+# The entry of the program itself: ``fivtui --help``.
+PROGRAM_ENTRY: Final = Entry("index", "stability --set F=120")
 
 
 def epilog(entry: Entry) -> str:
@@ -97,6 +100,7 @@ def find_page(name: str | None) -> Path:
     folder = next((path for path in FOLDERS if (path / "index.html").is_file()), None)
     if folder is None:
         raise InputError(_MISSING)
+    # Of two pages of one name the first counts, so it is entered at the end.
     pages = {page.stem: page for page in sorted(folder.resolve().rglob("*.html"), reverse=True)}
     pages["index"] = folder.resolve() / "index.html"
     entry = ENTRIES.get(name or "")

@@ -30,7 +30,7 @@ force_option = option("--force", is_flag=True, group=OUTPUT, help="Overwrite fil
 def output_option(
     flag: str, metavar: str, text: str, *, required: bool = False, in_parts: bool = False
 ) -> Callable[..., Any]:
-    """An option for a file to be written, see `OutputFile`."""
+    """An option for a file; with `in_parts`, pieces are stored beside it until it is complete."""
     kind = OutputFile(in_parts=in_parts)
     return option(flag, type=kind, metavar=metavar, help=text, required=required, group=OUTPUT)
 
@@ -54,9 +54,9 @@ def warn_of_unused_parameters(
         name for name in parse_assignments("--set", assignments, "F=120") if name in names
     ):
         print_note(f"warning: --set {overridden} has no effect: {overridden} varies")
-    names += dict(scene.over_time)
+    names += [name for name, _ in scene.over_time]
     unused = unused_parameters(scene.parameters, names)
-    # The computation itself refuses a varied parameter without effect.
+    # No warning if a varied parameter has no effect: the computation will refuse it.
     if unused and not {*unused} & {*names}:
         print_note(f"warning: {describe_unused(scene.parameters, names)}")
 
@@ -101,11 +101,15 @@ def print_written_files(*paths: Path, note: str = "") -> None:
     """Print which files were written, and in which folder, with a `note`."""
     from fivtui.io import describe_files
 
-    print_note(f"wrote {describe_files(*paths)}{note and f': {note}'}")
+    ending = f": {note}" if note else ""
+    print_note(f"wrote {describe_files(*paths)}{ending}")
 
 
 def progress_bar(label: str) -> "ProgressBar":
-    """A progress bar; prints once why runs are interpreted, if no kernel is compiled."""
+    """A progress bar; before the first one, a note if runs are interpreted (no compiled kernel).
+
+    The kernel is the integrator in C; without it Python integrates.
+    """
     from fivtui.console import ProgressBar
 
     _warn_if_interpreted()

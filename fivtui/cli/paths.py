@@ -75,16 +75,16 @@ def check_paths(params: Sequence[click.Parameter], values: Mapping[str, Any]) ->
     ]
     if outputs:
         check_distinct(
-            [(name, path) for name, path, _ in outputs],
-            [file for param, value in named_values for file in _input_files(param, value)],
-            [(name, parts_folder(path)) for name, path, in_parts in outputs if in_parts],
+            outputs=[(name, path) for name, path, _ in outputs],
+            inputs=[file for param, value in named_values for file in _input_files(param, value)],
+            folders=[(name, parts_folder(path)) for name, path, in_parts in outputs if in_parts],
         )
 
 
 def replaceable_outputs(
     params: Sequence[click.Parameter], values: Mapping[str, Any]
 ) -> dict[str, Path]:
-    """The outputs of a command, as paths at which existing files may be replaced."""
+    """The outputs of a command as `ReplaceablePath`, whose files may be overwritten."""
     from fivtui.io import output_path
 
     paths = {

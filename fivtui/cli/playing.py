@@ -30,6 +30,7 @@ def compute_run(call: Call[Any]) -> "Transient":
     from fivtui.transient import FMU_FLAVOURS
 
     scene = call.scene()
+    # The keys of `FMU_FLAVOURS` are the methods that run an FMU.
     samples: Samples = _FMU_SAMPLES if scene.method in FMU_FLAVOURS else "dense"
     with progress_bar("transient") as progress:
         return scene_transient(scene, samples=samples, progress=progress).transient
@@ -57,7 +58,8 @@ class AnimateOptions(RunOptions):
 
     window: str | None = option(
         "--window",
-        "Time shown, s; by default the last eight cycles, or 10 s of film at --speed.",
+        "Time shown, s; by default the last eight cycles, or with --speed the end of the run that "
+        "fills 10 s of film.",
         metavar="START:END",
         group=_FILM,
     )
@@ -93,7 +95,7 @@ class SoundOptions(RunOptions):
 
     signal: str = option(
         "--signal",
-        "Signal written: x, vx, y, vy or P, less its mean and normalised.",
+        "Signal written: x, vx, y, vy or the contact force P, less its mean and normalised.",
         "vy",
         metavar="NAME",
         show_default=True,
@@ -107,7 +109,8 @@ class SoundOptions(RunOptions):
     )
     factor: str | None = option(
         "--factor",
-        "How far time is compressed; by default such that the late motion is heard at 110 Hz.",
+        "How far time is compressed; by default such that the vibration late in the run is "
+        "heard at 110 Hz.",
         metavar="N",
         group=_SOUND,
     )

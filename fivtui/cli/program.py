@@ -1,4 +1,7 @@
-"""Commands that list presets and methods, and that open the laboratory and the manual."""
+"""Commands that list presets and methods, and that open the laboratory and the manual.
+
+The laboratory is the interactive program in the terminal.
+"""
 
 import click
 
@@ -27,7 +30,7 @@ def presets(as_json: bool) -> None:
         rows = [(name, scene.description) for name, scene in PRESETS.items()]
         print_list("Presets", rows)
         sweeps = [(name, preset.description) for name, preset in SWEEP_PRESETS.items()]
-        print_list("Sweeps, by --preset", sweeps)
+        print_list("Sweeps, for fivtui sweep --preset", sweeps)
 
 
 @commands.command()

@@ -1,4 +1,9 @@
-"""The command for uncertainty studies."""
+"""The command for uncertainty studies.
+
+A study draws samples of the scattered parameters. A member is one parameter set to be computed: a
+sample, or a mixture of two for Sobol indices. Members are stored in pieces (`in_parts`) while they
+are computed, so that a stopped study can continue.
+"""
 
 from contextlib import ExitStack
 from dataclasses import replace
@@ -43,12 +48,13 @@ def uncertainty(call: Call[UncertaintyOptions]) -> None:
             "--samples: must be given without --until, which sets the number of samples"
         )
     scene = call.scene(varied=options.varied)
-    until = None if options.until is None else check_until(options.until)
+    # If a greatest error is given, the samples are doubled from `FIRST_SAMPLES` until it is met.
+    greatest_error = None if options.until is None else check_until(options.until)
     study = scattered_study(
         scene,
         parse_inputs(options.varied),
         design=options.design,
-        samples=options.samples or (DEFAULT_SAMPLES if until is None else FIRST_SAMPLES),
+        samples=options.samples or (DEFAULT_SAMPLES if greatest_error is None else FIRST_SAMPLES),
         seed=options.seed,
         repeats=options.repeats,
         indices=options.indices,
@@ -65,7 +71,7 @@ def uncertainty(call: Call[UncertaintyOptions]) -> None:
         result = compute_uncertainty(
             study,
             engine,
-            until=until,
+            until=greatest_error,
             file=None if out is None else MembersFile(out, options.piece),
             progress=progress,
             on_estimates=progress.show_estimates,

@@ -74,6 +74,7 @@ def guarded_streams() -> Iterator[None]:
         sys.stderr = _guard_stream(sys.stderr, _STDERR, "backslashreplace", silent=True)
         yield
     finally:
+        # Standard output is flushed by the caller, who reports a failure.
         sys.stderr.flush()
         sys.stdout, sys.stderr = original
 
@@ -82,12 +83,14 @@ def _guard_stream(stream: TextIO | None, descriptor: int, errors: str, *, silent
     if stream is None:
         # The process began with a closed stream: keep its descriptor from the next opened file.
         return _null_stream(descriptor)
-    # There is no buffer with PYTHONUNBUFFERED, and no raw stream where pytest captures output.
+    # With PYTHONUNBUFFERED the buffer itself is the raw stream. Where pytest captures output, it
+    # may be in memory, without a raw stream.
     buffer = getattr(stream, "buffer", None)
     raw = getattr(buffer, "raw", buffer)
     if not isinstance(raw, io.RawIOBase):
         return stream
     stream.flush()
+    # Standard error, the silent stream, shows every line at once.
     return io.TextIOWrapper(
         io.BufferedWriter(_GuardedRaw(raw, silent=silent)),
         encoding=stream.encoding,
@@ -99,6 +102,7 @@ def _guard_stream(stream: TextIO | None, descriptor: int, errors: str, *, silent
 def _null_stream(descriptor: int) -> TextIO:
     # A stream on a descriptor that drops all data.
     null_descriptor = os.open(os.devnull, os.O_WRONLY)
+    # Files are opened on the lowest free descriptor, which may be this one.
     if null_descriptor != descriptor:
         os.dup2(null_descriptor, descriptor)
         os.close(null_descriptor)

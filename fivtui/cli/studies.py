@@ -1,4 +1,7 @@
-"""Commands for sweeps, trade-offs, stress tests and the paper."""
+"""Commands for sweeps, trade-offs, stress tests and the paper.
+
+The paper is *Nonlinear friction-induced vibration of a slider-belt system*.
+"""
 
 from contextlib import ExitStack
 from dataclasses import replace
@@ -34,7 +37,7 @@ if TYPE_CHECKING:
 @command(
     SweepOptions,
     out="Write the rows (.csv, .parquet); continues a stopped sweep.",
-    plot="Draw amplitudes over the one or two names varied (.png, .svg, .pdf).",
+    plot="Draw amplitudes over the one or two quantities varied (.png, .svg, .pdf).",
     in_parts=True,
 )
 def sweep(call: Call[SweepOptions]) -> None:
@@ -62,6 +65,7 @@ def sweep(call: Call[SweepOptions]) -> None:
     study = scene_study(
         scene,
         parse_design(varied, options.design, options.count, options.seed),
+        # Separation considered and ignored.
         cases=(True, False) if options.both else None,
         outputs=options.outputs,
     )
@@ -84,8 +88,9 @@ def sweep(call: Call[SweepOptions]) -> None:
             written = sweep_to_file(study, out, engine, size=options.piece, progress=progress)
     if out is not None:
         print_written_files(out, note=str(written))
-        if reads_rows:
-            result = load_sweep(study, out)
+        if not reads_rows:
+            return
+        result = load_sweep(study, out)
     if outputs.plot is not None:
         outputs.write("sweep", result)
     if outputs.as_json or out is None:
@@ -98,7 +103,9 @@ def choose_engine(scheduler: str | None, workers: int | None) -> "AbstractContex
         from fivtui.sweeps import cluster_engine
 
         if workers is not None:
-            raise InputError("--workers: must be given without --scheduler, a cluster with workers")
+            raise InputError(
+                "--workers: must be given without --scheduler; the cluster has workers already"
+            )
         return cluster_engine(scheduler)
     from contextlib import nullcontext
 
@@ -120,6 +127,7 @@ def tradeoff(call: Call[TradeoffOptions]) -> None:
     """
     from fivtui.tradeoffs import measure_tradeoff
 
+    # The report names the cheapest setting that meets each error target.
     targets, thorough = parse_error_targets(call.options.targets), call.options.thorough
     scene = call.scene()
     call.outputs.compute_and_deliver(
@@ -135,8 +143,8 @@ def tradeoff(call: Call[TradeoffOptions]) -> None:
 def extremes(as_json: bool) -> None:
     """Stress-test every method on scenes that break solvers.
 
-    Each result is compared with a solution in quadruple precision: right or wrong. It is refused if
-    the method itself reports that it cannot continue or needs too many steps.
+    Each result is right or wrong, compared with a solution in quadruple precision, or refused: the
+    method itself reports that it cannot continue or needs too many steps.
     """
     from fivtui.assessment import run_stress_tests
 

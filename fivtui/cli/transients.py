@@ -1,4 +1,7 @@
-"""Commands that run one scene."""
+"""Commands that run one scene.
+
+The paper is *Nonlinear friction-induced vibration of a slider-belt system*.
+"""
 
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
@@ -26,8 +29,8 @@ if TYPE_CHECKING:
 def simulate(call: Call[SimulateOptions]) -> None:
     """Compute one transient: peaks, separations, final state.
 
-    If two runs that verify an error target diverge, the command fails (exit status 3), but prints
-    the part of the transient that is verified.
+    With --error, a finer run verifies the result. If the two runs diverge, the command fails (exit
+    status 3), but prints the part of the transient that is verified.
     """
     import numpy as np
 
@@ -37,20 +40,21 @@ def simulate(call: Call[SimulateOptions]) -> None:
     outputs.check("run")
     needs_samples = outputs.out is not None or outputs.plot is not None
     with progress_bar("transient") as progress, _print_verified_on_divergence(outputs):
-        run = scene_transient(
+        simulation = scene_transient(
             scene,
             samples=np.linspace(0.0, scene.t_end, options.points) if needs_samples else "none",
             progress=progress,
             sensitivities=options.sensitivities,
         )
-    _print_note_if_stiff(run.transient)
-    outputs.write("run", run.transient)
-    outputs.show("simulation", run)
+    _print_note_if_stiff(simulation.transient)
+    # Files hold the transient alone, tables also its estimated errors.
+    outputs.write("run", simulation.transient)
+    outputs.show("simulation", simulation)
 
 
 @contextmanager
 def _print_verified_on_divergence(outputs: Outputs) -> "Iterator[None]":
-    # If two runs diverge, print the transient verified up to that time.
+    # If two runs diverge, print the transient that ends before that time and is verified.
     from fivtui.scene import DivergenceError
 
     try:
@@ -64,6 +68,7 @@ def _print_verified_on_divergence(outputs: Outputs) -> "Iterator[None]":
 def _print_note_if_stiff(result: "Transient") -> None:
     from fivtui.transient import find_stiffness
 
+    # A linear system is solved exactly, without steps that stiffness could shorten.
     if result.method == "taylor" and result.stats.kernel != "exact":
         stiff = find_stiffness(result.system, t_end=result.t_end)
         if stiff is not None:
@@ -81,14 +86,13 @@ def run(call: Call[NoOptions]) -> None:
     """
     from fivtui.scene import run_scene
 
+    # Parameters of the scene may follow tables over time.
     scene, outputs = call.scene(tables=True), call.outputs
-    if ("trajectory" in scene.outputs) != (outputs.out is not None):
-        mismatch = (
-            "its trajectory must have a file: --out FILE"
-            if outputs.out is None
-            else "requires no trajectory; --out must not be given"
-        )
-        raise InputError(f"scene {scene.name}: {mismatch}")
+    has_trajectory = "trajectory" in scene.outputs
+    if has_trajectory and outputs.out is None:
+        raise InputError(f"scene {scene.name}: its trajectory must have a file: --out FILE")
+    if outputs.out is not None and not has_trajectory:
+        raise InputError(f"scene {scene.name}: requires no trajectory; --out must not be given")
     outputs.check("run")
     with progress_bar(scene.name) as progress, _print_verified_on_divergence(outputs):
         result = run_scene(scene, progress=progress)
@@ -140,10 +144,10 @@ class AccuracyOptions:
 def accuracy(call: Call[AccuracyOptions]) -> None:
     """Show how many digits of a transient can be trusted.
 
-    Compares it with a run at another tolerance: 100 times finer, or at 1e-11 and below 100 times
-    coarser; the difference then is that of the coarser run. Shows how a small error grows along the
-    run, and estimates the largest Lyapunov exponent: whether errors decay, stay bounded or grow in
-    the long run.
+    Compares it with a run whose tolerance is 100 times finer. If --tol is 1e-11 or less, that
+    tolerance is 100 times coarser, and the difference is the error of the coarser run. Shows how a
+    small error grows along the run, and estimates the largest Lyapunov exponent: whether errors
+    decay, stay bounded or grow in the long run.
     """
     from fivtui.assessment import accuracy as compute
 

@@ -48,13 +48,14 @@ def split_columns(columns: Sequence[TableColumn], keys: int, width: int | None) 
     """Split a table into blocks of at most `width` characters, printed one below the other.
 
     The first `keys` columns are repeated in every block; if they leave no room for the others, row
-    numbers replace them. Cells that are wider than their column are folded. A `width` of None is no
-    limit.
+    numbers replace them. A column may be narrower than its cells, which are folded when printed. A
+    `width` of None is no limit.
     """
     single_block = [(column, column.natural_width) for column in columns]
     if width is None or _block_width(single_block) <= width:
         return [single_block]
     key_columns, values = list(columns[:keys]), list(columns[keys:])
+    # Room for every column, or as much of it as makes text readable.
     needed = max((min(column.least_width, READABLE_WIDTH) for column in values), default=0)
     if _room_beside(key_columns, width) < needed:
         count = max((len(column.cells) for column in columns), default=0)
@@ -64,13 +65,14 @@ def split_columns(columns: Sequence[TableColumn], keys: int, width: int | None) 
 
 
 def _make_blocks(
-    key_columns: Sequence[TableColumn], values: Sequence[TableColumn], width: int
+    key_columns: Sequence[TableColumn], values: Sequence[TableColumn], room: int
 ) -> Iterator[Block]:
+    # Blocks of keys and as many columns as fit into the room beside the keys.
     key_entries: Block = [(column, column.least_width) for column in key_columns]
     block: Block = []
     for column in values:
-        entry = (column, min(column.least_width, max(width, 1)))
-        if block and _block_width([*block, entry]) > width:
+        entry = (column, min(column.least_width, max(room, 1)))
+        if block and _block_width([*block, entry]) > room:
             yield [*key_entries, *block]
             block = []
         block.append(entry)

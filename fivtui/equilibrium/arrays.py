@@ -46,8 +46,9 @@ class StabilityPoints:
     """Growth rate, stability boundary and critical μ of n parameter sets at their equilibria.
 
     Use it under ``np.errstate(all="ignore")`` and check for values that are not finite.
-    `h` = k3/2 and `a` = k1 + h are stiffnesses, N/m. `lifted` is True where F < 0 lifts the slider
-    off the belt, `no_equilibrium` where moreover no spring holds it. `kt` is the tangent contact
+    `separation` is True where the slider may leave the belt. `h` = k3/2 and `a` = k1 + h are
+    stiffnesses, N/m; `load` is the preload F, N. `lifted` is True where F < 0 lifts the slider off
+    the belt, `no_equilibrium` where moreover no spring holds it. `kt` is the tangent contact
     stiffness, N/m, 0 where the slider is lifted.
     """
 
@@ -62,6 +63,7 @@ class StabilityPoints:
         self, p: Parameters, varied: Mapping[str, FloatArray], separation: BoolArray
     ) -> None:
         size = separation.size
+        # All parameters become attributes, which the functions of the model read.
         vars(self).update(
             {name: varied.get(name, np.full(size, getattr(p, name))) for name in PARAMETERS}
         )
@@ -81,17 +83,18 @@ class StabilityPoints:
 
         Undefined where `no_equilibrium`.
         """
-        # In units of √(stiffness/m) every coefficient is of order one.
+        # The characteristic quartic is (s² + c1 s + a)(s² + c2 s + b) − d. With s in units of
+        # √(stiffness/m) every coefficient is of order one.
         b = self.kt + self.h
         stiffness = self.a + b
         scale = np.sqrt(self.m * stiffness)
         coupling = self.h - self.mu * self.kt
         return rightmost_real_part(
-            self.c1 / scale,
-            self.a / stiffness,
-            self.c2 / scale,
-            b / stiffness,
-            self.h * coupling / stiffness / stiffness,
+            c1=self.c1 / scale,
+            a=self.a / stiffness,
+            c2=self.c2 / scale,
+            b=b / stiffness,
+            d=self.h * coupling / stiffness / stiffness,
         ) * np.sqrt(stiffness / self.m)
 
     def _eigenvalue_bound(self) -> FloatArray:
@@ -128,6 +131,7 @@ class StabilityPoints:
         is_missing = self.lifted | (self.k3 == 0.0)
         is_missing |= (self._distance(low)[0] >= 0.0) | (self._distance(high)[0] < 0.0)
         with np.errstate(all="ignore"):
+            # Start from the critical μ of the linear system, whose contact stiffness is k2.
             mu = np.clip(flutter_boundary(self, self.k2) / (self.h * self.k2), 0.0, high)
         active = ~is_missing
         for _ in range(_MAX_ITERATIONS):
@@ -149,6 +153,7 @@ class StabilityPoints:
     def _distance(self, mu: FloatArray) -> tuple[FloatArray, FloatArray]:
         # μ − boundary/(h k_t) and its derivative by μ; k_t follows from the equilibrium for each μ.
         y = resting_heights(self, mu)
+        # The cubic α y³ + β y + F = 0 for y gives dy/dμ = (h/a) P/(3 α y² + β).
         alpha, beta, _ = rest_coefficients(self, mu)
         kt = tangent_stiffness(self, y)
         force_slope = self.h / self.a * spring_force(self, y)
@@ -164,7 +169,8 @@ def critical_mus(
 ) -> FloatArray:
     """Critical friction coefficients of n parameter sets, shape (n,); NaN where there is none.
 
-    The equilibrium becomes unstable above it; on a belt of finite speed the least such μ counts.
+    The equilibrium becomes unstable above it. On a belt of finite speed (with a value of `v_belt`;
+    else the belt is always faster than the slider) there may be several; the least one counts.
     """
     if has_finite_speed(p, varied):
         return _critical_mus_on_belt(p, varied, separation)
@@ -180,7 +186,8 @@ def has_finite_speed(p: Parameters, varied: Collection[str]) -> bool:
 def _critical_mus_on_belt(
     p: Parameters, varied: Mapping[str, FloatArray], separation: BoolArray
 ) -> FloatArray:
-    # Critical μ does not depend on the value of μ, which is 0 here: every μ_s allows it.
+    # Critical μ does not depend on the value of μ. It is 0 here, as it must not exceed the static
+    # friction coefficient μ_s.
     critical = np.full(separation.size, np.nan)
     for index, separates in enumerate(separation.tolist()):
         values = {name: float(column[index]) for name, column in varied.items()}
@@ -205,6 +212,7 @@ def judge_stability(
         values = p.with_values({name: float(column[index]) for name, column in varied.items()})
         growth[index], stable[index] = np.nan, False
         try:
+            # The error says why there is no equilibrium.
             equilibrium(System(values, bool(separation[index])))
         except ComputationError as error:
             reasons[index] = str(error)

@@ -24,9 +24,9 @@ from fivtui.charts import (
     Trace,
     axis_label,
     colour_scale_of,
-    column_label,
     grade_values,
     label_shades,
+    meaning_label,
     parameter_text,
     rank_levels,
     value_label,
@@ -93,7 +93,7 @@ def map_chart(result: StabilityMap, edited: Parameters | None = None) -> Chart:
     values = shown_offsets(result) if result.value == "coexistence" else result.values
     levels, shades = _level_grid(result, values)
     column = result.column
-    label = Label(_LABELS[result.value], column_label(column.meaning, column.unit).math)
+    label = Label(_LABELS[result.value], meaning_label(column.meaning, column.unit).math)
     contours = [replace(lines, values=lines.values[slices]) for lines in _contours(result)]
     name = "stability boundary"
     if result.value == "critical-mu" and "mu" not in result.names:

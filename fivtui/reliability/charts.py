@@ -19,9 +19,9 @@ from fivtui.charts import (
     Sheet,
     Trace,
     axis_label,
-    column_label,
     label_with_unit,
     math_symbol,
+    meaning_label,
     parameter_text,
 )
 from fivtui.sweeps import OUTPUTS, VARIABLES
@@ -90,7 +90,7 @@ def histogram_chart(result: Uncertainty, quantity: str, bins: int = 60) -> Chart
     if not name:
         return None
     output, quantiles = OUTPUTS[name], result.quantiles[name]
-    label = column_label(output.meaning, output.unit, _TERMINAL_NAMES.get(name, ""))
+    label = meaning_label(output.meaning, output.unit, _TERMINAL_NAMES.get(name, ""))
     guides = [Guide(quantiles[level].value, f"{float(level):.0%}") for level in _QUANTILE_LEVELS]
     return replace(
         _histogram(result, name, label, bins),

@@ -17,9 +17,9 @@ from fivtui.charts import (
     Trace,
     axis_label,
     colour_scale_of,
-    column_label,
     grade_values,
     label_shades,
+    meaning_label,
 )
 from fivtui.model import InputError
 
@@ -161,4 +161,4 @@ def _log_axes(study: Study, **names: str) -> str:
 
 
 def _output_label(name: str) -> Label:
-    return column_label(OUTPUTS[name].meaning, OUTPUTS[name].unit)
+    return meaning_label(OUTPUTS[name].meaning, OUTPUTS[name].unit)
