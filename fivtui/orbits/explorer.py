@@ -25,9 +25,9 @@ from fivtui.model import (
 from fivtui.results import to_data
 from fivtui.transient import Kernel, Request, Start, Transient, integrate, resolve_start
 
-from .curves.arclength import NO_CALLBACK
+from .curves.arclength import SILENT_PROGRESS
 from .decay import DecayRegion
-from .rest import length_scale, reference_point, slowest_period, sticks_forever
+from .rest import length_scale, reference_equilibrium, slowest_period, sticks_forever
 from .shooting import PeriodicOrbit, Section, shoot
 
 # Duration of a leg, in periods of the slowest linear mode.
@@ -36,7 +36,8 @@ _LEG_PERIODS: Final = 16.0
 _MAX_LEGS: Final = 128
 _MAX_STEPS: Final = 200_000
 _TOL: Final = 1e-11
-# Extent, relative to that of the start, below which a motion is at rest, even without proven decay.
+# Extent, relative to that of the start, up to which a motion is at rest without proven decay. A
+# motion that starts exactly at an unstable equilibrium also stays there.
 _REST_EXTENT: Final = 1e-9
 # Displacement of an unbounded motion, relative to the start and to the characteristic length.
 _UNBOUNDED_EXTENT: Final = 1e6
@@ -46,15 +47,16 @@ _RECURRENCE_DISTANCE: Final = 0.01
 _ORBIT_DISTANCE: Final = 0.05
 # Distance of returns from a known orbit, relative to the motion, below which it is the same orbit.
 _KNOWN_ORBIT_DISTANCE: Final = 1e-2
-# Greatest number of returns in a period.
+# Greatest number of returns in a period, and least number in a leg that shows such a period.
 _MAX_RETURNS: Final = 8
+_LEAST_RETURNS: Final = _MAX_RETURNS + 2
 # Relative difference below which two cycles are equal.
 _CYCLE_TOLERANCE: Final = 1e-6
 # Samples per period of the slowest mode among which lowest points are found.
 _SAMPLES_PER_PERIOD: Final = 64
 # Longest leg, relative to the first, where sticks are long.
 _MAX_LEG_GROWTH: Final = 1024.0
-# Length of a stick, relative to the longest one, below which it is ignored.
+# Duration of a stick, relative to the longest one in a leg, below which it is ignored.
 _SHORT_STICK: Final = 1e-3
 # Starts at rest above and below the equilibrium, in characteristic lengths.
 _OFFSETS: Final = (1e-3, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0, -0.3, -1.0, -3.0)
@@ -72,12 +74,13 @@ class Kind(StrEnum):
     STICK = "rest by stick"
 
 
+# Kinds of attractors without motion.
 AT_REST: Final = (Kind.EQUILIBRIUM, Kind.STICK)
 
-# Fields of an orbit that JSON has under another name, or not at all.
-_RENAMED_FIELDS: Final = {"section", "start", "multipliers", "residual"}
+# Fields of an orbit that JSON does not copy: three are converted, the residual is left out.
+_UNCOPIED_FIELDS: Final = {"section", "start", "multipliers", "residual"}
 _ORBIT_DATA: Final = [
-    field.name for field in fields(PeriodicOrbit) if field.name not in _RENAMED_FIELDS
+    field.name for field in fields(PeriodicOrbit) if field.name not in _UNCOPIED_FIELDS
 ]
 
 
@@ -118,10 +121,10 @@ class Attractor:
         """The attractor as data for JSON, in SI units.
 
         Keys are ``kind`` and ``half_range``, and of a limit cycle ``period``, ``start`` (x, ẋ, y, ẏ
-        at a separation, a lowest point or within a stick), ``section`` (which of these), ``y_min``,
-        ``y_max``, ``x_abs``, ``vx_max``, ``force_max``, ``separations``, ``separated_time``,
-        ``sticks`` and ``stick_time`` per period, and ``floquet_multipliers`` as pairs of real and
-        imaginary part.
+        where the period begins), ``section`` (what begins it: ``lift-off``, ``lowest-point`` or
+        ``stick``), ``y_min``, ``y_max``, ``x_abs``, ``vx_max``, ``force_max`` (of the contact),
+        ``separations``, ``separated_time``, ``sticks`` and ``stick_time`` per period, and
+        ``floquet_multipliers`` as pairs of real and imaginary part.
         """
         data: dict[str, Any] = {"kind": self.kind, "half_range": self.half_range}
         if self.orbit is not None:
@@ -165,15 +168,17 @@ class Explorer:
         system: System,
         *,
         kernel: Kernel | None = None,
-        work: Progress = NO_CALLBACK,
+        work: Progress = SILENT_PROGRESS,
     ) -> None:
         self.system, self._kernel, self._work = system, kernel or stepping_kernel(), work
-        p, separation, point = system.parameters, system.separation, reference_point(system)
+        p, separation, point = system.parameters, system.separation, reference_equilibrium(system)
         belt_at_rest = p.v_belt == 0.0 and point.mode in IN_CONTACT
         self._decay_region = None if belt_at_rest else DecayRegion(system, point)
-        self._leg_time = _LEG_PERIODS * slowest_period(p)
+        self._slowest_period = slowest_period(p)
+        self._leg_time = _LEG_PERIODS * self._slowest_period
         # Known orbits, stable and unstable: none is computed twice.
         self._orbits: list[PeriodicOrbit] = []
+        # On a belt of finite speed, with `v_belt`, friction depends on the sliding velocity.
         self._is_linear = p.k_nl == 0.0 and not separation and p.v_belt is None
         self.length = length_scale(system)
         self.rest: State = (point.x, 0.0, point.y, 0.0)
@@ -201,6 +206,7 @@ class Explorer:
                     return Attractor(Kind.EQUILIBRIUM)
                 if self._is_linear and region.unstable:
                     return Attractor(Kind.UNBOUNDED)
+            # Dense samples give the motion as a function of time: `run.solution`.
             request = Request(
                 self.system,
                 t_end=leg_time,
@@ -222,7 +228,7 @@ class Explorer:
             ):
                 return Attractor(Kind.STICK)
             returns = _find_returns(run)
-            if 0 < returns.times.size < _MAX_RETURNS + 2 and returns.section is Section.STICK:
+            if 0 < returns.times.size < _LEAST_RETURNS and returns.section is Section.STICK:
                 # Sticks on a slow belt are long: a leg has too few returns.
                 leg_time = min(2.0 * leg_time, _MAX_LEG_GROWTH * self._leg_time)
                 continue
@@ -234,14 +240,15 @@ class Explorer:
     def _extent(self, state: State) -> float:
         # Distance from the equilibrium; velocities are scaled by the slowest mode's frequency.
         deviation = np.subtract(state, self.rest)
-        deviation[1::2] *= self._leg_time / (_LEG_PERIODS * 2.0 * np.pi)
+        deviation[1::2] *= self._slowest_period / (2.0 * np.pi)
         return float(np.linalg.norm(deviation))
 
     def _find_cycle(self, returns: _Returns) -> Attractor | None:
         # The stable limit cycle near the returns of a leg; None if they are not nearly periodic.
         section, times, states = returns
-        if times.size < _MAX_RETURNS + 2:
+        if times.size < _LEAST_RETURNS:
             return None
+        # The states of a cycle at its returns hardly differ, so that the distance from rest counts.
         size = np.ptp(states, axis=0).max(initial=0.0) + np.abs(states - self.rest).max()
         recent = states[-_MAX_RETURNS:]
         for orbit in self._orbits:
@@ -268,7 +275,10 @@ class Explorer:
 
 def final_mode(run: Transient) -> Mode:
     """The mode at the end of a transient."""
-    return Mode(int(run.changes[-1, 2])) if len(run.changes) else run.first_mode
+    if not len(run.changes):
+        return run.first_mode
+    _time, _mode_before, mode_after = run.changes[-1]
+    return Mode(int(mode_after))
 
 
 def _distance(states: NDArray[np.float64], orbit: PeriodicOrbit) -> float:
@@ -284,16 +294,16 @@ def _cycle_attractor(orbit: PeriodicOrbit) -> Attractor:
 
 
 def _find_returns(run: Transient) -> _Returns:
-    # The returns in the second half of a leg. The section is the middle of sticks if there are any,
-    # else separation, else lowest points.
+    # The returns in the second half of a leg: the middles of its sticks if there are any, else its
+    # separations, else its lowest points.
     solution, t_end = run.solution, run.t_end
     half_time = 0.5 * t_end
     sticks = np.array(
         [(begin, end) for begin, end in run.stick_intervals if begin > half_time and end < t_end]
     )
     if sticks.size:
-        lengths = sticks[:, 1] - sticks[:, 0]
-        times = sticks[lengths > _SHORT_STICK * lengths.max()].mean(axis=1)
+        durations = sticks[:, 1] - sticks[:, 0]
+        times = sticks[durations > _SHORT_STICK * durations.max()].mean(axis=1)
         return _Returns(Section.STICK, times, _states(run, times))
     # Separations and reattachments alternate.
     first_separation = 0 if run.first_mode in IN_CONTACT else 1
@@ -323,7 +333,8 @@ def _states(run: Transient, times: NDArray[np.float64]) -> NDArray[np.float64]:
 def standard_starts(explorer: Explorer) -> list[State]:
     """Starts of a search: the static start, and starts at rest above and below the equilibrium.
 
-    Offsets are from 1e-3 to 30 characteristic lengths.
+    The static start is at rest at the equilibrium for μ = 0, before the belt moves. Offsets are
+    from 1e-3 to 30 characteristic lengths.
     """
     x, _, y, _ = explorer.rest
     releases = [(x, 0.0, y + offset * explorer.length, 0.0) for offset in _OFFSETS]

@@ -23,10 +23,11 @@ from fivtui.model import (
 _MAX_ITERATIONS: Final = 60
 
 
-def reference_point(system: System) -> Equilibrium:
+def reference_equilibrium(system: System) -> Equilibrium:
     """The equilibrium; on a belt at rest, where it is not unique, the one without friction."""
     if system.parameters.v_belt != 0.0:
         return equilibrium(system)
+    # `equilibrium` refuses a belt at rest; without friction the belt speed has no effect.
     return equilibrium(system.with_values({"v_belt": None}), mu=0.0)
 
 
@@ -36,7 +37,7 @@ def length_scale(system: System) -> float:
     The greater of the static deflection and the y at which the linear and the cubic contact force
     are equal; 1 if both are zero.
     """
-    p, y = system.parameters, reference_point(system).y
+    p, y = system.parameters, reference_equilibrium(system).y
     return max(abs(y), (p.k2 / p.k_nl) ** 0.5 if p.k_nl > 0.0 else 0.0) or 1.0
 
 
@@ -59,11 +60,13 @@ def slowest_period(p: Parameters) -> float:
 def sticks_forever(p: Parameters, state: State) -> bool:
     """Whether a slider that sticks to a belt at rest never slips again.
 
-    The energy bounds the vertical motion, as the vertical stiffness is at least that of contact
-    spring and coupling at y = 0. Friction must hold the slider at both bounds of the motion.
+    At constant x the slider vibrates vertically about a height of rest. The greatest stiffness
+    between this height and y bounds its energy, and the least, that of the contact at y = 0 and the
+    coupling, bounds the amplitude at this energy. Friction must hold it at both bounds of y.
     """
     x, _, y, vy = state
     coupling = coupling_stiffness(p)
+    # Newton's method finds where the upward forces of contact spring and coupling balance the load.
     y_rest = y
     for _ in range(_MAX_ITERATIONS):
         imbalance = spring_force(p, y_rest) - load(p) + coupling * (x - y_rest)
@@ -72,6 +75,8 @@ def sticks_forever(p: Parameters, state: State) -> bool:
     doubled_energy = p.m * vy * vy + greatest_stiffness * (y - y_rest) ** 2
     amplitude = math.sqrt(doubled_energy / (p.k2 + coupling))
     low, high = y_rest - amplitude, y_rest + amplitude
+    # The contact force falls with y: it is least at the highest point.
     friction_limit = p.mu_static * spring_force(p, high)
+    # Friction is linear in y, so that the greatest one that sticking requires is at a bound.
     required_friction = max(abs(holding_force(p, x, low)), abs(holding_force(p, x, high)))
     return high < 0.0 and required_friction < friction_limit

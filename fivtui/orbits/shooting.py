@@ -1,8 +1,8 @@
 """The periodic orbit near a motion: Newton's method on its return map, with Floquet multipliers.
 
-The equations are those of the branches of cycles (`OrbitCurve`), with the start fixed on a section
-of the motion. The period of an orbit that sticks to the belt begins within a stick. A stick cancels
-deviations of v_r from 0, so that one multiplier is exactly 0.
+The equations are those of the branches of cycles, with the start fixed on a section of the motion.
+The period of an orbit that sticks to the belt begins within a stick. A stick cancels deviations of
+ẋ from the belt speed, so that one multiplier is exactly 0.
 """
 
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from fivtui.model import ComputationError, Progress, State, System
 from fivtui.transient import Request, integrate
 
-from .curves.arclength import NO_CALLBACK, PARAMETER, PERIOD, OrbitOnCurve
+from .curves.arclength import PARAMETER, PERIOD, SILENT_PROGRESS, OrbitOnCurve
 from .curves.branch_curve import BranchCurve, ParameterLine
 
 # Tolerance of the run that measures the orbit.
@@ -31,9 +31,9 @@ _CLOSURE_DISTANCE: Final = 1e-8
 
 
 class Section(Enum):
-    """The section of the return map; its value is the index of the state that is fixed there.
+    """The section of the return map; its value is the index of the fixed variable in (x, ẋ, y, ẏ).
 
-    The fixed state is zero at a separation (y) and at a lowest point (ẏ). Within a stick x keeps
+    The fixed variable is zero at a separation (y) and at a lowest point (ẏ). Within a stick x keeps
     its value.
     """
 
@@ -63,7 +63,8 @@ class PeriodicOrbit:
     x_abs : float
         Greatest |x|, m.
     vx_max : float
-        Greatest ẋ, m/s. An orbit computed without stick is valid for belts that are faster.
+        Greatest ẋ, m/s. An orbit without stick, under friction that does not depend on the sliding
+        speed, is the same on every belt faster than this.
     force_max : float
         Greatest contact force, N.
     separations : int
@@ -110,7 +111,7 @@ def shoot(
     period: float,
     section: Section,
     *,
-    work: Progress = NO_CALLBACK,
+    work: Progress = SILENT_PROGRESS,
 ) -> PeriodicOrbit:
     """Find the periodic orbit close to a guess, closed to about 1e-12 of its size."""
     state = np.array(guess)
@@ -121,10 +122,12 @@ def shoot(
         state[section.value] = 0.0
     x, vx, y, vy = np.abs(state).tolist()
     length = max(x, y, max(vx, vy) * period / (2.0 * np.pi))
-    # A branch along μ, of which only the orbit at the system's μ is computed.
+    # The orbit is the point at the system's μ of a branch along μ: `_orbit_on_section` fixes μ. The
+    # range of μ only sets its unit.
     curve = ParameterLine(system, "mu", (0.0, 1.0), work).curve(length, period)
     unknowns = np.array([*state, period, system.parameters.mu])
     orbit = _orbit_on_section(curve, unknowns / curve.scales, section)
+    # The unit of the period is its estimate.
     shortest, longest = _PERIOD_RANGE
     if orbit is None or not shortest < float(orbit.unknowns[PERIOD]) < longest:
         raise ComputationError(
@@ -136,7 +139,7 @@ def shoot(
             "shooting converged to the equilibrium", "start farther from the equilibrium"
         )
     for factor in range(_MAX_PERIODS, 1, -1):
-        if curve.orbits.return_distance(orbit, 1.0 / factor) < _CLOSURE_DISTANCE:
+        if curve.orbits.return_distance(orbit, share=1.0 / factor) < _CLOSURE_DISTANCE:
             guess_of_one_period = orbit.unknowns.copy()
             guess_of_one_period[PERIOD] /= factor
             orbit = _orbit_on_section(curve, guess_of_one_period, section) or orbit
@@ -172,7 +175,8 @@ def _measure_orbit(
         x_abs=run.peak.x_abs,
         vx_max=run.peak.vx_max,
         force_max=run.contact_force.max,
-        # Rounding may repeat the first separation at the end: count reattachments.
+        # An orbit that starts at a separation, y = 0, ends at it too, and rounding may count both:
+        # count reattachments.
         separations=run.events.reattachments,
         separated_time=run.events.separated_time,
         residual=float(np.abs(deviation).max() / np.abs(orbit.unknowns[:4]).max()),

@@ -15,13 +15,15 @@ from .result import Boundary
 _FIGURE_SIZE: Final = (4.8, 3.9)
 # Colours and names of curves by kind of their points.
 _COLOURS: Final = {"hopf": "black", "fold": "#c0392b", "touch": "#1f4fd8"}
-# Markers of matplotlib.
+# Markers of matplotlib for events: cusps, Bautin points and touches on curves of folds, folds on
+# curves of touching cycles, and Bautin points on curves of Hopf points.
 _EVENT_MARKERS: Final = {
     EventKind.CUSP: "D",
     EventKind.BAUTIN: "o",
     EventKind.TOUCH: "s",
     EventKind.FOLD: "^",
 }
+# Touching cycles are the first on their branch that reach y = 0, where the slider leaves the belt.
 _CURVE_NAMES: Final = {
     "hopf": "Hopf points",
     "fold": "folds",
@@ -60,5 +62,6 @@ def _trace(
     colour: str = "",
     marker: str = "",
 ) -> Trace:
+    # Role and marker are the style in figures. Curves may turn back, so that x is not ordered.
     x, y = np.array(list(values), dtype=float).reshape(-1, 2).T
     return Trace(name, x, y, ordered=False, role=role, colour=colour, marker=marker)

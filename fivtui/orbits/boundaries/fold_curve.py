@@ -2,7 +2,9 @@
 
 The unknowns are state, period and both parameters, each divided by its unit. The closure error is
 the end of a period less its start. At a fold the closure error's derivatives by state and period,
-with a row that fixes the phase, are singular. A border of one row and one column detects this.
+with a row that fixes the phase, are singular. One row and one column more, a border, give a matrix
+that is regular there too. The last element of its inverse is zero exactly where the inner matrix is
+singular: this is the equation of folds.
 """
 
 from dataclasses import dataclass, fields, replace
@@ -23,8 +25,8 @@ from fivtui.orbits.curves.events import EventKind
 from fivtui.orbits.curves.flow import FloatArray, MotionEnd, SliderBeltFlow
 
 from .plane import (
-    FIRST,
-    SECOND,
+    FIRST_PARAMETER,
+    SECOND_PARAMETER,
     STATE,
     STATE_AND_PERIOD,
     UNKNOWN_COUNT,
@@ -38,19 +40,23 @@ _NULL_SIZE: Final = 5
 # plane in which it is sought.
 _CLOSURE_ROWS: Final = slice(0, 4)
 _PHASE_ROW, _FOLD_ROW, _PLANE_ROW = 4, 5, 6
+# Residuals relative to the state: iteration stops below `negligible`, a root is below `accepted`.
 _NEWTON_LIMITS: Final = NewtonLimits(iterations=12, negligible=3e-13, accepted=1e-9)
 # Step of the differences for second derivatives, relative to the state. With separation it is at
-# most this part of the distance of the highest point from y = 0.
+# most `_STEP_PER_HEIGHT` times the distance of the highest point from y = 0.
 _DIFFERENCE_STEP: Final = 1e-5
 _STEP_PER_HEIGHT: Final = 0.05
-# Height of the highest point, relative to the length, at which a curve of separating cycles ends:
-# the curve has a corner at zero height.
+# Height of the highest point, relative to the length, at which a curve of separating cycles ends.
+# At zero height the cycles cease to separate, and the curve has a corner.
 _CORNER_HEIGHT: Final = 1e-4
 
 
 @dataclass(frozen=True, slots=True)
 class FoldOnCurve(OrbitOnCurve):
-    """A limit cycle at a fold: null vectors of the Jacobian, and second derivative along them."""
+    """A limit cycle at a fold, with null vectors of the Jacobian.
+
+    `curvature` is the derivative of the fold's equation along the null vector, zero at a cusp.
+    """
 
     null_vector: FloatArray
     left_null_vector: FloatArray
@@ -85,6 +91,7 @@ class FoldCurve(CycleCurve[FoldOnCurve]):
     """The equations of folds: closure, and a function of the bordered matrix that is zero there.
 
     Second derivatives of the flow are differences of first derivatives along the null vector.
+    `separation` replaces that of the plane's system: folds in contact ignore separation.
     """
 
     def __init__(
@@ -97,8 +104,9 @@ class FoldCurve(CycleCurve[FoldOnCurve]):
         separation: bool,
     ) -> None:
         scales = cycle_scales(length, period, *plane.units)
-        super().__init__(scales, plane.bounds((FIRST, SECOND)))
+        super().__init__(scales, plane.bounds((FIRST_PARAMETER, SECOND_PARAMETER)))
         corner_height = _CORNER_HEIGHT * length if separation else 0.0
+        # Each event is where its test is zero.
         self.tests = {EventKind.CUSP: lambda fold: fold.curvature}
         if plane.system.separation:
             self.tests[EventKind.TOUCH] = lambda fold: fold.y_max - corner_height
@@ -113,7 +121,11 @@ class FoldCurve(CycleCurve[FoldOnCurve]):
         normal: FloatArray,
         heading: FloatArray | None = None,
     ) -> FoldOnCurve | None:
-        """The fold near a guess, in the plane through it with this normal: see `Curve`."""
+        """The fold near a guess, in the hyperplane through it with this normal.
+
+        The tangent points to the side of `heading`, by default of the normal. The null vectors of
+        `neighbour`, a fold nearby, border the Jacobian.
+        """
         border = _Border(
             neighbour.flow_direction, neighbour.null_vector, neighbour.left_null_vector
         )
@@ -157,11 +169,11 @@ class FoldCurve(CycleCurve[FoldOnCurve]):
             fold = _Fold(motion, fold_test.null_vector, fold_test.left_null_vector)
             return residuals, derivatives, fold
 
-        root = find_root(equations, guess, _STATE_COUNT, _NEWTON_LIMITS)
+        root = find_root(equations, guess, state_count=_STATE_COUNT, limits=_NEWTON_LIMITS)
         if root is None:
             return None
         motion, null_vector, left_null_vector = root.data
-        orbit = self._orbits.orbit_with_tangent(root, motion, heading)
+        orbit = self._orbits.orbit_with_tangent(root, motion, heading=heading)
         if orbit is None:
             return None
         return FoldOnCurve(
@@ -176,6 +188,8 @@ class FoldCurve(CycleCurve[FoldOnCurve]):
     ) -> _FoldTest | None:
         # The test is the last element of the inverse of the bordered matrix. This is zero if and
         # only if the Jacobian by state and period, with the row that fixes the phase, is singular.
+        # With the solutions v and w of the equations of the bordered matrix M and of its transpose,
+        # the derivative of the test is −wᵀ(dM)v, where v is `scale` times the null vector.
         closure_derivatives = self._orbits.jacobian(motion)
         bordered = np.zeros((_NULL_SIZE + 1, _NULL_SIZE + 1))
         bordered[_CLOSURE_ROWS, :_NULL_SIZE] = closure_derivatives[:, STATE_AND_PERIOD]
@@ -208,7 +222,8 @@ class FoldCurve(CycleCurve[FoldOnCurve]):
         step = _DIFFERENCE_STEP * float(np.abs(unknowns[STATE]).max())
         if self._separation:
             height = abs(motion.y_max) / float(self.scales[0])
-            step = min(step, _STEP_PER_HEIGHT * height) or step
+            if height > 0.0:
+                step = min(step, _STEP_PER_HEIGHT * height)
         change = np.zeros(UNKNOWN_COUNT)
         change[STATE_AND_PERIOD] = step * direction
         ahead, behind = (self._orbits.motion(unknowns + sign * change) for sign in (1.0, -1.0))

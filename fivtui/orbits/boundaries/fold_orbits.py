@@ -1,4 +1,6 @@
-"""Folds of limit cycles along μ at which μ is least: on a branch, and for similar parameter sets.
+"""Folds of limit cycles along μ at which μ has a minimum.
+
+Those of a branch are found, and each is followed to a system with slightly different parameters.
 
 The unknowns of an orbit are its state, its period and μ. Their units depend on the parameter set,
 so that scaled folds change little between sets.
@@ -25,24 +27,28 @@ _MAX_ITERATIONS: Final = 40
 # Longest step and first step along the curve, relative to the amplitude.
 _MAX_STEP: Final = 0.5
 _FIRST_STEP: Final = 0.05
-# Least cosine between the motion and the normal of the plane that fixes the phase.
+# Least cosine between the motion at an orbit's start and that at the guess, which is the normal of
+# the plane that fixes the phase.
 _MIN_COSINE: Final = 0.5
 # Step, relative to the amplitude, below which the search has converged.
 _CONVERGED_STEP: Final = 3e-6
 # Greatest distance from 1 of the multiplier that is 1 at a fold.
 _UNIT_TOLERANCE: Final = 1e-2
-# Curvature, times the square of the amplitude, above which it may be rounding. It is then computed
-# from slopes at this distance on both sides, relative to the amplitude.
+# Curvature, times the square of the amplitude, above which it may be rounding: a difference of
+# close slopes, divided by a small distance. It is then computed from slopes at this distance on
+# both sides, relative to the amplitude.
 _DOUBTFUL_CURVATURE: Final = 1.0
 _SIDE_DISTANCE: Final = 0.01
 # Least distance between two slopes for a new curvature, relative to the amplitude.
 _SLOPE_DISTANCE: Final = 1e-6
-# Next to the first touch of y = 0 the slope changes quickly. Steps keep this margin from the ends
-# of the bracket, relative to its length. The search fails once the bracket is shorter than this
-# part of the amplitude.
+# Where cycles begin to leave the belt, at y = 0, the slope changes quickly. Steps keep this margin
+# from the ends of the bracket, relative to its length. The search fails once the bracket is shorter
+# than this part of the amplitude.
 _BRACKET_MARGIN: Final = 0.05
 _MIN_BRACKET: Final = 1e-12
-# Real multiplier above which the cycles beyond the fold are unstable as well.
+# Real multiplier above which the cycles beyond the fold are unstable as well. One slightly above 1
+# occurs next to a torus bifurcation, where a pair of multipliers crosses the unit circle: beyond it
+# cycles attract.
 _SADDLE_MULTIPLIER: Final = 2.0
 # Amplitude, relative to the unit of length, below which a cycle is the equilibrium.
 _MIN_AMPLITUDE: Final = 1e-4
@@ -67,7 +73,7 @@ class FoldOrbit:
 
 
 def stabilising_folds(branch: CycleBranch) -> list[FoldOrbit]:
-    """The folds of a branch along μ above which cycles attract: see `fold_near`."""
+    """The folds of a branch along μ that are minima of μ, and beyond which cycles attract."""
     folds = []
     units = _units(branch.system)
     length = float(units[0])
@@ -109,15 +115,17 @@ def fold_near(
     curve = OrbitCurve(flow, units)
     origin = guess.unknowns if unknowns is None else unknowns
     normals = np.zeros((2, len(origin)))
-    normals[0, _STATE], normals[1] = guess.flow_direction, guess.tangent
+    # One plane fixes the phase, the other the distance along the tangent.
+    normals[0, _STATE] = guess.flow_direction
+    normals[1] = guess.tangent
 
     def orbit_at(distance: float) -> OrbitOnCurve | None:
         return curve.solve(origin + distance * guess.tangent, normals)
 
     curvature, distance, amplitude = guess.curvature, 0.0, guess.amplitude
     previous_distance, previous_slope = distance, 0.0
-    # The latest distances of a positive and of another slope.
-    distance_of_sign: dict[bool, float] = {}
+    # The latest distance at which μ rises (key True), and at which it does not.
+    latest_distances: dict[bool, float] = {}
     for _ in range(_MAX_ITERATIONS):
         orbit = orbit_at(distance)
         if orbit is None or float(orbit.flow_direction @ guess.flow_direction) < _MIN_COSINE:
@@ -126,16 +134,16 @@ def fold_near(
         if abs(distance - previous_distance) > _SLOPE_DISTANCE * amplitude:
             curvature = (slope - previous_slope) / (distance - previous_distance)
         previous_distance, previous_slope = distance, slope
-        distance_of_sign[slope > 0.0] = distance
+        latest_distances[slope > 0.0] = distance
         step = -slope / curvature if curvature != 0.0 else _FIRST_STEP * amplitude
         if curvature != 0.0 and abs(step) < _CONVERGED_STEP * amplitude:
             if curvature * amplitude * amplitude > _DOUBTFUL_CURVATURE:
                 curvature = _curvature_from_sides(orbit_at, distance, _SIDE_DISTANCE * amplitude)
             return _validate_fold(orbit, curvature, float(units[0]))
         distance += max(min(step, _MAX_STEP * amplitude), -_MAX_STEP * amplitude)
-        if len(distance_of_sign) == 2:
+        if len(latest_distances) == 2:
             # Slopes of both signs bracket the zero.
-            low, high = sorted(distance_of_sign.values())
+            low, high = sorted(latest_distances.values())
             margin = _BRACKET_MARGIN * (high - low)
             if not low + margin < distance < high - margin:
                 distance = 0.5 * (low + high)
@@ -161,7 +169,6 @@ def _validate_fold(orbit: OrbitOnCurve, curvature: float, length: float) -> Fold
     multipliers = orbit.multipliers
     unit_index = int(np.abs(multipliers - 1.0).argmin())
     remaining = np.delete(multipliers, unit_index)
-    # A real multiplier slightly above 1 occurs next to a torus, beyond which cycles attract.
     is_saddle = bool(np.any((remaining.imag == 0.0) & (remaining.real > _SADDLE_MULTIPLIER)))
     if not curvature >= 0.0 or amplitude < _MIN_AMPLITUDE or is_saddle:
         return None
@@ -185,7 +192,8 @@ def _unknowns(point: CyclePoint) -> FloatArray:
 
 def _units(system: System) -> FloatArray:
     # Units of the unknowns. The unit of length is that of the cubic contact spring, at which its
-    # force equals the linear one: motions of equal F² k_nl scale with it.
+    # force equals the linear one. The scaled preload is then F √(k_nl/k2³): sets that differ only
+    # in F and k_nl have the same scaled motions if F² k_nl is equal.
     p = system.parameters
     length = math.sqrt(p.k2 / p.k_nl) if p.k_nl > 0.0 else length_scale(system)
     return cycle_scales(length, slowest_period(p), 1.0)

@@ -1,6 +1,7 @@
 """Curves of Hopf points over two parameters, where μ equals the critical friction coefficient.
 
-The unknowns are both parameters, each divided by its unit.
+At the critical friction coefficient the equilibrium loses stability; there is at most one. The
+unknowns are both parameters, each divided by its unit.
 """
 
 from dataclasses import dataclass
@@ -35,6 +36,7 @@ class HopfCurve(Curve[HopfOnCurve]):
     def __init__(self, plane: ParameterPlane, work: Progress) -> None:
         self._plane, self._work = plane, work
         self.scales, self.bounds = plane.units, plane.bounds((0, 1))
+        # A Bautin point is where its test is zero.
         self.tests = {EventKind.BAUTIN: lambda point: point.hopf.lyapunov}
 
     def point_at(self, values: tuple[float, float], fixed_index: int) -> HopfOnCurve | None:
@@ -51,7 +53,11 @@ class HopfCurve(Curve[HopfOnCurve]):
         normal: FloatArray,
         heading: FloatArray | None = None,
     ) -> HopfOnCurve | None:
-        """The Hopf point near a guess, on the line through it with this normal: see `Curve`."""
+        """The Hopf point near a guess, on the line through it with this normal.
+
+        The tangent points to the side of `heading`, by default of the normal. `neighbour` is an
+        argument of `Curve.correct` that Hopf points do not need.
+        """
         self._work.check()
         line_direction, unknowns = _turn_left(normal), guess.copy()
         iterations, step = 0, np.inf
@@ -73,7 +79,12 @@ class HopfCurve(Curve[HopfOnCurve]):
         except InputError:
             return None
         return HopfOnCurve(
-            unknowns, tangent, iterations - 1, hopf_point(system, self._plane.names[0])
+            unknowns,
+            tangent,
+            # The last step is within the tolerance and not counted.
+            iterations=iterations - 1,
+            # The name only selects the parameter whose value a `HopfPoint` has.
+            hopf=hopf_point(system, name=self._plane.names[0]),
         )
 
     def _excess(self, unknowns: FloatArray) -> tuple[float, FloatArray] | None:

@@ -14,8 +14,8 @@ from fivtui.orbits.curves.following import Bound
 # An orbit has seven unknowns: state, period and the two parameters. Their indices:
 STATE: Final = slice(0, 4)
 STATE_AND_PERIOD: Final = slice(0, 5)
-FIRST: Final = 5
-SECOND: Final = 6
+FIRST_PARAMETER: Final = 5
+SECOND_PARAMETER: Final = 6
 IN_PLANE: Final = slice(5, 7)
 UNKNOWN_COUNT: Final = 7
 
@@ -30,7 +30,7 @@ class ParameterPlane:
 
     @property
     def units(self) -> FloatArray:
-        """Units of the parameters, powers of two: about a quarter of their ranges."""
+        """Units of the parameters, powers of two: a quarter to half of their ranges."""
         spans = (high - low for low, high in self.ranges)
         return np.array([2.0 ** math.floor(math.log2(span) - 1.0) for span in spans])
 

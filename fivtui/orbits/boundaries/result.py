@@ -7,7 +7,12 @@ import numpy as np
 
 from fivtui.model import PARAMETERS, Column, State, System
 from fivtui.orbits.curves.events import End, EventKind
-from fivtui.orbits.curves.result import MEASURES, attribute_table, multiplier_table, start_table
+from fivtui.orbits.curves.result import (
+    CYCLE_COLUMNS,
+    attribute_table,
+    multiplier_table,
+    start_table,
+)
 from fivtui.results import Plottable, Table, TableResult, scene_text, to_data
 
 if TYPE_CHECKING:
@@ -63,9 +68,9 @@ class BoundaryEvent:
     Attributes
     ----------
     kind : EventKind
-        cusp: two curves of folds meet and end; touch: a fold begins to touch y = 0; fold: a
-        touching cycle is a fold; bautin: Hopf points turn from supercritical to subcritical, and a
-        curve of folds begins.
+        cusp: two curves of folds meet and end; touch: the cycle at a fold just reaches y = 0, where
+        the slider leaves the belt; fold: a touching cycle is a fold; bautin: Hopf points turn from
+        supercritical to subcritical, and a curve of folds begins.
     values : tuple of float
         The two parameters there.
     period : float
@@ -107,8 +112,8 @@ class Boundary(TableResult, Plottable):
     ranges : tuple of tuple of float
         Their ranges.
     curves : tuple of BoundaryCurve
-        The curves that were found. Curves that no branch from a Hopf point in the ranges reaches
-        are missed.
+        The curves that were found. Each is followed from a Hopf point in the ranges, or from an
+        event on the branch of limit cycles that begins there. Other curves are missed.
     """
 
     data_name: ClassVar[str] = "boundary"
@@ -130,6 +135,7 @@ class Boundary(TableResult, Plottable):
         return tuple(event for curve in self.curves for event in curve.events)
 
     def _summary(self) -> list[tuple[str, str]]:
+        # The scene is the parameter set, and whether the slider can leave the belt.
         scene = scene_text(self.system, without=self.names)
         ranges = zip(self.names, self.ranges, strict=True)
         rows = [
@@ -156,11 +162,11 @@ class Boundary(TableResult, Plottable):
 
     @property
     def warning(self) -> str | None:
-        """Warning if a curve was lost or is too long."""
+        """Warning if a curve cannot be followed farther, or has too many points."""
         reasons = []
         for curve in self.curves:
             for end, point in zip(curve.ends, (curve.points[0], curve.points[-1]), strict=True):
-                if end in (End.LOST, End.LONG):
+                if end in (End.LOST, End.TOO_LONG):
                     texts = (
                         f"{name} = {value:.6g}"
                         for name, value in zip(self.names, point.values, strict=True)
@@ -170,6 +176,7 @@ class Boundary(TableResult, Plottable):
 
     @property
     def _varied(self) -> tuple[str, ...]:
+        # Names of parameters that `parameters` in the data leaves out.
         return self.names
 
     def _table(self) -> Table:
@@ -183,7 +190,7 @@ class Boundary(TableResult, Plottable):
                 for name, column in zip(self.names, values, strict=True)
             },
             Column("part", "1", "number of the curve"): curve_numbers,
-            **attribute_table(points, (*MEASURES, _LYAPUNOV)),
+            **attribute_table(points, (*CYCLE_COLUMNS, _LYAPUNOV)),
             **multiplier_table(points),
             **start_table(points, "of a state of the motion"),
         }
@@ -192,6 +199,7 @@ class Boundary(TableResult, Plottable):
         return {"curve": self.kind, **self._system_data()}
 
     def _header(self) -> dict[str, Any]:
+        # Entries at the top of a file with the table.
         return self._curve_data() | {
             "over": list(self.names),
             "ranges": [list(ends) for ends in self.ranges],

@@ -45,7 +45,8 @@ from .result import (
 from .touch_curve import TouchCurve
 from .tracing import FoldTracer
 
-# Number of values of one parameter, besides the set's, at which branches along the other begin.
+# Number of values of one parameter at which branches along the other begin, beside its value in the
+# parameter set.
 _LINE_COUNT: Final = 8
 # A point is on a curve if it is within this distance of it: relative to the chord between the two
 # nearest points of the curve, and absolute. All are scaled.
@@ -53,7 +54,7 @@ _RELATIVE_DISTANCE: Final = 0.1
 _DISTANCE: Final = 1e-6
 # Least length of a chord, so that it can divide.
 _MIN_CHORD: Final = 1e-100
-# A curve of Hopf points is followed from the end of a fold curve to its Bautin point: greatest
+# Where a fold curve ends, the curve of Hopf points is followed to the Bautin point on it: greatest
 # number of points, and length of the first step.
 _MAX_POINTS_TO_BAUTIN: Final = 40
 _FIRST_STEP: Final = 1e-4
@@ -83,7 +84,7 @@ def boundary(
     over : mapping of str to tuple of float
         Lowest and highest value of two parameters; by None a tenth and ten times the set's value.
     separation : bool
-        Whether separation is considered.
+        Whether the slider can separate from the belt.
     progress : callable, optional
         Called with the fraction done; cancels the work by returning False.
 
@@ -112,7 +113,7 @@ def boundary(
     work = Progress(progress)
     curves: list[BoundaryCurve] = []
     follow = {"hopf": _follow_hopf, "fold": _follow_folds, "touch": _follow_touches}[kind]
-    # The generators skip events on the curves in this list.
+    # `extend` adds each curve before the generator goes on: it skips events on the curves so far.
     curves.extend(follow(plane, work, curves))
     work.advance(1.0)
     if not curves:
@@ -131,7 +132,8 @@ def _check_plane(
     system: System, kind: BoundaryKind, over: Mapping[str, tuple[float, float] | None]
 ) -> ParameterPlane:
     p, separation = system.parameters, system.separation
-    check_always_sliding(p, "boundaries; follow branches over one parameter instead")
+    # Refuse a belt speed: without one the slider always slides the same way.
+    check_always_sliding(p, subject="boundaries; follow branches over one parameter instead")
     if kind not in BOUNDARIES:
         raise InputError(f"kind = {kind!r}: must be one of {', '.join(BOUNDARIES)}")
     if len(over) != 2:
@@ -156,15 +158,16 @@ def _systems_to_follow(plane: ParameterPlane, work: Progress) -> Iterator[tuple[
     low, high = plane.ranges[fixed_index]
     name = plane.names[fixed_index]
     set_value = getattr(plane.system.parameters, name)
-    values = [low + (high - low) * (index + 0.5) / _LINE_COUNT for index in range(_LINE_COUNT)]
-    for count, value in enumerate([*([set_value] if low <= set_value <= high else []), *values]):
+    values = [set_value] if low <= set_value <= high else []
+    values += [low + (high - low) * (index + 0.5) / _LINE_COUNT for index in range(_LINE_COUNT)]
+    for count, value in enumerate(values):
         work.report(count / (_LINE_COUNT + 1))
         yield plane.system.with_values({name: value}), plane.names[varied_index], varied_index
 
 
 def _varied_index(plane: ParameterPlane) -> int:
-    # Index of the parameter along which branches are followed: μ if it is one of the two, as along
-    # μ there is at most one Hopf point.
+    # Index of the parameter along which branches are followed: that of μ, as along μ there is at
+    # most one Hopf point (see `critical_mu`); the second parameter if neither is μ.
     return 0 if plane.names[0] == "mu" else 1
 
 
@@ -220,7 +223,7 @@ def _follow_hopf(
         for value in hopf_values(system, name, *plane.ranges[varied_index]):
             values = [getattr(system.parameters, parameter) for parameter in plane.names]
             values[varied_index] = value
-            start = curve.point_at((values[0], values[1]), 1 - varied_index)
+            start = curve.point_at((values[0], values[1]), fixed_index=1 - varied_index)
             if start is None:
                 continue
             point = convert(start)
@@ -261,7 +264,7 @@ def _bautin_points(
 ) -> tuple[BoundaryPoint, ...]:
     # The Bautin point nearest to a fold of small amplitude; empty if it is not found.
     curve = HopfCurve(plane, work)
-    start = curve.point_at(fold.values, 1 - _varied_index(plane))
+    start = curve.point_at(fold.values, fixed_index=1 - _varied_index(plane))
     if start is None:
         return ()
     follower = Follower(curve, max_points=_MAX_POINTS_TO_BAUTIN)
@@ -303,7 +306,9 @@ def _is_on_a_curve(
 ) -> bool:
     # Whether a point, given by its parameters, period and extremes, is on one of the curves.
     period, y_min, y_max = measures
-    units = np.array([*plane.units, period, abs(y_min), abs(y_min)])
+    # The unit of both extremes is the depth of the lowest point: y_max may be zero.
+    depth = abs(y_min)
+    units = np.array([*plane.units, period, depth, depth])
     target = np.array([*values, period, y_min, y_max]) / units
     for curve in curves:
         polyline = np.array(

@@ -14,13 +14,16 @@ from fivtui.orbits.curves.events import EventKind
 from fivtui.orbits.curves.flow import FLOW_TOL, Y_MAX, FloatArray, SliderBeltFlow
 from fivtui.transient import START_SEEDS, Request, vary
 
-from .plane import FIRST, IN_PLANE, SECOND, UNKNOWN_COUNT, ParameterPlane
+from .plane import FIRST_PARAMETER, IN_PLANE, SECOND_PARAMETER, UNKNOWN_COUNT, ParameterPlane
 
 # Unit vectors of the unknowns. A touching cycle starts at its highest point, where y = ẏ = 0.
 _UNIT_VECTORS: Final = np.eye(UNKNOWN_COUNT)
 _Y_AXIS, _VY_AXIS = _UNIT_VECTORS[2], _UNIT_VECTORS[3]
-# Greatest height of a touching cycle's highest point, relative to the depth of its lowest point.
+# Greatest y_max of a touching cycle, relative to |y_min|. The start is at y = 0 by the equations; a
+# cycle that rises above it elsewhere leaves the belt.
 _MAX_HEIGHT: Final = 1e-9
+# `vary` gives the times of extremes with derivatives by a direction of the start, unused here.
+_UNUSED_DIRECTION: Final = START_SEEDS[:1]
 
 
 class TouchCurve(CycleCurve[OrbitOnCurve]):
@@ -31,8 +34,9 @@ class TouchCurve(CycleCurve[OrbitOnCurve]):
 
     def __init__(self, plane: ParameterPlane, length: float, period: float, work: Progress) -> None:
         scales = cycle_scales(length, period, *plane.units)
-        super().__init__(scales, plane.bounds((FIRST, SECOND)))
-        # At a fold one of the three multipliers is 1.
+        super().__init__(scales, plane.bounds((FIRST_PARAMETER, SECOND_PARAMETER)))
+        # Folds are where the test is zero: one of the three multipliers is 1. They are eigenvalues
+        # of the monodromy matrix, which acts on deviations normal to the motion.
         self.tests = {
             EventKind.FOLD: lambda orbit: float(np.linalg.det(orbit.monodromy - np.eye(3)))
         }
@@ -41,18 +45,21 @@ class TouchCurve(CycleCurve[OrbitOnCurve]):
         self._orbits = OrbitCurve(flow, scales, work)
 
     def touching_cycle(
-        self, cycle: FloatArray, fixed_index: int = FIRST, values: FloatArray | None = None
+        self,
+        cycle: FloatArray,
+        fixed_index: int = FIRST_PARAMETER,
+        scaled_values: FloatArray | None = None,
     ) -> OrbitOnCurve | None:
         """The touching cycle near a cycle in contact.
 
-        `cycle` are the unknowns of that cycle in SI units. The scaled `values` replace its
-        parameters, if given. The unknown with the index `fixed_index` keeps its value.
+        `cycle` are the unknowns of that cycle in SI units. `scaled_values`, in units of the plane,
+        replace its parameters if given. The unknown with the index `fixed_index` keeps its value.
         """
         x, vx = self._highest_point(cycle)
         _, _, _, _, *period_and_values = cycle
         guess = np.array([x, vx, 0.0, 0.0, *period_and_values]) / self.scales
-        if values is not None:
-            guess[IN_PLANE] = values
+        if scaled_values is not None:
+            guess[IN_PLANE] = scaled_values
         return self.correct(guess, None, _UNIT_VECTORS[fixed_index])
 
     def correct(
@@ -62,7 +69,12 @@ class TouchCurve(CycleCurve[OrbitOnCurve]):
         normal: FloatArray,
         heading: FloatArray | None = None,
     ) -> OrbitOnCurve | None:
-        """The cycle near a guess, in the plane through it with this normal: see `Curve`."""
+        """The cycle near a guess, in the hyperplane through it with this normal.
+
+        The tangent points to the side of `heading`, by default of the normal. `neighbour` is an
+        argument of `Curve.correct` that touching cycles do not need.
+        """
+        # y and ẏ of the start remain zero along the curve: they fix the phase, not the flow.
         normals = np.array([_Y_AXIS, _VY_AXIS, normal])
         orbit = self._orbits.solve(guess, normals, heading, is_normal_to_flow=False)
         if orbit is None or orbit.y_max > _MAX_HEIGHT * abs(orbit.y_min):
@@ -75,8 +87,8 @@ class TouchCurve(CycleCurve[OrbitOnCurve]):
         state = (x, vx, y, vy)
         system = replace(self._plane.system_at(values), separation=False)
         cycle_run = Request(system, t_end=period, tol=FLOW_TOL, start=state)
-        time = float(vary(cycle_run, START_SEEDS[:1]).extreme_times[Y_MAX])
-        if 0.0 < time < period:
-            rise = Request(system, t_end=time, tol=FLOW_TOL, start=state)
-            x, vx, _, _ = vary(rise, START_SEEDS[:1]).final
+        time_of_y_max = float(vary(cycle_run, _UNUSED_DIRECTION).extreme_times[Y_MAX])
+        if 0.0 < time_of_y_max < period:
+            rise = Request(system, t_end=time_of_y_max, tol=FLOW_TOL, start=state)
+            x, vx, _, _ = vary(rise, _UNUSED_DIRECTION).final
         return x, vx

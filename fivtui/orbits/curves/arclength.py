@@ -21,7 +21,7 @@ from fivtui.transient import MAX_T_END
 from .flow import (
     FLOW_TOL,
     MAX_FLOW_STEPS,
-    POSITION_EXTREMES,
+    POSITION_EXTREME_COUNT,
     Y_MAX,
     Y_MIN,
     FloatArray,
@@ -31,10 +31,11 @@ from .flow import (
 )
 from .following import Bound, Curve, PointOnCurve
 
-# Indices among the unknowns of an orbit along one parameter: the parameter, and the period.
+# Indices among the unknowns of an orbit along a single parameter: the parameter, and the period.
 PARAMETER: Final = -1
 PERIOD: Final = -2
-NO_CALLBACK: Final = Progress(None)
+# Progress that is reported to nobody, and cannot be cancelled.
+SILENT_PROGRESS: Final = Progress(None)
 
 T = TypeVar("T")
 
@@ -44,8 +45,9 @@ class OrbitOnCurve(PointOnCurve):
     """A periodic orbit on a curve.
 
     `flow_direction` is the unit vector of the motion at its start, scaled. `monodromy` maps
-    deviations normal to it over a period. `extremes` are those of `MotionEnd`, in m and m/s;
-    `determinant` is that of the equations, with the tangent as last row.
+    deviations normal to it over a period. `extremes` begin with x_min, x_max, y_min and y_max, m,
+    and continue as in `MotionEnd`. `determinant` is that of the equations, with the tangent as last
+    row.
     """
 
     flow_direction: FloatArray
@@ -95,13 +97,13 @@ class CycleCurve(Curve[Orbit]):
         return 0.5 * math.hypot(x_max - x_min, y_max - y_min)
 
     def features(self, point: Orbit) -> FloatArray:
-        """Quantities that do not depend on the phase: period, parameters and extremes."""
+        """Quantities by which cycles of any phase are compared: period, parameters, extremes."""
         state_count = len(point.flow_direction)
         return np.concatenate([point.unknowns[state_count:], self._scaled_extremes(point)])
 
     def _scaled_extremes(self, point: Orbit) -> FloatArray:
         # Extremes of x and y in units of length.
-        extremes: FloatArray = point.extremes[:POSITION_EXTREMES] / self.scales[0]
+        extremes: FloatArray = point.extremes[:POSITION_EXTREME_COUNT] / self.scales[0]
         return extremes
 
 
@@ -154,6 +156,7 @@ def find_root(
             least_residual, tolerance = residual, limits.accepted * size
             best = Root(unknowns, derivatives, data, iteration)
         elif least_residual < tolerance:
+            # The residual does not fall below rounding: the best iterate is accepted.
             break
         if residual < limits.negligible * size:
             break
@@ -167,7 +170,8 @@ def find_root(
 def normal_basis(direction: FloatArray) -> FloatArray:
     """Orthonormal basis, in columns, of the plane normal to a unit vector.
 
-    A reflection maps the first axis to the vector, and the further axes to the basis.
+    A Householder reflection maps the first axis to the vector or its opposite, and so the further
+    axes to the basis.
     """
     normal = direction.copy()
     normal[0] += -1.0 if direction[0] < 0.0 else 1.0
@@ -183,7 +187,7 @@ _NEWTON_LIMITS: Final = NewtonLimits(iterations=8, negligible=2e-13, accepted=1e
 class OrbitCurve:
     """The equations of the periodic orbits of a flow along the parameters that vary."""
 
-    def __init__(self, flow: Flow, scales: FloatArray, work: Progress = NO_CALLBACK) -> None:
+    def __init__(self, flow: Flow, scales: FloatArray, work: Progress = SILENT_PROGRESS) -> None:
         self._flow, self.scales, self._work = flow, scales, work
         self._state_count, self._unknown_count = flow.state_count, len(scales)
         self._search = _compiled_search(flow, scales)
@@ -198,8 +202,9 @@ class OrbitCurve:
     ) -> OrbitOnCurve | None:
         """The periodic orbit near a guess in planes through it; None without convergence.
 
-        The planes have these `normals`. The tangent points to the side of `heading`, by default of
-        the last normal. It is normal to the first one, or to the flow if `is_normal_to_flow`.
+        The planes have these `normals`. The tangent is normal to all `normals` but the last; if
+        `is_normal_to_flow`, the direction of the flow replaces the first of them. The tangent
+        points to the side of `heading`, by default of the last normal.
         """
         self._work.check()
         if not np.isfinite(guess).all():
@@ -242,11 +247,12 @@ class OrbitCurve:
         guess[:state_count] = motion.final / self.scales[:state_count]
         # Period and parameters determine the direction of the tangent.
         heading[:state_count] = 0.0
-        normals = np.eye(self._unknown_count)[state_count:]
-        normals[0] = 0.0
-        normals[0, :state_count] = motion.rate / self.scales[:state_count]
-        normals[0] /= np.linalg.norm(normals[0])
-        return self.solve(guess, normals, heading)
+        # One plane fixes the phase, the others the parameters.
+        flow_normal = np.zeros(self._unknown_count)
+        flow_normal[:state_count] = motion.rate / self.scales[:state_count]
+        flow_normal /= np.linalg.norm(flow_normal)
+        parameter_normals = np.eye(self._unknown_count)[state_count + 1 :]
+        return self.solve(guess, np.vstack([flow_normal, parameter_normals]), heading)
 
     def motion(self, unknowns: FloatArray, share: float = 1.0) -> MotionEnd | None:
         """The motion over a share of a period; None where it cannot be computed."""
@@ -280,32 +286,38 @@ class OrbitCurve:
         is_normal_to_flow: bool = True,
     ) -> OrbitOnCurve | None:
         """The orbit of a root with its tangent; None where the equations are singular."""
-        system, state_count = root.derivatives.copy(), self._state_count
-        system[-1] = heading
+        # The product of each row and the tangent is 0, except that of the heading, the last row.
+        matrix, state_count = root.derivatives.copy(), self._state_count
+        matrix[-1] = heading
         rate = motion.rate / self.scales[:state_count]
         flow_direction = rate / np.linalg.norm(rate)
         if is_normal_to_flow:
-            system[state_count] = 0.0
-            system[state_count, :state_count] = flow_direction
+            matrix[state_count] = 0.0
+            matrix[state_count, :state_count] = flow_direction
         try:
-            tangent = np.linalg.solve(system, np.eye(self._unknown_count)[-1])
+            tangent = np.linalg.solve(matrix, np.eye(self._unknown_count)[-1])
         except np.linalg.LinAlgError:
             return None
         tangent = tangent / np.linalg.norm(tangent)
-        system[-1] = tangent
+        # With the tangent as last row the determinant is zero only where curves of orbits cross.
+        matrix[-1] = tangent
+        # The equations are the end less the start, so that the start's derivative is added again.
+        derivatives_by_start = matrix[:state_count, :state_count] + np.eye(state_count)
         basis = normal_basis(flow_direction)
         return OrbitOnCurve(
             root.unknowns,
             tangent,
             root.iterations,
-            flow_direction,
-            basis.T @ (system[:state_count, :state_count] + np.eye(state_count)) @ basis,
-            motion.extremes,
-            float(np.linalg.det(system)),
+            flow_direction=flow_direction,
+            monodromy=basis.T @ derivatives_by_start @ basis,
+            extremes=motion.extremes,
+            determinant=float(np.linalg.det(matrix)),
         )
 
 
 def _compiled_search(flow: Flow, scales: FloatArray) -> OrbitSearch | None:
+    # The search in the compiled kernel, which knows the belt without `v_belt` alone: there the
+    # slider never sticks. None for other flows, and where no kernel is compiled.
     if not isinstance(flow, SliderBeltFlow) or flow.system.parameters.v_belt is not None:
         return None
     if why_interpreted() is not None:
@@ -319,6 +331,7 @@ def _compiled_search(flow: Flow, scales: FloatArray) -> OrbitSearch | None:
         scales=scales,
         separation=flow.system.separation,
         tol=tol,
+        # The order of the Taylor polynomials.
         order=order_for(tol),
         max_period=MAX_T_END,
         budget=MAX_FLOW_STEPS,

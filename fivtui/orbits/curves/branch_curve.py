@@ -11,9 +11,16 @@ from numpy.typing import NDArray
 
 from fivtui.model import Progress, System
 
-from .arclength import NO_CALLBACK, PARAMETER, CycleCurve, OrbitCurve, OrbitOnCurve, cycle_scales
+from .arclength import (
+    PARAMETER,
+    SILENT_PROGRESS,
+    CycleCurve,
+    OrbitCurve,
+    OrbitOnCurve,
+    cycle_scales,
+)
 from .events import End, EventKind
-from .flow import POSITION_EXTREMES, FloatArray, Flow, ModePattern, SliderBeltFlow
+from .flow import POSITION_EXTREME_COUNT, FloatArray, Flow, ModePattern, SliderBeltFlow
 from .following import Bound
 
 # Rounding of the parameter's derivative along the curve.
@@ -22,14 +29,16 @@ _SLOPE_ROUNDING: Final = 1e-9
 _CIRCLE_TOL: Final = 1e-6
 # A period begins within this part of a stick, relative to the length of the stick.
 _INNER_PART: Final = (0.25, 0.75)
-# A stick vanishes below this part of the period, a speed gap below this part of the belt speed.
+# A stick vanishes below this part of the period. The gap between the belt speed and the greatest ẋ
+# of a slip vanishes below this part of the belt speed.
 _VANISHING: Final = 1e-3
-# Lower bound of the parameter's unit: its range divided by this. Units are powers of two.
+# The parameter's unit is the greatest power of two up to its size, or up to its range divided by
+# this where its size is smaller.
 _RANGE_PER_UNIT: Final = 64.0
 
 
 def touch_test(orbit: OrbitOnCurve) -> float:
-    """Zero if the highest or the lowest point is at y = 0, positive if y changes its sign."""
+    """Zero if an extreme of y is at y = 0, where contact ends; positive if y changes its sign."""
     return -orbit.y_min * orbit.y_max
 
 
@@ -47,8 +56,8 @@ def period_doubling_test(orbit: OrbitOnCurve) -> float:
 def torus_test(orbit: OrbitOnCurve) -> float:
     """Zero where the product of two multipliers is 1.
 
-    The products are the eigenvalues of the matrix of all minors of two rows and columns, so that
-    the determinant of this matrix less the identity vanishes.
+    The products of pairs are the eigenvalues of the second compound matrix, which has the minors of
+    all pairs of rows and pairs of columns. The test is the determinant of it less the identity.
     """
     rows = orbit.monodromy.tolist()
     pairs = list(combinations(range(len(rows)), 2))
@@ -79,6 +88,7 @@ class BranchCurve(CycleCurve[OrbitOnCurve]):
     Touches of y = 0 are searched for if `tests_touch`.
     """
 
+    # The parameter may turn at two folds within a step: such steps are shortened.
     may_hide_folds = True
     untested: frozenset[EventKind] = frozenset()
 
@@ -87,7 +97,7 @@ class BranchCurve(CycleCurve[OrbitOnCurve]):
         flow: Flow,
         scales: FloatArray,
         bounds: tuple[float, float],
-        work: Progress = NO_CALLBACK,
+        work: Progress = SILENT_PROGRESS,
         *,
         tests_touch: bool,
     ) -> None:
@@ -122,19 +132,25 @@ class BranchCurve(CycleCurve[OrbitOnCurve]):
         if kind is not EventKind.TORUS:
             return True
         values = point.multipliers
-        pairs = values[np.abs(values.imag) > _CIRCLE_TOL]
-        return bool(pairs.size and np.abs(np.abs(pairs) - 1.0).min() < _CIRCLE_TOL)
+        complex_values = values[np.abs(values.imag) > _CIRCLE_TOL]
+        distances = np.abs(np.abs(complex_values) - 1.0)
+        return bool(distances.size and distances.min() < _CIRCLE_TOL)
 
 
 def mode_pattern(orbit: OrbitOnCurve) -> ModePattern:
-    """Sticks and order of modes of a cycle on a belt of finite speed."""
-    return ModePattern(*orbit.extremes[POSITION_EXTREMES:].tolist())
+    """Sticks and order of modes in contact of a cycle on a belt of finite speed (`v_belt`)."""
+    # `SliderBeltFlow` appends the pattern to the extremes of x and y.
+    return ModePattern(*orbit.extremes[POSITION_EXTREME_COUNT:].tolist())
 
 
 class FiniteSpeedBranchCurve(BranchCurve):
-    """Periodic orbits on a belt of finite speed; the curve has corners where modes change order."""
+    """Periodic orbits on a belt of finite speed, to which the slider may stick.
 
-    # With sticks the sign of the determinant depends on the start of the period.
+    The curve has corners where the order of modes changes: slip forward, slip backward, stick.
+    """
+
+    # Over a stick the derivative of the motion by its start is singular, so that the sign of the
+    # determinant depends on where the period begins.
     untested = frozenset({EventKind.BRANCH})
 
     def multipliers(self, orbits: Sequence[OrbitOnCurve]) -> NDArray[np.complex128]:
@@ -149,7 +165,11 @@ class FiniteSpeedBranchCurve(BranchCurve):
         return (pattern.sticks, pattern.reversals, pattern.order)
 
     def pattern_event(self, point: OrbitOnCurve, successor: OrbitOnCurve) -> EventKind:
-        """The event between two cycles with different sticks, reversals or order of modes."""
+        """The event between two cycles of different patterns.
+
+        `EventKind.STICK` if the numbers of sticks differ, `REVERSE_SLIP` if those of slips backward
+        do, else `ORDER`: the modes in contact have a different order.
+        """
         before, after = mode_pattern(point), mode_pattern(successor)
         if before.sticks != after.sticks:
             return EventKind.STICK
@@ -161,10 +181,14 @@ class FiniteSpeedBranchCurve(BranchCurve):
         pattern = mode_pattern(point)
         if pattern.shortest_stick < _VANISHING:
             return End.STICK_ENDS
+        # A slider that reaches the belt speed begins to stick, and the motion jumps.
         return End.JUMPS if 0.0 < pattern.speed_gap < _VANISHING else End.LOST
 
     def recentre(self, point: OrbitOnCurve) -> OrbitOnCurve:
-        """The cycle, with a period that begins well inside the longest stick if it sticks."""
+        """The cycle, with a period that begins well inside the longest stick if it sticks.
+
+        `Follower` calls this after each step, so that the start remains within a stick.
+        """
         pattern = mode_pattern(point)
         if pattern.sticks == 0.0 or _INNER_PART[0] < pattern.start_in_stick < _INNER_PART[1]:
             return point
@@ -181,7 +205,7 @@ class ParameterLine:
     system: System
     name: str
     bounds: tuple[float, float]
-    work: Progress = NO_CALLBACK
+    work: Progress = SILENT_PROGRESS
 
     @property
     def value(self) -> float:

@@ -224,7 +224,7 @@ def _follow_to_single_period(
             end = End.DOUBLING
             del events[len(points) - 1]
         if end is End.EVENT and len(points) >= MAX_POINTS:
-            end = End.LONG
+            end = End.TOO_LONG
         if end is not End.EVENT:
             return CurvePart(tuple(points), events, end)
         start_event = events[len(points) - 1]

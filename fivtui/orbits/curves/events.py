@@ -35,4 +35,4 @@ class End(StrEnum):
     STICK_ENDS = "has a stick that ends, beyond which motion jumps"
     DOUBLING = "meets cycles of half the period"
     EVENT = "reaches an event"
-    LONG = f"has more than {MAX_POINTS} points"
+    TOO_LONG = f"has more than {MAX_POINTS} points"

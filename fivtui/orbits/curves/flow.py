@@ -17,8 +17,8 @@ FLOW_TOL: Final = 1e-13
 MAX_FLOW_STEPS: Final = 20_000
 # On a belt of finite speed steps are slow, and a period takes less than a hundred.
 _MAX_BELT_STEPS: Final = 2_000
-# Extremes begin with those of x and y; on a belt of finite speed the `ModePattern` follows them.
-POSITION_EXTREMES: Final = 4
+# Number of extremes of x and y. They come first; on a belt of finite speed a `ModePattern` follows.
+POSITION_EXTREME_COUNT: Final = 4
 Y_MIN: Final = EXTREMES.index("y_min")
 Y_MAX: Final = EXTREMES.index("y_max")
 
@@ -140,5 +140,5 @@ class SliderBeltFlow:
         extremes = motion.extremes
         if belt_speed is not None:
             pattern = _mode_pattern(motion, time, belt_speed)
-            extremes = np.append(extremes[:POSITION_EXTREMES], pattern)
+            extremes = np.append(extremes[:POSITION_EXTREME_COUNT], pattern)
         return MotionEnd(np.array(motion.final), motion.final_rate, motion.derivatives, extremes)

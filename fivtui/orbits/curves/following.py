@@ -390,7 +390,7 @@ class Follower(Generic[P]):
             return End.EQUILIBRIUM
         if successor.size > _MAX_SIZE:
             return End.UNBOUNDED
-        return End.LONG if count + 1 >= self._max_points else None
+        return End.TOO_LONG if count + 1 >= self._max_points else None
 
     def _point_at_bound(self, point: P, target: FloatArray) -> P | None:
         # The curve's point at the first bound on the line from a point to a target outside.

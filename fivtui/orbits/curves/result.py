@@ -24,7 +24,7 @@ EVENTS: Final = ("none", *EventKind)
 # Multipliers of a cycle besides the one along it, which is 1.
 _MULTIPLIER_COUNT: Final = 3
 # Columns of quantities of a cycle, named after its attributes.
-MEASURES: Final = (
+CYCLE_COLUMNS: Final = (
     Column("period", "s", "period of the limit cycle"),
     Column("y_min", "m", "lowest point"),
     Column("y_max", "m", "highest point"),
@@ -164,7 +164,7 @@ class CycleBranch(TableResult, Plottable):
         reasons = [
             f"{end} at {self.name} = {point.value:.6g}"
             for end, point in zip(self.ends, (self.points[0], self.points[-1]), strict=True)
-            if end in (End.LOST, End.LONG)
+            if end in (End.LOST, End.TOO_LONG)
         ]
         return f"the branch {' and '.join(reasons)}" if reasons else None
 
@@ -177,7 +177,7 @@ class CycleBranch(TableResult, Plottable):
         events = np.array([EVENTS.index(event_at(self, point) or "none") for point in points])
         return {
             ALL_PARAMETERS[self.name].column: np.array([point.value for point in points]),
-            **attribute_table(points, MEASURES),
+            **attribute_table(points, CYCLE_COLUMNS),
             Column("stable", "1", "1 if stable"): np.array([int(point.stable) for point in points]),
             **multiplier_table(points),
             **start_table(points, "of a state on the cycle"),

@@ -263,7 +263,7 @@ def test_cycles_next_to_a_hopf_point_have_the_size_of_the_normal_form() -> None:
 def assert_stability_changes_at_events(p: Parameters) -> set[EventKind]:
     # The branch is not lost, and its stability changes only at events.
     curve = branch(p, "mu", low=0.0, high=10.0)
-    assert not {End.LOST, End.LONG} & set(curve.ends)
+    assert not {End.LOST, End.TOO_LONG} & set(curve.ends)
     assert curve.events[0].value == critical_mu(System(p))[0].mu
     rises = curve.points[0].value > curve.events[0].value
     assert curve.points[0].stable == rises == (curve.events[0].direction == "supercritical")
