@@ -34,7 +34,8 @@ if TYPE_CHECKING:
 
 # Bounds the memory and the time of a request.
 MAX_STARTS: Final = 1_000_000
-# Offsets to test, in characteristic lengths: lowest, highest, number.
+# Offsets to test, in characteristic lengths: lowest, highest, number. The characteristic length is
+# the greater of the static deflection and √(k2/k_nl).
 _MIN_OFFSET: Final = 1e-3
 _MAX_OFFSET: Final = 100.0
 _OFFSET_COUNT: Final = 31
@@ -61,6 +62,7 @@ class Basin(GridResult, Plottable):
         Index in `attractors` of the attractor of each start.
     """
 
+    # Name of the table in messages.
     data_name: ClassVar[str] = "attractor"
 
     system: System
@@ -84,6 +86,7 @@ class Basin(GridResult, Plottable):
         return None
 
     def _summary(self) -> list[tuple[str, str]]:
+        # The scene is the parameter set, and whether the slider can leave the belt.
         return [
             ("scene", scene_text(self.system)),
             *(
@@ -103,6 +106,7 @@ class Basin(GridResult, Plottable):
         return {**self.grid.table(), attractor: self.reached.ravel()}
 
     def _header(self) -> dict[str, Any]:
+        # Entries at the top of a file with the table.
         return self._start_data() | {
             "attractors": [attractor.description for attractor in self.attractors]
         }
@@ -125,6 +129,7 @@ class Basin(GridResult, Plottable):
         }
 
     def _sheet(self) -> "Sheet":
+        # The charts of the figure, and their layout.
         from .charts import basin_sheet
 
         return basin_sheet(self)
@@ -148,9 +153,10 @@ def basin(
     over : mapping of str to sequence of float
         Two of ``x0``, ``vx0``, ``y0`` and ``vy0``, and the values of each, m or m/s.
     separation : bool
-        Whether separation is considered.
+        Whether the slider can separate from the belt.
     start : "static" or sequence of four floats, optional
-        The components of the start that do not vary; those of the equilibrium if not given.
+        Gives the components that do not vary: (x, ẋ, y, ẏ), or by "static" the equilibrium for
+        μ = 0. By default they are those of the equilibrium.
     kernel : "compiled" or "interpreted", optional
         Implementation of the integrator; the compiled one where there is one, if not given.
     progress : callable, optional
@@ -195,6 +201,7 @@ def basin(
         for component, value in zip(components, pair, strict=True):
             state[component] = value
         reached[index] = add_attractor(attractors, explorer.reach(state))
+    # Unlike `report`, `advance` raises no `Cancelled`: the result is complete.
     work.advance(1.0)
     return Basin(
         system=system,
@@ -214,7 +221,7 @@ def _start_spec(name: str) -> ParameterSpec:
 class EscapeOffset:
     """The smallest offsets up and down from the equilibrium that leave its basin, m, both positive.
 
-    None if no tested offset leaves the basin.
+    None if no tested offset leaves the basin, or if motion from a smaller one does not settle.
     """
 
     up: float | None
@@ -247,7 +254,8 @@ def escape_offset(
 
 
 def _escape_offset_in(explorer: Explorer, direction: float, work: Progress) -> float | None:
-    # The smallest offset in a direction, 1 or -1, that leaves the basin; None without one.
+    # The smallest offset in a direction, 1 or -1, that leaves the basin. None without one, or if a
+    # smaller offset cannot be classified, as its motion does not settle.
     x, _, y, _ = explorer.rest
 
     def kind_at(offset: float) -> Kind:

@@ -28,7 +28,8 @@ from .explorer import AT_REST, Kind
 _FIGURE_SIZE: Final = (4.8, 3.9)
 # Characters for the terminal, and markers of matplotlib, by direction.
 _MARKS: Final = {"up": ("▲", "^"), "down": ("▼", "v")}
-# Unsettled and unbounded motion has no amplitude, and is not drawn.
+# Unsettled and unbounded motion has no amplitude, and is not drawn. `Kind.STICK` is rest on a belt
+# that is at rest.
 _COLOURS: Final = {
     Kind.EQUILIBRIUM: "black",
     Kind.CONTACT_CYCLE: "#1f4fd8",
@@ -36,10 +37,11 @@ _COLOURS: Final = {
     Kind.STICK_SLIP_CYCLE: "#c2570c",
     Kind.STICK: "0.45",
 }
-_REST_SHADE: Final = Shade(" ", "stable", fill="white")
+# Styles are names of colours in the terminal: "stable" is green, "unstable" red.
+_REST_SHADE: Final = Shade(" ", style="stable", fill="white")
 # Shades of the basins of cycles, in the order of the attractors.
 _CYCLE_SHADES: Final = tuple(
-    Shade(character, "unstable", fill=fill, hatch=hatch)
+    Shade(character, style="unstable", fill=fill, hatch=hatch)
     for character, fill, hatch in (
         ("░", "#a8c8a0", "///"),
         ("▒", "#8fa8e0", "..."),
@@ -53,7 +55,7 @@ _CYCLE_SHADES: Final = tuple(
 
 
 def continuation_sheet(result: Continuation) -> Sheet:
-    """Half peak-to-peak over the parameter; coexistence is shaded.
+    """Half peak-to-peak over the parameter; intervals of coexistence are marked along x.
 
     Triangles point in the direction in which an attractor was found.
     """
@@ -67,6 +69,7 @@ def continuation_sheet(result: Continuation) -> Sheet:
             ]
             x, y = np.array(points, dtype=float).reshape(-1, 2).T
             mark, marker = _MARKS[direction]
+            # Role and marker are the style in figures.
             traces.append(
                 Trace(
                     f"{kind}, {direction}",
@@ -81,11 +84,13 @@ def continuation_sheet(result: Continuation) -> Sheet:
                 )
             )
     largest = max((float(trace.y.max(initial=0.0)) for trace in traces), default=0.0)
+    intervals = _coexistence_intervals(result)
+    # Margins for markers at the ends of the x axis (not `tight`), and in figures below y = 0.
     chart = Chart(
         axis_label(ALL_PARAMETERS[result.name]),
         Label("±y (m)", "Half peak-to-peak of $y$ (m)"),
         tuple(traces),
-        strips=(Strip("coexist", "coexistence", _coexistence_intervals(result)),),
+        strips=(Strip(label="coexist", meaning="coexistence", intervals=intervals),),
         tight=False,
         figure_y=(-0.05 * largest, None),
     )
@@ -95,7 +100,9 @@ def continuation_sheet(result: Continuation) -> Sheet:
 def _coexistence_intervals(result: Continuation) -> list[tuple[float, float]]:
     # Intervals around values of coexistence, up to the midpoints to their neighbours.
     values, coexisting = result.values, set(result.coexisting)
-    edges = np.concatenate([values[:1], 0.5 * (values[1:] + values[:-1]), values[-1:]]).tolist()
+    midpoints = 0.5 * (values[1:] + values[:-1])
+    # The interval around values[i] is from edges[i] to edges[i + 1].
+    edges = np.concatenate([values[:1], midpoints, values[-1:]]).tolist()
     return [
         (edges[index], edges[index + 1])
         for index, value in enumerate(values.tolist())
@@ -110,13 +117,20 @@ def basin_sheet(result: Basin) -> Sheet:
     """
     shades, cycle_count = [], 0
     for attractor in result.attractors:
+        # The equilibrium, or rest by stick.
         at_rest = attractor.kind in AT_REST
         shade = _REST_SHADE if at_rest else _CYCLE_SHADES[cycle_count % len(_CYCLE_SHADES)]
         cycle_count += not at_rest
         shades.append(shade._replace(text=attractor.description, name=attractor.description))
     (x, y), (x_label, y_label) = result.axes, map(axis_label, result.grid.specs)
-    reached = result.reached.astype(float)
-    backdrop = Backdrop(x, y, result.reached, shades, reached, "attractor")
+    backdrop = Backdrop(
+        x,
+        y,
+        levels=result.reached,
+        shades=shades,
+        values=result.reached.astype(float),
+        label="attractor",
+    )
     chart = Chart(x_label, y_label, (), backdrop=backdrop)
     fixed_components = ", ".join(
         f"{math_symbol(spec.symbol)} = {value:.4g} {math_unit(spec.unit)}"

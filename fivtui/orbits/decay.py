@@ -1,14 +1,24 @@
 """A region around the equilibrium in which a Lyapunov function proves that motion decays.
 
 The deviation from the equilibrium is V q with eigenvectors V and modal coordinates q. Linear motion
-decays at least like e^{−σt}. The contact adds b n(η) with b = V⁻¹ (0, μ, 0, 1)ᵀ and, for the height
-η = y − y_e = w q, n = −k_nl (3 y_e η² + η³)/m. Hence with |η| ≤ |w| |q|
+decays at least like e^{−σt}. The row w of V for y gives the height η = y − y_e = w q, hence
+|η| ≤ |w| |q|. The cubic contact stiffness k_nl adds b n(η) with b = V⁻¹ (0, μ, 0, 1)ᵀ and
+n = −k_nl (3 y_e η² + η³)/m. Hence
 
     d|q|/dt ≤ −σ |q| + |b| k_nl/m (3 |y_e| |w|² |q|² + |w|³ |q|³)
 
-which is negative for all |q| below a root of a quadratic. On a belt of finite speed the region ends
-where the slider would have the belt speed, so that the sliding speed v is between 0 and 2 v_belt.
-Friction μ(v) then adds its remainder from the tangent at v_belt. The friction law has to be convex,
+which is negative for all |q| below a root of a quadratic. With separation the region ends where the
+slider would leave the belt, at y = 0.
+
+Without v_belt the belt is always faster than the slider. With it the region ends where the slider
+would have the belt speed, so that the sliding speed v = v_belt − ẋ is between 0 and 2 v_belt.
+Linear motion then has the tangent of μ(v) at v_belt, the contact force P_e at the equilibrium, and
+the tangent stiffness k_t of the contact. What they leave out of the friction force μ P is, beside
+n(η), at most
+
+    |μ″(0)|/2 ẋ² (|P_e| + k_t |η|) + |μ′(v_belt)| k_t |ẋ| |η|
+
+The column of V⁻¹ for ẋ, divided by m, turns it into a rate of q. The friction law has to be convex,
 with |μ″| decreasing with v: |μ″(0)| bounds |μ″|, and the greater of μ(0) and μ(2 v_belt) bounds μ.
 """
 
@@ -42,10 +52,10 @@ _VX, _Y, _VY = 1, 2, 3
 class DecayRegion:
     """The region |q| < `radius` of proven decay around an equilibrium.
 
-    With separation it is on one side of y = 0. `radius` is zero without a proof, such as for an
-    unstable equilibrium. `unstable` is True if an eigenvalue has a positive real part beyond
-    rounding. `growth` is the greatest real part of the eigenvalues, 1/s, and `fastest` their
-    greatest modulus; `rest` is the equilibrium as a state.
+    With separation the slider stays on one side of y = 0, where contact ends. `radius` is zero
+    without a proof, such as for an unstable equilibrium. `unstable` is True if an eigenvalue has a
+    positive real part beyond rounding. `growth` is the greatest real part of the eigenvalues, 1/s,
+    and `fastest` their greatest modulus; `rest` is the equilibrium as a state.
     """
 
     def __init__(self, system: System, point: Equilibrium) -> None:
@@ -67,26 +77,30 @@ class DecayRegion:
         y_norm = float(np.linalg.norm(vectors[_Y]))
         vx_norm = float(np.linalg.norm(vectors[_VX]))
         in_contact = point.mode in IN_CONTACT
-        cubic_bound = self._drive_bound(p) * (p.k_nl if in_contact else 0.0) / p.m
+        cubic_bound = self._force_gain_bound(p) * (p.k_nl if in_contact else 0.0) / p.m
         # The radius is the |q| that solves σ = linear |q| + quadratic |q|².
         linear = 3.0 * cubic_bound * abs(point.y) * y_norm**2
         quadratic = cubic_bound * y_norm**3
         if in_contact and p.v_belt is not None and depends_on_speed(p):
-            drive = float(np.linalg.norm(self._modal[:, _VX])) / p.m
-            curvature_bound = 0.5 * drive * abs(friction_derivatives(p, 0.0, 2)[2]) * vx_norm**2
+            friction_gain = float(np.linalg.norm(self._modal[:, _VX])) / p.m
+            _, _, curvature = friction_derivatives(p, 0.0, 2)
+            curvature_bound = 0.5 * friction_gain * abs(curvature) * vx_norm**2
             stiffness = tangent_stiffness(p, point.y)
-            slope = abs(friction_slope(p, p.v_belt))
-            linear += curvature_bound * abs(point.P) + drive * slope * stiffness * y_norm * vx_norm
+            slope_bound = friction_gain * abs(friction_slope(p, p.v_belt))
+            contact_force = abs(point.P)
+            linear += curvature_bound * contact_force + slope_bound * stiffness * y_norm * vx_norm
             quadratic += curvature_bound * stiffness * y_norm
-        root = linear + math.sqrt(linear * linear - 4.0 * quadratic * growth)
-        self.radius = -2.0 * growth / root if root > 0.0 else math.inf
+        # This form of the solution also holds where `quadratic` is zero.
+        decay_rate = -growth
+        denominator = linear + math.sqrt(linear * linear + 4.0 * quadratic * decay_rate)
+        self.radius = 2.0 * decay_rate / denominator if denominator > 0.0 else math.inf
         if system.separation and y_norm > 0.0:
             self.radius = min(self.radius, abs(point.y) / y_norm)
         if in_contact and p.v_belt is not None and vx_norm > 0.0:
             self.radius = min(self.radius, p.v_belt / vx_norm)
 
-    def _drive_bound(self, p: Parameters) -> float:
-        # Upper bound of |b|, the modal acceleration by a contact force divided by force over m.
+    def _force_gain_bound(self, p: Parameters) -> float:
+        # Upper bound of |b|: the rate of q by a contact force, divided by force over m.
         if p.v_belt is None or not depends_on_speed(p):
             mu = p.mu if p.v_belt is None else friction_coefficient(p, p.v_belt)
             return float(np.linalg.norm(self._modal @ np.array([0.0, mu, 0.0, 1.0])))

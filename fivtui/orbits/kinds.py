@@ -1,4 +1,8 @@
-"""Kinds of study: attractors, continuations, basins, branches and curves over two parameters."""
+"""Kinds of study: attractors, continuations, basins, branches and curves over two parameters.
+
+A `StudyKind` tells the command line and the laboratory how to handle a result: `data` names it in
+messages, `show` prints it, `header` and `json_keys` are the keys by which its files are recognised.
+"""
 
 from typing import TYPE_CHECKING, Final
 
@@ -11,6 +15,7 @@ from .options import BranchOptions
 if TYPE_CHECKING:
     from .curves.result import CycleBranch
 
+# Modules that are imported when one of their functions is called.
 (report,) = lazy_modules(__name__, "report")
 branch_files = LazyModule("fivtui.orbits.curves.files")
 
@@ -25,6 +30,7 @@ ATTRACTORS: Final = StudyKind(
     json_keys=frozenset({"attractors", "coexistence"}),
 )
 
+# Attractors along a parameter, which transients reach.
 BRANCHES: Final = StudyKind(
     data="attractor",
     show=report.print_continuation,
@@ -47,13 +53,15 @@ BASIN: Final = StudyKind(
 
 
 def _branch_command(result: "CycleBranch") -> Command:
-    # The command that follows a branch; `InputError` if no option gives its start.
+    # The command that computes a branch again. `InputError` if the branch begins at a cycle from a
+    # file, or is one of twice the period.
     if result.origin == "file" or result.doubled:
         raise InputError("branch: no command repeats it: no option gives the cycle it begins at")
     vary = f"{result.name}={result.low!r}:{result.high!r}"
     return command_for("branch", result, BranchOptions(vary=vary, origin=result.origin))
 
 
+# Limit cycles along a parameter, stable and unstable, connected by continuation.
 BRANCH: Final = StudyKind(
     data="branch",
     show=report.print_branch,
@@ -64,7 +72,11 @@ BRANCH: Final = StudyKind(
     json_keys=frozenset({"parameter", "points", "events"}),
     load=branch_files.restore_branch,
     command=_branch_command,
-    stored=Storage(".json", branch_files.store_branch, branch_files.restore_branch),
+    # The laboratory's file also has the set's value of the parameter that varies; both are read
+    # alike.
+    stored=Storage(
+        suffix=".json", save=branch_files.store_branch, load=branch_files.restore_branch
+    ),
 )
 
 BOUNDARY: Final = StudyKind(

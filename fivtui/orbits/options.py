@@ -9,6 +9,7 @@ from fivtui.transient import setting
 class BranchOptions:
     """Options of ``fivtui branch``."""
 
+    # If given, the scene that is computed has `separation` False.
     ignore_separation: bool = setting("separation")
     vary: str | None = option(
         "--vary",
@@ -18,8 +19,8 @@ class BranchOptions:
     )
     origin: str | None = option(
         "--from",
-        "Begin at the Hopf point nearest to the scene (the default), at a limit cycle that its "
-        "transients reach, or at a cycle in a file: a branch, or attractors as JSON.",
+        "Begin at the Hopf point nearest to the scene's value (the default), at a limit cycle that "
+        "its transients reach, or at a cycle in a file: a branch, or attractors as JSON.",
         metavar="hopf|cycle|FILE",
     )
     doubled: bool = flag(
@@ -28,7 +29,8 @@ class BranchOptions:
     )
     curve: str | None = option(
         "--curve",
-        "Follow Hopf points, folds or cycles that touch y = 0 over two parameters instead.",
+        "Follow Hopf points, folds or cycles that just reach y = 0, where contact ends, over two "
+        "parameters instead.",
         metavar="hopf|fold|touch",
     )
     over: tuple[str, ...] = option(

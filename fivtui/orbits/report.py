@@ -25,7 +25,8 @@ _HEADER: Final = (
     "greatest vx m/s",
     "multipliers, size",
 )
-# Columns before those of sticks, which only belts of finite speed have.
+# Columns before those of sticks. Cycles stick only to belts with a `v_belt`: without it the belt is
+# always faster than the slider.
 _COLUMNS_BEFORE_STICKS: Final = 6
 # Significant digits: of most numbers, of parameters and periods, of parameters at events, and of
 # multipliers.
@@ -112,6 +113,7 @@ def print_continuation(result: Continuation) -> None:
         (number(point.value), *_attractor_row(point.attractor)[:count], ", ".join(point.directions))
         for point in result.points
     ]
+    # Value and attractor identify a row.
     print_rows("Attractors, followed up and down", header, rows, keys=2)
 
 
@@ -186,9 +188,10 @@ def print_boundary(result: Boundary) -> None:
 
 
 def coexistence_phrase(result: Coexistence, since: str = "") -> str:
-    """One phrase about the attractors beside the equilibrium.
+    """One phrase about the limit cycles and the unbounded motion of a parameter set.
 
-    The text `since` says from which parameter on they exist, for example `` from μ = 0.2779``.
+    A knock is a disturbance after which motion does not return to a stable equilibrium. The text
+    `since` says from which parameter on they exist, for example `` from μ = 0.2779``.
 
     Examples: ``a limit cycle coexists: half peak-to-peak 7.443 m (after a knock)``, and ``no limit
     cycle found from 11 starts``.
@@ -213,7 +216,10 @@ def coexistence_phrase(result: Coexistence, since: str = "") -> str:
 
 
 def transients_phrase(result: Coexistence) -> str:
-    """One phrase about what transients reach on a belt of finite speed."""
+    """One phrase about what transients reach on a belt of finite speed, at the set's μ.
+
+    On a belt that is always faster than the slider, the safe friction is searched instead.
+    """
     start_count = len(result.reached)
     return (
         f"transients from {start_count} starts at μ = {result.parameters.mu:g}: "
@@ -226,6 +232,7 @@ def _cause_text(result: Coexistence) -> str:
     # How motion leaves the basin of a stable equilibrium.
     if not result.coexists:
         return ""
+    # The static start is the first.
     reached_from_static = result.attractors[result.reached[0]]
     leaves = any(attractor is reached_from_static for attractor in result.others)
     return " (from the static start)" if leaves else " (after a knock)"
