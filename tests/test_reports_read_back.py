@@ -79,7 +79,7 @@ def test_printed_numbers_of_stability_agree_with_independent_equations(capsys: P
     rows = read_list(capsys)
     values = dict(rows)
     x, y, force = own_slider.equilibrium(**changes)
-    assert values["equilibrium x"] == f"{x:.6g} m  Eq. 6"
+    assert values["equilibrium x"] == f"{x:.6g} m  Eq. 6 of the paper"
     assert values["equilibrium y"] == f"{y:.6g} m  negative: contact is compressed"
     assert values["contact force"] == f"{force:.6g} N  in contact"
     eigenvalues = own_slider.eigenvalues(**changes).tolist()

@@ -3,8 +3,7 @@
 Stability follows from the Jacobian at the equilibrium by the Routh–Hurwitz criterion. Its last
 determinant is a smooth function of the friction coefficient and of the belt speed; stability
 changes at its zeros. A grid, refined where the determinant comes near zero, brackets the zeros, and
-Brent's method locates them. The friction law is used only by the functions of
-`fivtui.model.field`.
+Brent's method locates them. Values and slopes of the friction law come from `fivtui.model`.
 """
 
 from collections.abc import Callable
@@ -41,14 +40,16 @@ _MU_INTERVALS: Final = 128
 _REFINEMENT: Final = 16
 _MAX_LEVEL: Final = 8
 _MAX_CONDITION_LEVEL: Final = 2
-# A minimum of the determinant may touch zero if a value two points away is greater by this factor.
+# Where the determinant touches zero between two points of the grid, both may have the same size.
+# But two points from the smaller one its size is greater by this factor at least.
 _RISE_FACTOR: Final = 2.0
 # Determinant, relative to its terms, that is zero to rounding.
 _ROUNDING: Final = 2.0**-50
 
 
 class _ArrayWithExp(np.ndarray[Any, Any]):
-    # Values of μ or of the belt speed: the friction law calls their method `exp`.
+    # Values of μ or of the belt speed. The friction law calls the method `exp` of every number that
+    # is not a float or complex; arrays of NumPy have none.
 
     def exp(self) -> Any:
         return np.exp(np.asarray(self))
@@ -68,8 +69,10 @@ def critical_mu_on_belt(system: System) -> tuple[CriticalMu, ...]:
     Two changes are omitted if rounding hides the interval between them.
     """
     p = system.parameters
+    # If friction depends on the speed at any μ, it does so at μ = 0, where it falls most.
     if p.v_belt is None or not depends_on_speed(p.replaced(mu=0.0)):
         return constant_critical_mu(system)
+    # No μ is critical without sliding: the slider sticks, or F < 0 lifts it off the belt.
     if p.v_belt == 0.0 or (system.separation and load(p) < 0.0):
         return ()
     mu_max = PARAMETERS["mu"].upper if p.mu_s is None else p.mu_s
@@ -106,7 +109,8 @@ def _relative_speeds() -> FloatArray:
 
 
 def _stability_changes(p: Parameters, name: str, grid: FloatArray) -> list[tuple[float, Becomes]]:
-    # Values of a parameter at which stability changes, ascending, and the stability above each.
+    # Values of a parameter at which stability changes, ascending, and the stability above each. The
+    # margin of stability is the determinant, made negative where another condition fails.
     def margins_at(values: FloatArray) -> tuple[FloatArray, BoolArray]:
         varied = p.replaced(**{name: values.view(_ArrayWithExp)})
         with np.errstate(all="ignore"):
@@ -118,9 +122,9 @@ def _stability_changes(p: Parameters, name: str, grid: FloatArray) -> list[tuple
     def margin_at(value: float) -> float:
         varied = p.replaced(**{name: value})
         mu = friction_coefficient(varied, varied.v_belt)
-        determinant, _, conditions_hold = _hurwitz(
-            varied, resting_height(System(varied, separation=False), mu)
-        )
+        # In contact, as `resting_heights` assumes: callers exclude a slider that is lifted off.
+        in_contact = System(varied, separation=False)
+        determinant, _, conditions_hold = _hurwitz(varied, resting_height(in_contact, mu))
         return float(determinant if conditions_hold else -abs(determinant))
 
     return [
@@ -132,8 +136,8 @@ def _stability_changes(p: Parameters, name: str, grid: FloatArray) -> list[tuple
 def _hurwitz(p: Parameters, y: Any) -> tuple[Any, Any, Any]:
     # The last Hurwitz determinant of the equilibrium at y, the sum of the sizes of its terms, and
     # whether the other conditions of stability hold. The characteristic polynomial is
-    # (λ² + c1 λ + a) (λ² + c2 λ + b) − d. Divided by c1 + c2 the determinant has a simple zero at
-    # c1 = 0 if c2 = 0.
+    # (λ² + c1 λ + a) (λ² + c2 λ + b) − d. For c2 = 0 its determinant is c1² d: divided by c1 + c2,
+    # it changes sign with c1. At rest the slider is slower than the belt, which slides forward.
     _, (xx, xvx, xy, _), _, (yx, _, yy, yvy) = jacobian(p, y, Mode.FORWARD)
     a, c1, b, c2, d = -xx, -xvx, -yy, -yvy, xy * yx
     cubic, linear = c1 + c2, c1 * b + c2 * a
@@ -162,6 +166,8 @@ def _find_brackets(
     if level < _MAX_LEVEL:
         ranges += [(n - 1, n + 1) for n in _near_zero_indices(margins, conditions_hold)]
     if level < _MAX_CONDITION_LEVEL:
+        # Where the other conditions begin or cease to hold, a short range of stability may hide,
+        # unless a stable point beside it reveals it.
         begin_indices = np.flatnonzero(conditions_hold[1:] > conditions_hold[:-1]).tolist()
         end_indices = np.flatnonzero(conditions_hold[1:] < conditions_hold[:-1]).tolist()
         ranges += [(n, n + 1) for n in begin_indices if not stable[n + 1 : n + 3].any()]
@@ -182,7 +188,7 @@ def _find_brackets(
 def _near_zero_indices(margins: FloatArray, conditions_hold: BoolArray) -> Any:
     # Indices of local minima of |margin| between neighbours of the same sign. A margin two points
     # away exceeds the minimum by a factor, as for two lines or a parabola that touch zero. Minima
-    # are left out if the other conditions fail at all three points: there is no stability.
+    # where the other conditions fail at all three points are omitted: there is no stability.
     size, stable, index = np.abs(margins), margins > 0.0, np.arange(margins.size)
     far_before, before, after, far_after = (
         np.clip(index + offset, 0, margins.size - 1) for offset in (-2, -1, 1, 2)

@@ -1,4 +1,8 @@
-"""Charts of the modes over the friction coefficient, and of the eigenvalues in the plane."""
+"""Charts of the modes over the friction coefficient, and of the eigenvalues in the plane.
+
+A `Label` has a text for the terminal and one for figures. Traces are `ordered` if y is a function
+of x: those in the plane are not.
+"""
 
 from dataclasses import replace
 from typing import Final
@@ -67,6 +71,7 @@ def plane_chart(result: Stability, scan: ModeScan | None) -> Chart:
         Label("Im λ (rad/s)", "Im $λ$ (rad/s)"),
         tuple(traces),
         guides=guides,
+        # With margins beyond the outermost eigenvalues.
         tight=False,
     )
 
@@ -75,11 +80,14 @@ def modes_sheet(result: Stability, scan: ModeScan) -> Sheet:
     """Frequency and growth rate over μ, and the eigenvalues in the complex plane."""
     p = result.parameters
     charts = (frequency_chart(scan, p, result), growth_chart(scan, p, result))
+    # In figures the imaginary axis has no label: that would be an entry of the legend.
     plane = replace(plane_chart(result, scan), guides=(Guide(0.0),))
     return Sheet([[chart] for chart in (*charts, plane)], _MODES_SIZE, parameter_text(p))
 
 
-def _mode_chart(scan: ModeScan, label: str, parts: FloatArray, guides: tuple[Guide, ...]) -> Chart:
+def _mode_chart(
+    scan: ModeScan, label: Label, parts: FloatArray, guides: tuple[Guide, ...]
+) -> Chart:
     traces = tuple(
         Trace(name, scan.mu, part, role=name) for name, part in zip(_MODES, parts.T, strict=True)
     )
@@ -87,7 +95,8 @@ def _mode_chart(scan: ModeScan, label: str, parts: FloatArray, guides: tuple[Gui
 
 
 def _mu_guides(p: Parameters, result: Stability) -> tuple[Guide, ...]:
-    # Lines at μ and at every critical μ; several ones say what the equilibrium becomes above each.
+    # Lines at μ and at every critical μ. If several μ are critical, the label of each says what the
+    # equilibrium becomes above it.
     symbol, has_several = math_symbol("μ_c"), len(result.critical_mu) > 1
     critical = []
     for change in result.critical_mu:

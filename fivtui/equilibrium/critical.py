@@ -1,12 +1,13 @@
-"""Critical friction coefficients in closed form: Hopf boundary (Eq. 9) and mode coalescence.
+"""Critical friction coefficients in closed form: Hopf boundary and mode coalescence.
 
-With a = k1 + h, h = k3/2, b = k_t + h and the tangent contact stiffness k_t, the characteristic
+Equations have their numbers in the paper. The spring k3 at 45° has the stiffness h = k3/2 along x
+and along y. With a = k1 + h, b = k_t + h and the tangent contact stiffness k_t, the characteristic
 polynomial of Eq. 8 is
 
     (m λ² + c1 λ + a) (m λ² + c2 λ + b) − h² + h μ k_t
 
 Only its last coefficient contains μ, so that the Routh–Hurwitz criterion gives the boundary in
-closed form.
+closed form (Eq. 9).
 """
 
 import math
@@ -55,11 +56,13 @@ def linear_critical_mu(p: Parameters) -> float | None:
 def critical_mu(system: System) -> tuple[CriticalMu, ...]:
     """Every μ > 0 in range at which the growth rate changes sign, ascending and to the last bit.
 
-    The boundary has a closed form for a given k_t, and F fixes k_t by one scalar equation. Along μ
-    the left-hand side of μ h k_t = boundary grows faster than the right-hand side, as
-    d ln k_t/d ln μ > −3/4 for every parameter set in range: at most one μ is critical. For F < 0
-    with separation the equilibrium is off the belt, and no μ is critical.
+    The boundary has a closed form for a given k_t, and F fixes k_t by one scalar equation. At most
+    one μ is critical; none where F < 0 lifts the slider off the belt, with separation.
     """
+    # A critical μ solves μ h k_t = B, the boundary. With s = μ h/a and ε = −d ln k_t/d ln μ, the
+    # balance of forces gives ε ≤ (3/4) s/(1 + s), where 3/4 is the maximum of 6u(u + 1)/(3u + 1)²
+    # over u = k_nl y²/k2. By ln μ the left-hand side grows at the rate B (1 − ε), and B at most at
+    # the rate (a/2) k_t ε. As s = B/(a k_t), the first is faster: there is one crossing at most.
     p = system.parameters
     if p.k3 == 0.0 or (system.separation and load(p) < 0.0):
         return ()
@@ -95,7 +98,8 @@ def flutter_margin(system: System) -> float | None:
 def _least_nonnegative(function: Callable[[float], float], low: float, high: float) -> float | None:
     # The least number at which an increasing function is nonnegative; None if the function is
     # nonnegative at `low` or negative at `high`. Secants (Illinois) approach this number, values a
-    # few bits away bracket it, and bisection finds its last bit.
+    # few bits away bracket it, and bisection finds its last bit. If a secant replaces the same end
+    # of the bracket as `previous` did, the Illinois method halves the value at the other end.
     below, above = function(low), function(high)
     if below >= 0.0 or above < 0.0:
         return None
@@ -123,7 +127,8 @@ def _least_nonnegative(function: Callable[[float], float], low: float, high: flo
 def coalescence_mu(system: System) -> float | None:
     """The μ at which the undamped frequencies coalesce; None if they do not at any μ in range.
 
-    They coalesce where h μ k_t = (a − b)²/4 + h², which is the boundary without damping.
+    They coalesce where h μ k_t = (a − b)²/4 + h², which is the boundary without damping and, as on
+    a belt that is always faster (`v_belt` None), with constant friction.
     """
     return lowest_critical_mu(system.with_values({"c1": 0.0, "c2": 0.0, "v_belt": None}))
 
@@ -143,9 +148,10 @@ def critical_mu_derivatives(
         return None
     mu = critical[0].mu
     y = equilibrium(System(p, separation=False), mu=mu).y
-    fixed = p.perturbed({})
+    # Complex parameters: an imaginary part is `DERIVATIVE_STEP` times the number given by name.
+    unperturbed = p.perturbed({})
     step = complex(0.0, DERIVATIVE_STEP)
-    jacobian = np.array([_slopes(fixed, y + step, mu), _slopes(fixed, y, mu + step)]).T
+    jacobian = np.array([_slopes(unperturbed, y + step, mu), _slopes(unperturbed, y, mu + step)]).T
     derivatives = {}
     for name in names:
         if name == "mu":

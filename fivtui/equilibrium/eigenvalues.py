@@ -1,4 +1,8 @@
-"""Stability of the equilibrium: eigenvalues (Eq. 8) and critical friction coefficient (Eq. 9)."""
+"""Stability of the equilibrium: eigenvalues and critical friction (Eqs. 8 and 9 of the paper).
+
+The scene in the summary of a result lists the parameters that differ from the base set, which has
+the values of the paper, and the effects that are ignored.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -71,7 +75,7 @@ class Stability(SystemResult, Plottable):
     system : System
         The system, with `parameters` and `separation`.
     equilibrium : Equilibrium
-        The point at which the system is linearised.
+        The point at which the system is linearised: `x` and `y`, m, and the contact force `P`, N.
     eigenvalues : ndarray of complex, shape (4,)
         λ in 1/s: growth rates and angular frequencies, by falling imaginary part.
     growth_rate : float
@@ -139,6 +143,7 @@ class Stability(SystemResult, Plottable):
                 "coalescence": self.coalescence,
             }
         )
+        # No name precedes the keys in a message.
         check_finite(data, "", "use parameters of less extreme size")
         return data
 
@@ -160,9 +165,9 @@ def stability(parameters: Parameters | None = None, *, separation: bool = True) 
     Parameters
     ----------
     parameters : Parameters, optional
-        The parameter set; the base set if not given.
+        The parameter set; the base set of the paper, ``Parameters()``, if not given.
     separation : bool
-        Whether separation is considered; matters only for F < 0.
+        Whether the slider can leave the belt; matters only for F < 0, a load that lifts it.
 
     Returns
     -------

@@ -16,13 +16,14 @@ _ITERATIONS: Final = 7
 def resting_heights(p: Any, mu: NDArray[np.float64]) -> NDArray[np.float64]:
     """Heights y of equilibria in contact under friction coefficients, m, shape (n,).
 
-    As `model.resting_height`, for arrays: Newton's method on the cubic from a start at most 2.2
-    times the root. The parameters `p` are numbers or arrays. Call it under
-    ``np.errstate(all="ignore")``.
+    As `model.resting_height`, for arrays: Newton's method on α |y|³ + β |y| = |load|. The values of
+    `p` are numbers or arrays. Call it under ``np.errstate(all="ignore")``.
     """
     alpha, beta, load = rest_coefficients(p, mu)
     load_size = np.abs(load)
     linear_root = load_size / beta
+    # One of the two terms has at least half of the load: the lesser of the roots of each term alone
+    # is at most twice the root. `cube_root_bound` needs a positive, finite number.
     size = np.fmin(linear_root, cube_root_bound(load_size / alpha))
     size = np.where((load_size > 0.0) & (alpha > 0.0), size, linear_root)
     for _ in range(_ITERATIONS):

@@ -1,4 +1,9 @@
-"""Entry of stability in the registry of studies."""
+"""Entry of stability in the registry of studies.
+
+The keys in `header` identify the study in the header of a saved table, those in `json_keys` in a
+JSON object. `stem` is the part of default file names that describes the result. `command` computes
+a study: a result, or a request with its parameters.
+"""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
@@ -28,8 +33,8 @@ STABILITY: Final = StudyKind(
     suffixes=TABLE_SUFFIXES,
     save=_save_modes,
     as_json=True,
-    stem=lambda _: "stability",
+    stem=lambda _study: "stability",
     header=frozenset({"critical_mu"}),
     json_keys=frozenset({"eigenvalues", "critical_mu"}),
-    command=lambda scene: command_for("stability", scene),
+    command=lambda study: command_for("stability", study),
 )

@@ -1,4 +1,8 @@
-"""Modes of vibration about the equilibrium: frequencies, damping ratios and shapes (Eq. 8)."""
+"""Modes of vibration about the equilibrium: frequencies, damping ratios and shapes.
+
+They solve the linearised equations of motion, Eq. 8 of the paper. The `mode` of an equilibrium, by
+contrast, is the state of the contact.
+"""
 
 import math
 from dataclasses import dataclass
@@ -83,11 +87,13 @@ def _shape(p: Parameters, point: Equilibrium, value: complex) -> tuple[complex, 
     # The null vector of the dynamic stiffness, from its larger row: the smaller one may vanish.
     a, h = horizontal_stiffness(p), coupling_stiffness(p)
     kt = tangent_stiffness(p, point.y) if point.mode in IN_CONTACT else 0.0
+    # Friction that depends on the sliding speed adds its slope times the contact force to c1.
     mu, c1 = sliding_coefficients(p, point.y, point.mode)
     horizontal = (p.m * value + c1) * value + a
     vertical = (p.m * value + p.c2) * value + kt + h
-    rows = ((h - mu * kt, horizontal), (vertical, complex(h)))
-    x, y = max(rows, key=lambda row: abs(row[0]) + abs(row[1]))
+    # Null vectors of the rows (horizontal, μ k_t − h) and (−h, vertical), each as large as its row.
+    null_vectors = ((h - mu * kt, horizontal), (vertical, complex(h)))
+    x, y = max(null_vectors, key=lambda vector: abs(vector[0]) + abs(vector[1]))
     largest = x if abs(x) >= abs(y) else y
     # If both rows vanish, every direction is a mode.
     return (x / largest, y / largest) if largest != 0.0 else (1.0 + 0.0j, 0.0j)

@@ -22,13 +22,13 @@ _RESOLVENT_ITERATIONS: Final = 8
 _START_MARGIN: Final = 4e-8
 # Slope at a root, relative to the terms of the slope, below which another root is close.
 _COALESCING_SLOPE: Final = 1e-3
-# Iterations of Newton's method, which converges quadratically: from a start at most 2.2 times the
-# root, and for two close roots.
+# Iterations of Newton's method, which converges quadratically: in `_outer_root`, from a start of at
+# most 2 · 1.07 times the root (see `cube_root_bound`), and for two close roots.
 _OUTER_ROOT_ITERATIONS: Final = 9
 _CLOSE_ROOT_ITERATIONS: Final = 6
 _ROUNDING: Final = 2.0**-50
-# Added to a third of a number's bits, read as an integer, this gives the bits of its cube root to
-# 3.3 %.
+# The bits of a positive float, read as an integer, grow like its logarithm: a third of them plus
+# this constant are the bits of its cube root to 3.3 %. The factor makes that an upper bound.
 _CUBE_ROOT_BITS: Final = 0x2A9F7893_00000000
 _CUBE_ROOT_MARGIN: Final = 1.034
 
@@ -40,13 +40,13 @@ def rightmost_real_part(
 
     Shifted by the mean decay g = (c1 + c2)/4 the quartic has no cubic term. It is the product of
     z² + u z + v and z² − u z + w, where u² is the greatest root of the resolvent cubic (Descartes'
-    solution). Equal dampings give u = 0 or a double root of the cubic, so the coefficients are
-    formed from the two factors, without the cancellation of the expanded quartic. The closed form
-    loses accuracy where two roots are close. Both are then solved for again, from the point between
-    them at which the slope vanishes.
+    solution). With equal dampings u is 0 or the cubic has a double root, which errors of its
+    coefficients change most. So these are formed from the two given factors: those of the expanded
+    quartic would lose digits by cancellation. The closed form loses accuracy where two roots are
+    close. Both are then solved for again, from the point between them at which the slope vanishes.
 
     Coefficients are arrays of equal shape, scaled to the order of one, with c1, c2 ≥ 0. The error
-    is the rounding of the greatest |s|; where roots coincide, its square root.
+    relative to the greatest |s| is of the order of rounding, 1e-16; where roots coincide, 1e-8.
     """
     # z = s + g turns the factors into z² + e z + a0 and z² − e z + b0, and the quartic into
     # z⁴ + p z² + q z + r.
@@ -67,6 +67,7 @@ def rightmost_real_part(
     cancelled = total < 0.25 * (np.abs(terms[0]) + np.abs(terms[1]))
     half_difference = np.copysign(np.sqrt(np.maximum(total, 0.0)), q)
     half_difference = np.divide(0.5 * q, u, out=half_difference, where=cancelled & (u > 0.0))
+    # The greater roots −u/2 + √(u²/4 − v) and u/2 + √(u²/4 − w): v, w = mean ∓ half_difference.
     first_root, second_root = (
         _factor_root(-0.5 * sign * u, 0.25 * u_squared - (mean - sign * half_difference))
         for sign in (1.0, -1.0)
@@ -116,8 +117,9 @@ def _polish_root(root: Complex, quartic: Quartic) -> Complex:
 
 
 def _rightmost_of_two(root: Complex, quartic: Quartic) -> FloatArray:
-    # The greater real part of a root and its close neighbour. Around c, where the slope vanishes, a
-    # root c + δ solves (bend + third δ + δ²) δ² + slope δ + value = 0.
+    # The greater real part of a root and its close neighbour. Both are c + δ near the centre c, at
+    # which the slope vanishes to rounding: (bend + third δ + δ²) δ² + slope δ + value = 0, where
+    # `bend` is half the second and `third` a sixth of the third derivative.
     centre = root
     for _ in range(_CLOSE_ROOT_ITERATIONS):
         _, slope = _value_and_slope(centre, quartic)
@@ -136,6 +138,7 @@ def _rightmost_of_two(root: Complex, quartic: Quartic) -> FloatArray:
         roots.append(_sum(centre, offset))
     residual = np.maximum(*(_size(_value_and_slope(candidate, quartic)[0]) for candidate in roots))
     tolerance = _size(_value_and_slope(root, quartic)[0]) + _ROUNDING * _term_sum(root, quartic)
+    # A pair that solves the quartic less well than the given root has not converged.
     return np.where(residual <= tolerance, np.maximum(roots[0][0], roots[1][0]), root[0])
 
 
@@ -195,6 +198,7 @@ def _outer_root(slope: FloatArray, value: FloatArray) -> FloatArray:
     # Greatest root of t³ − 3 slope t − 2 value for value ≥ 0, by Newton's method from above, where
     # the cubic is convex.
     t = 2.0 * np.maximum(np.sqrt(np.maximum(slope, 0.0)), cube_root_bound(value))
+    # For slope < 0 the root is also below that of −3 slope t − 2 value.
     linear = np.divide(value, -1.5 * slope, out=np.full_like(t, np.inf), where=slope < 0.0)
     t = np.minimum(t, linear)
     for _ in range(_OUTER_ROOT_ITERATIONS):

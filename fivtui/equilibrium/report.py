@@ -68,12 +68,12 @@ def stability_rows(result: Stability) -> list[Row]:
             "of the system with k_nl = 0",
         ),
         *_belt_rows(result),
-        Row("equilibrium x", f"{number(point.x)} m", "Eq. 6"),
+        Row("equilibrium x", f"{number(point.x)} m", "Eq. 6 of the paper"),
         Row("equilibrium y", f"{number(point.y)} m", "negative: contact is compressed"),
         Row(
             "contact force",
             f"{number(point.P)} N",
-            "in contact" if point.mode in IN_CONTACT else "separated: the preload lifts it off",
+            "in contact" if point.mode in IN_CONTACT else "off the belt: F < 0 lifts the slider",
         ),
         Row(
             "frequency distance",

@@ -60,12 +60,12 @@ class ModeScan(Result, Tabular):
 def scan_top(result: Stability) -> float:
     """Upper end of a scan: a round number beyond μ and every critical μ.
 
-    A round number stays the same while a value is edited.
+    A round number keeps the axis unchanged while a parameter is edited in small steps.
     """
     p = result.parameters
     mu_max = PARAMETERS["mu"].upper if p.mu_s is None else p.mu_s
     marked_values = (p.mu, *(critical.mu for critical in result.critical_mu))
-    min_top = _TOP_FACTOR * max(_MIN_TOP / _TOP_FACTOR, *marked_values)
+    min_top = max(_MIN_TOP, _TOP_FACTOR * max(marked_values))
     decade = 10.0 ** np.floor(np.log10(min_top))
     round_numbers = (factor * decade for factor in _ROUND_NUMBERS)
     return float(min(next(number for number in round_numbers if number >= min_top), mu_max))

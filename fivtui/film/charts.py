@@ -40,6 +40,7 @@ def belt_chart(run: Transient, layout: Layout, timing: Timing, t: float, aspect:
             _MODE_MARKS.get(mode, _SLIDING_MARK),
         )
         for name, shape_names in _TRACES.items()
+        # The shapes of a trace exist together: those of belt forces only in contact.
         if shape_names[0] in shapes
     )
     note = f"{t:.5g} s, {MODE_NAMES[mode]}, ×{timing.speed:.3g}"
@@ -55,6 +56,7 @@ def belt_chart(run: Transient, layout: Layout, timing: Timing, t: float, aspect:
 
 
 def _trace(name: str, shapes: list[Shape], slider_mark: str) -> Trace:
+    # Not ordered: outlines, in which y is not a function of x.
     x, y = join_lines([(shape.x, shape.y) for shape in shapes])
     return Trace(name, x, y, ordered=False, mark=slider_mark if name == "slider" else "")
 

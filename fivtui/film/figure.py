@@ -56,7 +56,8 @@ _LINE_STYLES: Final[dict[str, dict[str, Any]]] = {
     "contact force": {"color": "#1f4fd8", "linewidth": 1.8},
     "friction": {"color": "#c2410c", "linewidth": 1.8},
 }
-# Colour of the foot by mode; the title names the mode.
+# Colour of the foot by mode; the title names the mode. CONTACT is sliding on a belt that is always
+# faster, FORWARD on one of finite speed that is faster than the slider at the time.
 _FOOT_COLOURS: Final = {
     Mode.SEPARATED: "white",
     Mode.CONTACT: "#c9d3df",
@@ -130,8 +131,8 @@ def animate(
     path : Path or str
         The file: ``.gif``, or ``.mp4`` where ffmpeg is installed.
     window : tuple of float, optional
-        Start and end of the time shown, s. By default the last eight cycles, or with a speed, the
-        end of the run in a film of ten seconds.
+        Start and end of the time shown, s. By default the last eight cycles. If only `speed` is
+        given, the end of the run that fills a film of ten seconds.
     speed : float, optional
         Seconds of the motion in a second of the film, 1 for real time. By default the film lasts
         ten seconds.
@@ -264,13 +265,16 @@ def _add_legend(axes: Axes, run: Transient, lines: Mapping[str, Line2D]) -> None
 
 
 def _run_modes(run: Transient) -> set[Mode]:
+    # Mode changes are stored for belts of finite speed only. On a belt that is always faster, a run
+    # with switches has both of its modes: contact and separation.
     if run.mode_changes:
         return {run.first_mode, *(change.then for change in run.mode_changes)}
     return {run.first_mode, *ALWAYS_SLIDING} if run.switch_times.size else {run.first_mode}
 
 
 def _draw_curve(axes: Axes, motion: Trajectory, run: Transient, timing: Timing) -> Line2D:
-    # Draw y over time, shaded off the belt and in stick; return the line of the current time.
+    # Draw y over time, shaded off the belt and in stick; return the line of the current time. The
+    # colour tells whether separation is considered (Case 1 of the paper) or ignored (Case 2).
     axes.plot(motion.t, motion.y, color=CASE_COLOURS[run.separation][0], linewidth=1.0)
     shade_times(axes, run.separated_intervals, OFF_BELT_COLOUR)
     shade_times(axes, run.stick_intervals, _FOOT_COLOURS[Mode.STICK])

@@ -1,4 +1,4 @@
-"""The kind of study of a film."""
+"""Entry of films in the registry of studies: how the result of ``fivtui animate`` is printed."""
 
 from typing import Final
 

@@ -13,6 +13,8 @@ from fivtui.transient import Trajectory, Transient
 
 FloatArray = NDArray[np.float64]
 
+# A run on a belt that is always faster slides in CONTACT; one on a belt of finite speed slides in
+# FORWARD and BACKWARD, or sticks.
 MODE_NAMES: Final[Mapping[Mode, str]] = {
     Mode.SEPARATED: "off the belt",
     Mode.CONTACT: "sliding",
@@ -92,6 +94,7 @@ def layout_of(motion: Trajectory) -> Layout:
     """The layout that shows a whole motion to scale, with x to the right and y upwards."""
     x_min, x_max = float(motion.x.min()), float(motion.x.max())
     y_min, y_max = float(motion.y.min()), float(motion.y.max())
+    # The contact spring is drawn longer by the greatest compression, −y_min.
     size = max(x_max - x_min, y_max - y_min, -y_min, _MIN_SIZE)
     half_block, margin = 0.5 * _BLOCK_WIDTH * size, _MARGIN * size
     # The lowest block stays above the foot.
@@ -122,7 +125,8 @@ def shapes_at(
     mode = Mode(int(state.mode[0]))
     bottom, top = layout.clearance + y, layout.clearance + y + 2.0 * half_block
     left_x, right_x = x - half_block, x + half_block
-    # The contact spring ends in a foot, which hangs above the belt while the slider is off it.
+    # The contact spring ends in a foot. It is undeformed at y = 0, where the foot touches the belt,
+    # and off the belt, where the foot hangs at the height y.
     foot_bottom = y if mode is Mode.SEPARATED else 0.0
     foot_top = foot_bottom + _FOOT_HEIGHT * size
     half_foot = _FOOT_WIDTH * half_block
@@ -145,6 +149,7 @@ def shapes_at(
     ]
     if layout.max_force > 0.0 and mode is not Mode.SEPARATED:
         scale = _FORCE_ARROW * size / layout.max_force
+        # The parameters just after the time, some of which may follow tables, and their rates.
         p, rates = build_course(run.parameters, run.over_time).after(float(state.t[0]))
         friction = friction_force(p, (x, float(state.vx[0]), y, float(state.vy[0])), mode, rates)
         shapes += [

@@ -51,7 +51,8 @@ class Timing:
         """Distance that the belt has moved at a time, m; `width` is that of the picture, m."""
         speed_table = run.over_time.get("v_belt")
         if speed_table is not None:
-            # The speed is linear between the times of the table.
+            # The speed is linear between the times of the table. `after` gives speed and slope just
+            # after a time, `before` the speed just before it.
             edges = [0.0, *(time for time in speed_table.times if 0.0 < time < t), t]
             return sum(
                 0.5 * (speed_table.after(begin)[0] + speed_table.before(end)) * (end - begin)

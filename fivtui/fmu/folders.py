@@ -1,7 +1,8 @@
 """Folders to extract FMUs to, with paths of plain characters that every FMU can handle.
 
-A closed library may stay in memory; loading it again from the same path takes no more memory. So an
-FMU is extracted to the folder of its last run, unless another run of this process uses it.
+The library of an FMU may stay in memory after it is closed. Loaded again from the same path, it
+takes no more memory. So an FMU is extracted to the path of its last run, unless another run of this
+process uses it.
 """
 
 import hashlib
@@ -37,9 +38,9 @@ class Folder:
 def reserve_folder(fmu: Path) -> Iterator[Folder]:
     """Create an empty folder for an FMU; it is removed when the context ends.
 
-    FMUs of the same content get the same folder, unless it is in use. Raises `OSError` if the FMU
-    cannot be read or the folder cannot be created, and `ComputationError` if no parent folder has a
-    plain path.
+    It has the path of an earlier folder for the same content, unless that is in use. Raises
+    `OSError` if the FMU cannot be read or the folder cannot be created, and `ComputationError` if
+    no parent folder has a plain path.
     """
     parent = _parent_folder()
     with fmu.open("rb") as file:
@@ -79,8 +80,9 @@ def _parent_folder() -> str:
 
 
 def is_plain_path(folder: str) -> bool:
-    """Whether the wrapper of Python FMUs can handle an absolute path.
+    """Whether FMUs in Python can handle an absolute path.
 
-    In the URI of the path the wrapper decodes only ``%20``; it crashes on other escapes.
+    PythonFMU's library, which loads their code, decodes only ``%20`` in the URI of the path; it
+    crashes on other escapes.
     """
     return "%" not in Path(folder).as_uri().replace("%20", "")

@@ -25,13 +25,16 @@ from .folders import Folder, reserve_folder
 # FMI statuses: 0 is success, 2 discard, 3 error.
 _WARNING: Final = 1
 _FATAL: Final = 4
-# Messages that are kept, of each kind.
+# Greatest size of the files in an FMU, bytes: that of tables.
+_MAX_EXTRACTED: Final = MAX_TABLE
+# Limit of stored messages, of each kind.
 _MAX_MESSAGES: Final = 20
 _DESCRIPTION: Final = "modelDescription.xml"
 
 _instance_numbers = itertools.count(1)
 _messages_by_instance: dict[int, "Messages"] = {}
-# FMUs of this project also log here. Filter their records: the host receives the same messages.
+# FMUs of this project pass each message to their host, fmpy (see `Messages`), and in Python also to
+# this logger. Its records are filtered out.
 _LOGGER: Final = logging.getLogger("fivtui.fmu")
 
 
@@ -106,8 +109,8 @@ def check_archive(path: Path) -> None:
                 sizes = {entry.filename: entry.file_size for entry in archive.infolist()}
         except (zipfile.BadZipFile, ValueError, NotImplementedError):
             raise InputError(f"{path}: is not an FMU: not a zip archive") from None
-    if sum(sizes.values()) > MAX_TABLE:
-        raise InputError(f"{path}: must be of at most {MAX_TABLE >> 30} GiB when extracted")
+    if sum(sizes.values()) > _MAX_EXTRACTED:
+        raise InputError(f"{path}: must be of at most {_MAX_EXTRACTED >> 30} GiB when extracted")
     if _DESCRIPTION not in sizes:
         raise InputError(f"{path}: is not an FMU: it holds no {_DESCRIPTION}")
 
@@ -125,10 +128,12 @@ def create_instance(fmu: FmuFile) -> Iterator[tuple[Any, Messages]]:
     exclusion_filter = _exclusion_filter(number)
     _LOGGER.addFilter(exclusion_filter)
     try:
+        # An FMU in Python imports its code. One import at a time: it changes `sys.path`.
         with IMPORT_LOCK, _restore_process():
             instance = _instantiate(fmu, lambda: instantiate(number, messages), messages)
         yield instance, messages
     except Exception as error:
+        # The FMI status is in fmpy's error, which a caller may have replaced by its own.
         causes = (error, error.__context__)
         failed_fatally = any(getattr(cause, "status", None) == _FATAL for cause in causes)
         raise
@@ -180,7 +185,8 @@ def has_binary(fmu: FmuFile) -> bool:
     is_fmi3 = fmu.description.fmiVersion.startswith("3.")
     binaries = Path(fmu.folder, "binaries")
     folder = binaries / (fmpy.platform_tuple if is_fmi3 else fmpy.platform)
-    # On x86, a file in this folder may be a copy of the binary for ARM, and is then not counted.
+    # FMI 2.0 named no folder for ARM before 2.0.4, so FMUs may have a copy of the binary for ARM in
+    # the folder for x86. On x86 it does not count.
     arm_folder = binaries / f"aarch64-{fmpy.system}"
     is_not_arm = fmpy.architecture != "aarch64"
 

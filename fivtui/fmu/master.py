@@ -52,7 +52,7 @@ class Slave:
     """The slider-belt FMU as `integrate_fmu` uses it.
 
     `before_step` is called before every communication step and may raise; `steps` counts them.
-    Inputs follow `course`, unless it is None.
+    Inputs follow `course`, the parameters as functions of time, unless it is None.
 
     Raises `InputError` if the FMU lacks a variable of this model.
     """
@@ -83,6 +83,7 @@ class Slave:
         fmu = self._fmu
         values = request.parameters.as_dict()
         values |= {f"{n}_start": value for n, value in zip(_STATES, request.initial, strict=True)}
+        # Not a static start, at rest at an equilibrium: the initial state is given.
         flags = {"separation": request.separation, "start_static": False}
         has_belt_speed = request.parameters.v_belt is not None
         if has_belt_speed:
@@ -135,12 +136,11 @@ class Slave:
         return Point(t, (x, vx, y, vy), force, Mode(int(mode)), int(sum(counters)), last_event)
 
     def _failure_error(self, t: float) -> ComputationError:
-        # The last message of a failed computation is its cause, "; " and advice.
-        reason, _, advice = (self._messages.last or "it logged no reason").rpartition("; ")
-        return ComputationError(
-            f"the FMU stops at t = {t:.6g} s: {reason or advice}",
-            advice if reason else "check the FMU: fivtui fmu check",
-        )
+        # The FMU logs the cause of a failed computation, "; " and advice.
+        cause, _, advice = (self._messages.last or "it logged no reason").rpartition("; ")
+        if not cause:
+            cause, advice = advice, "check the FMU: fivtui fmu check"
+        return ComputationError(f"the FMU stops at t = {t:.6g} s: {cause}", advice)
 
     def save_state(self) -> "SavedState":
         """Save the FMU's state for the duration of a context."""
@@ -200,7 +200,8 @@ class Master:
         final = slave.step(first.t, target)
         switches = final.switches - first.switches
         if switches == 1 and final.last_event <= first.t:
-            # Inputs with a jump or kink change the mode at once.
+            # A jump or kink of inputs changes the mode at `first`. The earlier mode, which a run at
+            # t = 0 does not have, ends by a segment without duration.
             if first.t > 0.0:
                 self._include(first, first, next_mode=final.mode)
             self._include(first._replace(mode=final.mode), final, next_mode=final.mode)
@@ -220,10 +221,12 @@ class Master:
         return final
 
     def _bisect(self, restore_first: Callable[[], None], first: Point, final: Point) -> None:
-        # Both halves end in `final`: the FMU's result does not depend on the communication step.
+        # Record both halves of a step, then return to its end `final`: the FMU's result does not
+        # depend on the communication step.
         slave = self._slave
         middle_time = 0.5 * (first.t + final.t)
         if not first.t < middle_time < final.t:
+            # The method taylor computes the same motion without an FMU.
             raise ComputationError(
                 f"at t = {first.t:.17g} s motion changes faster than floating-point time resolves",
                 "use a less stiff contact or the taylor method",
@@ -244,7 +247,8 @@ class Master:
         return _LONGEST_INTERVAL * time_scale(p, y)
 
     def _include(self, first: Point, final: Point, *, next_mode: Mode) -> None:
-        # Record the segment between two points; after it the mode is `next_mode`.
+        # Record the segment between two points; after it the mode is `next_mode`. Over the segment
+        # parameters change at `rates`, which are zero (CONSTANT) without a course.
         p, rates, course = self._request.parameters, CONSTANT, self._request.course
         if course is not None:
             p, rates = course.after(first.t)

@@ -15,7 +15,7 @@ from fivtui.model import ComputationError, InputError
 
 from .instance import FmuFile, create_instance, extract_fmu, has_binary
 
-# Communication steps of each run, and rows of the default experiment if it has no step size.
+# Communication steps of each run, and those of the default experiment if it has no step size.
 _STEPS: Final = 10
 _DEFAULT_STEPS: Final = 100
 

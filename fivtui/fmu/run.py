@@ -119,8 +119,8 @@ def run_fmu(
         Communication step, s; by default that of the default experiment, else a thousandth of the
         run.
     start_values : mapping of str to number, bool or text, optional
-        Parameters, inputs and start values by name. With `v_belt` the slider-belt's `finite_belt`
-        is true unless it is given.
+        Parameters, inputs and start values by name. If the FMU has a flag ``finite_belt``, without
+        which ``v_belt`` has no effect, a value of ``v_belt`` makes it true, unless it is given.
     outputs : sequence of str, optional
         Variables to record; all outputs if not given.
     input_csv : str or Path, optional

@@ -43,7 +43,10 @@ _FMU_NAME: Final = "slider_belt.fmu"
 
 @cache
 def _fmu_content(flavour: str) -> bytes:
-    """Content of an FMU, built once per process: building takes as long as a short run."""
+    """Content of an FMU of a flavour, "python" or "native" (in C).
+
+    It is built once per process: building takes as long as a short run.
+    """
     from fmu_src.build import build_fmu
 
     with temporary_folder() as folder:
@@ -105,6 +108,7 @@ def integrate_fmu(
                     samples = points[-_SAMPLES_PER_CALL:]
                     on_samples(_trajectory(samples, [point.t for point in samples]))
         slave.end()
+    # Unlike `report`, `advance` does not raise `Cancelled`: the run is complete.
     reporter.advance(1.0)
     result = recorder.result()
     return dataclasses.replace(

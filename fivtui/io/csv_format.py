@@ -25,11 +25,11 @@ from .writing import write_atomically
 _BLOCK_ROWS: Final = 8192
 # Byte order mark that some programs write before UTF-8 text.
 _BYTE_ORDER_MARK: Final = b"\xef\xbb\xbf"
-# Numbers that stand for cells without one.
+# Numbers for cells that are empty or truth values.
 _SPECIAL_VALUES: Final[Mapping[str, float]] = {"": math.nan, "true": 1.0, "false": 0.0}
 # Key of the header under which the units of columns are stored.
 UNITS: Final = "units"
-# The format needs no further package, see `tables.Format`.
+# The package that a `tables.Format` needs, and the extra of fivtui that installs it: none.
 package = extra = ""
 
 
@@ -113,7 +113,10 @@ def read(
     *,
     missing: bool = False,
 ) -> dict[str, NDArray[Any]]:
-    """Read columns, see `tables.Format`; comments and empty lines are skipped."""
+    """Read columns, see `tables.Format`; comments and empty lines are skipped.
+
+    With `missing`, cells in columns of numbers may be empty, true or false.
+    """
     try:
         with io.TextIOWrapper(file, encoding="utf-8-sig", newline="") as text:
             return _read_columns(text, selected, texts, _SPECIAL_VALUES if missing else {})
@@ -131,6 +134,7 @@ def _read_columns(
 ) -> dict[str, NDArray[Any]]:
     rows = _numbered_rows(text)
     _, name_row = next(rows, (0, []))
+    # After a space the reader leaves quotation marks in a cell.
     names = [name.strip().strip('"') for name in name_row]
     indices = {
         name: names.index(name)

@@ -121,7 +121,7 @@ def _is_same_file(path: Path, other_path: Path) -> bool:
 
 
 def _ignores_case(folder: Path) -> bool:
-    # Whether names in a folder differ by more than case; tested with a temporary file.
+    # Whether names that differ by case alone are one file in a folder: tested by a temporary file.
     try:
         with tempfile.NamedTemporaryFile(prefix=".fivtui-", dir=folder) as file:
             path = Path(file.name)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from fivtui.model import Column, InputError
 
-# The format needs no further package, see `tables.Format`.
+# The package that a `tables.Format` needs, and the extra of fivtui that installs it: none.
 package = extra = ""
 # Name of the array that has the units of columns.
 _UNITS: Final = "units"
@@ -77,7 +77,11 @@ def read(
     *,
     missing: bool = False,  # noqa: ARG001
 ) -> dict[str, NDArray[Any]]:
-    """Read columns, see `tables.Format`."""
+    """Read columns, see `tables.Format`.
+
+    Arrays have their types in the file: it does not matter which columns are `texts`, or whether
+    numbers may be `missing`.
+    """
     with npz_arrays(file) as arrays:
         names = _column_names(arrays) if selected is None else [n for n in selected if n in arrays]
         return {name: arrays[name] for name in names}

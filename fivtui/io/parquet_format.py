@@ -58,7 +58,7 @@ def read(
     *,
     missing: bool = False,  # noqa: ARG001
 ) -> dict[str, NDArray[Any]]:
-    """Read columns, see `tables.Format`."""
+    """Read columns, see `tables.Format`; numbers may always be missing, whatever `missing`."""
     import pyarrow as pa
     import pyarrow.parquet as pq
 
@@ -76,6 +76,7 @@ def _column_array(column: Any, is_text: bool) -> NDArray[Any]:
         return np.array(column.to_pylist(), dtype=object)
     if pa.types.is_boolean(column.type):
         column = column.cast("int8")
+    # Missing numbers become NaN, which integers do not have.
     array: NDArray[Any] = (column.cast("double") if column.null_count else column).to_numpy()
     return array
 

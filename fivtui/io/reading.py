@@ -24,7 +24,10 @@ def check_regular(path: Path, *, limit: int = MAX_TABLE) -> None:
 
 @contextmanager
 def open_regular(path: Path, *, limit: int = MAX_TABLE) -> Iterator[BinaryIO]:
-    """Open a regular file of at most `limit` bytes; system errors in the context: `InputError`."""
+    """Open a regular file of at most `limit` bytes.
+
+    An `OSError` on opening or in the body of the context becomes an `InputError`.
+    """
     try:
         with _open_nonblocking(path) as file:
             _check_status(path, os.fstat(file.fileno()), limit)

@@ -104,7 +104,7 @@ class _Drafts(ExitStack):
         try:
             _remove_abandoned_files(target)
             temporary_path, file = self._open_temporary(target)
-            # Files that `write` opens itself do not belong to this set.
+            # A file that `write` itself writes atomically is published by itself.
             token = _DRAFTS.set(None)
             try:
                 write(file)

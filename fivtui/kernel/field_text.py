@@ -60,6 +60,7 @@ class Dual(ReflectedOperators):
         return Dual(value, value * self.slope)
 
     def _operand(self, value: object) -> "Dual":
+        # For operators of the base class whose left operand is a number.
         return _dual(value)
 
 
@@ -78,7 +79,8 @@ def _symbols(prefix: str) -> dict[str, Expression]:
 
 
 def _namespace(values: Mapping[str, Any], *, by_law: bool = False) -> SimpleNamespace:
-    # The parameters as attributes, with or without a friction law; in C μ_s is always given.
+    # The parameters as attributes, with or without a friction law. The equations of friction read
+    # the static coefficient as `mu_static`; in C it is always given, in the column of μ_s.
     friction = {"v_s": values["v_s"] if by_law else None, "mu_static": values["mu_s"]}
     return SimpleNamespace(**{**values, **friction})
 
@@ -94,6 +96,8 @@ class Function(NamedTuple):
     has_change: bool = False
 
 
+# By name in C. `tangent_slope` is the derivative of the tangent stiffness by y; `rest_cubic` and
+# `rest_linear` are α and β of the equilibrium, α y³ + β y + load = 0.
 _FUNCTIONS: Final[Mapping[str, Function]] = {
     "load_of": Function(equations.load, (), True),
     "coupling_stiffness": Function(equations.coupling_stiffness),
@@ -122,7 +126,8 @@ _FUNCTIONS: Final[Mapping[str, Function]] = {
     "rest_linear": Function(lambda p, mu: equations.rest_coefficients(p, mu)[1], ("mu",), True),
 }
 _FRICTION: Final = Function(equations.friction_coefficient, ("speed",), True)
-# The law for which `friction.h` and `driven.h` have tuned recurrences.
+# The law for which `friction.h` and `driven.h` have tuned recurrences: written by hand, faster than
+# generated ones.
 _TUNED_LAW: Final = "p[P_MU] + (p[P_MU_S] - p[P_MU]) * exponential(-speed / p[P_V_S])"
 
 
@@ -156,7 +161,7 @@ def _function_definitions() -> list[str]:
     texts += [
         _define_change(name, f, _change_text(f)) for name, f in _FUNCTIONS.items() if f.has_change
     ]
-    # v_s = 0 means constant friction.
+    # v_s = 0 means constant friction. With several lanes `exponential` takes vectors, not numbers.
     name, f = "friction_coefficient", _FRICTION
     value, change = (
         f"p[P_V_S] > 0.0 ? {text(f, by_law=True)} : {text(f)}"

@@ -20,11 +20,13 @@ _CACHE_LINE: Final = 64
 
 
 class LaneBatch:
-    """n runs of a batch, with a local tolerance and an order of expansion.
+    """n runs of a batch, by Taylor series of an order.
 
-    `parameters`, shape (n, 9), have k_nl > 0 in all rows or in none. The flags `observed` select
-    extremes of y, all extremes, and extremes of y in the second half. `belts`, shape (n, 3), has
-    v_belt, μ_s and v_s; v_s is 0 in all rows (constant friction) or in none.
+    `parameters`, shape (n, 9), have a cubic contact stiffness k_nl > 0 in all rows or in none;
+    `separation`, shape (n,), says for each run whether the slider may leave the belt. `tol` is the
+    local tolerance: the error of a step relative to the scale of the motion. The flags `observed`
+    select extremes of y, all extremes, and extremes of y in the second half. `belts`, shape (n, 3),
+    has v_belt, μ_s and v_s; v_s is 0 in all rows (constant friction) or in none.
     """
 
     def __init__(
@@ -53,7 +55,8 @@ class LaneBatch:
         self.results = np.empty((count, COLUMNS))
         self._memory = np.zeros(size() + _CACHE_LINE, dtype=np.uint8)
         # The memory's address, rounded up to a cache line.
-        self._aligned_address = -(-self._memory.ctypes.data // _CACHE_LINE) * _CACHE_LINE
+        end_address = self._memory.ctypes.data + _CACHE_LINE - 1
+        self._aligned_address = end_address - end_address % _CACHE_LINE
         has_cubic_spring = bool(count) and bool(self._parameters[0, _K_NL_COLUMN] > 0.0)
         self._options = (t_end, tol, float(max_steps), order, has_cubic_spring, *observed)
 

@@ -130,11 +130,12 @@ class Kernel:
         belt: tuple[float, float, float] | None = None,
         table: CourseTable | None = None,
     ) -> KernelRun:
-        """Begin a run with a local tolerance and an order: 8, 12, 16, 20, or 24 with a law.
+        """Begin a run with a local tolerance and an order of its Taylor series.
 
-        `times` are ascending sample times, s; `segments` says whether to return segments. `belt`
-        is v_belt, μ_s and v_s of a belt of finite speed, v_s = 0 for constant friction. `table` has
-        the parameters over time. With `belt` or `table` the run is a `BeltRun`.
+        The order is 8, 12, 16 or 20, or 24 where friction depends on the sliding speed. `times` are
+        ascending sample times, s; `segments` says whether to return segments. `belt` is v_belt, μ_s
+        and v_s of a belt of finite speed, v_s = 0 for constant friction. `table` has the parameters
+        over time. With `belt` or `table` the run is a `BeltRun`.
         """
         state = _pack_state(*start)
         if belt is None and table is None:
@@ -147,6 +148,7 @@ class Kernel:
         if table is None:
             self._functions["belt_begin"](*begin_arguments)
         else:
+            # The greatest load gives the scale of displacements, to which `tol` is relative.
             rows = table.rows.ctypes.data, len(table.rows)
             has_belt = belt is not None
             self._functions["driven_begin"](*begin_arguments, has_belt, *rows, table.greatest_load)
@@ -193,7 +195,11 @@ class Kernel:
     def begin_batch(
         self, *, observed: tuple[bool, bool, bool], belts: Floats | None = None, **arguments: Any
     ) -> LaneBatch | SequentialBatch:
-        """Begin a chunk of a batch, side by side or one by one: see `LaneBatch`."""
+        """Begin a chunk of a batch, side by side or one by one: see `LaneBatch`.
+
+        The flags `observed` select extremes of y, all extremes, and those of y in the second half.
+        """
+        # Lanes, in which runs are side by side, have recurrences for the tuned friction law alone.
         if belts is not None and (self._are_belts_slow_in_lanes or not has_tuned_law()):
             # Single runs record all extremes, whatever `observed`.
             return SequentialBatch(self.begin_run, belts=belts, **arguments)
@@ -201,7 +207,8 @@ class Kernel:
 
     @property
     def _are_belts_slow_in_lanes(self) -> bool:
-        # Without the processor's fused multiply-add, lanes with finite belts call a slow function.
+        # Lanes are runs side by side in vectors. On belts of finite speed they use fused
+        # multiply-add, which is a slow function where the processor has no instruction for it.
         return self.instruction_set == "baseline" and platform.machine().lower() in _X86_MACHINES
 
     def static_starts(self, parameters: Floats, separation: NDArray[np.bool_]) -> Floats:

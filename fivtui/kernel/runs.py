@@ -106,7 +106,8 @@ class CourseTable:
     """Parameters over time as a table for the kernel.
 
     A row has its time, values and slopes of F, μ, μ_s and v_belt from that time on, and v_belt just
-    before the next row. `greatest_load` is the greatest |F|, N: the scale of displacements.
+    before the next row. `greatest_load` is the greatest absolute load, N: divided by the stiffness
+    of all springs it is the scale of displacements.
     """
 
     rows: NDArray[np.float64]
@@ -125,6 +126,7 @@ def course_table(course: Course, t_end: float) -> CourseTable:
         speed_before = course.speed_before(next_time)
         rows.append((t, *values.get("F", (p.F, 0.0)), *mu, *mu_static, *speed, speed_before))
         t = next_time
+    # `load` of the model, in place of |F|: terms that are added to it then count, too.
     parameters_at_greatest_load = p.with_values({"F": course.greatest_load})
     return CourseTable(np.array(rows), abs(load(parameters_at_greatest_load)))
 
@@ -136,8 +138,8 @@ class KernelRun:
     _switch_width, _SwitchBuffer, _ResultBuffer = 1, _Switches, _Result
     # Result up to the current time.
     outcome: RunColumns
-    # Rows x, ẋ, y and ẏ at the sample times, and an empty row for the contact force. The allocator
-    # reuses one block between runs.
+    # Rows x, ẋ, y and ẏ at the sample times, and a row in which the caller computes the contact
+    # force: all five in one block, which the allocator reuses between runs.
     samples: Floats
     modes: NDArray[np.int8]
     # Number of samples computed so far.

@@ -1,11 +1,12 @@
 """Chart of a map over two parameters: shaded levels with contour lines.
 
-A level is the index of a shade. In the terminal a shade is a character, in a figure a colour.
+A level is the index of a shade. In the terminal a shade is a character, in a figure a colour. The
+excess of a map is above zero where the equilibrium is unstable: its zero is the stability boundary.
 """
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,6 +27,7 @@ from fivtui.charts import (
     colour_scale_of,
     grade_values,
     label_shades,
+    math_symbol,
     meaning_label,
     parameter_text,
     rank_levels,
@@ -130,7 +132,7 @@ def map_sheet(result: StabilityMap) -> Sheet:
     title = parameter_text(result.parameters, (*result.names, *irrelevant))
     if result.of_safety:
         chart = replace(chart, traces=())
-        title += f"\ncycles by {result.basis}"
+        title += f"\nsafe {math_symbol('μ')} by {result.basis}"
     return Sheet([[chart]], _FIGURE_SIZE, title)
 
 
@@ -195,7 +197,8 @@ def _mu_label(text: str) -> Label:
 def _level_grid(result: StabilityMap, values: FloatArray) -> tuple[Levels, Shades]:
     """The level of every point, and the shade of every level.
 
-    The levels of points without a value and of those whose value is not known come last.
+    The last two levels are of points that have no value, and of points whose value is not known
+    because no search confirms it.
     """
     missing = np.isnan(result.values)
     if result.value == "coexistence":
@@ -221,6 +224,8 @@ def _level_grid(result: StabilityMap, values: FloatArray) -> tuple[Levels, Shade
         levels, (*shades, _) = grade_values(values)
     levels = np.where(missing, len(shades), levels)
     levels = np.where(result.unknown, len(shades) + 1, levels).astype(np.intp)
+    # Critical and safe μ do not depend on μ; they need not exist. Other values are missing only
+    # without an equilibrium.
     name = "none" if result.value in MU_FREE_VALUES else "no equilibrium"
     no_value = NO_VALUE._replace(text=result.missing, name=name)
     return levels, label_shades(levels, (*shades, no_value, _NOT_KNOWN_SHADE), values)
@@ -250,7 +255,9 @@ def _zero_lines(x: FloatArray, y: FloatArray, excess: FloatArray) -> tuple[Float
     from contourpy import contour_generator
 
     values = np.ma.masked_invalid(excess.T)
-    lines = contour_generator(x, y, values, corner_mask=True).lines(0.0)
+    lines: Any = contour_generator(x, y, values, corner_mask=True).lines(0.0)
+    if not lines:
+        return np.empty(0), np.empty(0)
     gap = np.full((1, 2), np.nan)
-    points = np.concatenate([gap[:0], *(part for line in lines for part in (line, gap))])[:-1]
+    points = np.concatenate([part for line in lines for part in (line, gap)][:-1])
     return points[:, 0], points[:, 1]

@@ -34,7 +34,8 @@ def _from_data(data: Mapping[str, Any]) -> StabilityMap:
 
 def _from_table(columns: Columns, header: Header) -> StabilityMap:
     over, quantities = split_grid(columns)
-    # A table of coexistence includes the quantities of a table of safe μ.
+    # A table of safe μ has the critical μ as well, one of coexistence both of them: of the values
+    # whose column a table has, it is of the last one in `MAP_VALUES`.
     values = [value for value in MAP_VALUES if SHOWN_COLUMN[value] in quantities]
     return _build_map(over, values[-1], quantities, header)
 
@@ -50,6 +51,7 @@ def _build_map(
     for array in quantities.values():
         if array.shape != linear.grid.shape:
             raise InputError(f"{array.shape} values for {linear.grid.shape} points")
+    # Points of global searches, and the μ up to which each search confirms safe μ.
     points = zip(header.get("searched", ()), header.get("confirmed_to", ()), strict=True)
     return replace(
         linear,

@@ -1,4 +1,8 @@
-"""Kind of study: the map over two parameters."""
+"""Entry of maps over two parameters in the registry of studies.
+
+The keys in `header` identify a map in the header of a saved table, those in `json_keys` in a JSON
+object.
+"""
 
 from operator import attrgetter, methodcaller
 from typing import TYPE_CHECKING, Final

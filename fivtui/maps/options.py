@@ -9,6 +9,7 @@ from fivtui.transient import setting
 class MapOptions:
     """Options of ``fivtui map``."""
 
+    # The option --ignore-separation, as of all commands that have this setting of scenes.
     ignore_separation: bool = setting("separation")
     over: tuple[str, ...] = option(
         "--over",

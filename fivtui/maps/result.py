@@ -1,6 +1,8 @@
 """A map over two parameters: quantities at all points of a grid, as a table and as data.
 
-A map of safety is of safe μ or of coexistence; others follow from eigenvalues alone.
+A map of safety is of safe μ or of coexistence; others follow from eigenvalues alone. The scene in
+the summary of a map lists the parameters that differ from the base set, which has the values of the
+paper, and the effects that are ignored.
 """
 
 from collections.abc import Mapping
@@ -50,6 +52,7 @@ COLUMNS: Final = {
 }
 # Method for safe μ, as named in the data of a map.
 _CONTINUATION: Final = "continuation"
+# On a belt at rest the slider sticks; parameters with mu above mu_s are refused.
 _WHY_NO_EQUILIBRIUM: Final = (
     "lifted and held by no spring, on a belt at rest, or with mu above mu_s"
 )
@@ -71,9 +74,10 @@ class StabilityMap(GridResult, Plottable):
     quantities : mapping of str to ndarray, shapes (n, k)
         All quantities that were computed, by the names of their columns.
     excess : ndarray, shape (n, k)
-        Relative excess of μ h k_t over its value on the stability boundary: negative where the
-        equilibrium is stable, zero on the boundary, −1 without friction coupling, NaN without
-        equilibrium. On a belt of finite speed it is the growth rate times √(m/stiffness).
+        Relative excess of μ h k_t over its value on the stability boundary (Routh–Hurwitz), where
+        h = k3/2 couples x and y, and k_t is the tangent contact stiffness. It is negative where the
+        equilibrium is stable, −1 for μ h = 0, NaN without equilibrium. On a belt of finite speed it
+        is the growth rate times √(m/stiffness).
     searched : tuple of SearchedPoint
         The points at which a global search was made for safe μ: the corners and the centre.
     """
@@ -105,8 +109,8 @@ class StabilityMap(GridResult, Plottable):
     def safe_mu(self) -> FloatArray:
         """Least μ of the limit cycles that continuation found, else the critical μ, shape (n, k).
 
-        NaN without both, without equilibrium, and where the global search at the nearest searched
-        point does not confirm it. KeyError if it was not computed.
+        NaN without both, without equilibrium, and where it exceeds the μ up to which the nearest
+        global search confirms the results of continuation. KeyError if it was not computed.
         """
         return self.quantities["safe_mu"]
 
@@ -117,9 +121,10 @@ class StabilityMap(GridResult, Plottable):
 
     @property
     def escape(self) -> FloatArray | None:
-        """Least vertical displacement from rest that leads to the other attractor, m, to 2 %.
+        """Least vertical displacement from rest, m, from which the slider does not return to rest.
 
-        Shape (n, k); NaN outside the region of coexistence; None if it was not computed.
+        Accurate to 2 %, shape (n, k), NaN outside the region of coexistence; None if it was not
+        computed.
         """
         return self.quantities.get("escape_offset")
 
@@ -133,6 +138,7 @@ class StabilityMap(GridResult, Plottable):
         """Flags of points whose safe μ is not known: the nearest search does not confirm it."""
         if "safe_mu" not in self.quantities:
             return np.zeros(self.grid.shape, dtype=bool)
+        # Where no μ is critical, NaN means no safe μ, unless the nearest search has a limit.
         has_limit = nearest_limits(self.searched, self.grid.shape) < PARAMETERS["mu"].upper
         is_missing = np.isnan(self.safe_mu) & ~np.isnan(self.excess)
         return is_missing & (has_limit | ~np.isnan(self.critical_mu))
@@ -214,6 +220,7 @@ class StabilityMap(GridResult, Plottable):
         if not self.of_safety:
             return self._system_data()
         return self._system_data() | {
+            # The method for all points; the searches follow as lists.
             "basis": _CONTINUATION,
             "searched": [list(point.indices) for point in self.searched],
             "confirmed_to": [point.confirmed_to for point in self.searched],
@@ -226,9 +233,9 @@ class StabilityMap(GridResult, Plottable):
         values of the two that do), ``value``, ``unit``, and ``values``: one list for every value of
         the first parameter, None without value. A map of safe friction adds ``basis``,
         ``searched`` (indices of the points of a global search), ``confirmed_to`` (the μ up to which
-        each search confirms the values) and ``critical_mu``. A value that is None where
-        ``critical_mu`` is not is not known. In a map of coexistence ``values`` are indices in
-        ``regions``; it adds ``safe_mu`` and ``escape_offset`` (m).
+        each search confirms the values) and ``critical_mu``. Where this is a number but the value
+        None, the value is not known. In a map of coexistence ``values`` are indices in ``regions``;
+        it adds ``safe_mu`` and ``escape_offset`` (m).
         """
         further_quantities = {
             key: array for key, array in self.quantities.items() if key != SHOWN_COLUMN[self.value]
