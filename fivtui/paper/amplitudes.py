@@ -62,17 +62,18 @@ def _batch_amplitudes(
         tol=scenes[0].tol,
         separation=np.array([scene.separation for scene in scenes]),
         start=np.array([resolve_start(s.system, s.start) for s in scenes]),
+        # "steady" is half peak-to-peak over the second half of the run.
         require={"amplitude", "steady", "events"},
         workers=workers,
         progress=progress,
     )
-    for index in batch.failed.tolist():
-        error = batch.failure(index)
-        if error is not None:
-            scene = scenes[index]
-            parameters = scene.parameters.as_dict().items()
-            values = ", ".join(f"{name} = {value:g}" for name, value in parameters)
-            raise ComputationError(f"{scene.name} ({values}): {error.why}", error.advice)
+    if batch.failed.size:
+        index = int(batch.failed[0])
+        scene, error = scenes[index], batch.failure(index)
+        assert error is not None  # noqa: S101
+        parameters = scene.parameters.as_dict().items()
+        values = ", ".join(f"{name} = {value:g}" for name, value in parameters)
+        raise ComputationError(f"{scene.name} ({values}): {error.why}", error.advice)
     columns = (
         batch.amplitude.y_abs,
         batch.steady.y_half_range,

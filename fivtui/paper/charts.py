@@ -59,7 +59,9 @@ _COINCIDENCE_TOL: Final = 1e-6
 def figure_charts(panel: Panel, data: FigureData) -> list[Chart]:
     """One or two charts of a panel, with a trace per line."""
     charts = []
-    for names in _CHART_COLUMNS.get(panel.kind, ((panel.shown,),)):
+    # A panel of transients has a single chart of a single column.
+    column_groups = _CHART_COLUMNS.get(panel.kind, [(panel.shown,)])
+    for names in column_groups:
         name = names[0]
         traces = tuple(
             _trace(_line_label(data.by, value), line, names, _role(data.by, value, number))
@@ -86,6 +88,7 @@ def _line_label(by: str, value: float) -> Label:
         return Label(name, name)
     math = value_label(by, value)
     linear = by == "k_nl" and value == 0.0
+    # In the terminal the label of an axis without unit is the symbol.
     symbol = axis_label(replace(PARAMETERS[by], unit=""))
     return Label(f"{symbol} {value:g}", f"linear, {math}" if linear else math)
 
@@ -117,7 +120,7 @@ def draw(number: int, results: PaperResults) -> "Figure":
 
 
 def figure_sheet(number: int, results: PaperResults) -> Sheet:
-    """A figure of the paper, 2 to 16, under its fixed parameters."""
+    """A figure of the paper, 2 to 16; its title lists the parameters that are fixed."""
     panels = figure_panels(number)
     first, *_ = panels
     varied = [name for name in PARAMETERS if name not in first.fixed]
@@ -159,7 +162,10 @@ def _hide_merged(trace: Trace) -> Trace:
 
 
 def _critical_points(data: FigureData) -> list[Trace]:
-    """A marker on each line at its critical μ and growth rate zero, then the legend's entry."""
+    """Markers at the critical μ of each line, where the growth rate is zero.
+
+    The last trace has no points: it is the common entry in the legend.
+    """
     points = [
         Trace("", line["mu_c"][:1], np.zeros(1), "points", role="critical point", colour=colour)
         for (_, line), colour in zip(data.lines(), LINE_COLOURS, strict=True)

@@ -1,5 +1,7 @@
 """The scenes of the paper's figures: what varies, over which range, in which lines.
 
+The paper is *Nonlinear friction-induced vibration of a slider-belt system*.
+
 A figure has one or two panels. A panel has lines, which differ in the parameter `by`; the parameter
 `along` varies along each line.
 
@@ -49,7 +51,11 @@ class Line:
 
 @dataclass(frozen=True, slots=True)
 class Panel:
-    """One panel of a figure: `by` distinguishes its lines, `choice` lists what the paper omits."""
+    """One panel of a figure: `by` distinguishes its lines.
+
+    `choice` describes what was chosen because the paper does not give it. `shown` is the column
+    that a panel of the kind ``"transient"`` shows over time.
+    """
 
     key: str
     caption: str
@@ -85,10 +91,11 @@ def _grid(start: float, stop: float, count: int) -> tuple[float, ...]:
 _PRELOADS: Final = ("F", _grid(0.0, 100.0, 201))
 _STIFFNESSES: Final = ("k_nl", _grid(0.0, 500.0, 501))
 _FRICTION: Final = ("mu", _grid(0.0, 2.0, 401))
+# The lines of Figs. 2 to 5, and those of Figs. 6 and 8, N/m³.
 _BY_STIFFNESS: Final = ("k_nl", (0.0, 50.0, 100.0, 500.0))
-_BY_HIGHER_STIFFNESS: Final = ("k_nl", (0.0, 50.0, 200.0, 500.0))
+_BY_STIFFNESS_FIG_6: Final = ("k_nl", (0.0, 50.0, 200.0, 500.0))
 _BY_PRELOAD: Final = ("F", (0.0, 5.0, 50.0, 100.0))
-# With separation ignored the amplitude falls steeply at first.
+# With separation ignored the amplitude falls steeply at first: there the values are closer.
 _K_NL_VALUES: Final = ("k_nl", _grid(20.0, 95.0, 16) + _grid(100.0, 500.0, 41))
 _NO_RANGE: Final = "the range is not given"
 _UNSTABLE: Final = "the range lies where the equilibrium is unstable"
@@ -172,8 +179,9 @@ PANELS: Final[Mapping[str, Panel]] = {
         _critical(
             "6",
             _PRELOADS,
-            _BY_HIGHER_STIFFNESS,
-            f"{_NO_RANGE}; to 100 N the line of 500 N/m^3 alone passes the linear one",
+            _BY_STIFFNESS_FIG_6,
+            f"{_NO_RANGE}; 0 to 100 N shows that the critical friction exceeds that of the linear "
+            "system at 500 N/m^3 alone",
         ),
         _critical(
             "7",
@@ -182,7 +190,7 @@ PANELS: Final[Mapping[str, Panel]] = {
             f"{_NO_RANGE}; it ends at the greatest stiffness of the text, 500 N/m^3",
         ),
         _critical(
-            "8", _PRELOADS, _BY_HIGHER_STIFFNESS, "lines and range are those of Fig. 6", _SOFT
+            "8", _PRELOADS, _BY_STIFFNESS_FIG_6, "lines and range are those of Fig. 6", _SOFT
         ),
         _critical("9", _STIFFNESSES, _BY_PRELOAD, "lines and range are those of Fig. 7", _SOFT),
         _motion("10", "Contact force", "P"),

@@ -1,4 +1,10 @@
-"""Kinds of study: the paper's figures and claims."""
+"""Kinds of study: the paper's figures and claims.
+
+A `StudyKind` tells the command line and the laboratory how to print, draw and save results.
+`header` are keys that identify its tables; `command` is the command that computes them. `save`
+writes a file for the user, and `as_json` offers JSON, too; `stored` is the file from which the
+laboratory restores a result.
+"""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -73,9 +79,9 @@ CLAIMS: Final = StudyKind(
     as_json=True,
     stem=lambda _: "claims",
     stored=Storage(
-        ".json",
-        lambda checked, path: save_json(check.claims_to_stored(checked), path),
-        check.stored_claims,
+        suffix=".json",
+        save=lambda checked, path: save_json(check.claims_to_stored(checked), path),
+        load=check.stored_claims,
     ),
     command=lambda _: Command("claims"),
 )

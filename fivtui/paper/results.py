@@ -1,6 +1,7 @@
 """Results that figures and claims share, each computed once.
 
-A panel is one diagram of a figure; its lines and points are runs or states of scenes.
+A panel is one diagram of a figure. A line over time is the run of one scene; in a line over a
+parameter each point belongs to one scene.
 """
 
 from collections.abc import Callable, Iterable, Iterator
@@ -10,7 +11,7 @@ import numpy as np
 
 from fivtui.model import Cancelled, OnProgress
 from fivtui.scene import Scene
-from fivtui.simulation import compute
+from fivtui.simulation import compute as compute_transient
 from fivtui.transient import Transient
 
 from .amplitudes import Amplitude, compute_amplitudes
@@ -56,7 +57,7 @@ class PaperResults:
         """The run of a scene, with 10,001 samples of its trajectory."""
         if scene not in self._runs:
             samples = np.linspace(0.0, scene.t_end, _SAMPLES)
-            self._runs[scene] = compute(
+            self._runs[scene] = compute_transient(
                 scene.request(method="taylor", step=None, samples=samples),
                 progress=lambda _fraction: self.should_continue(),
             )

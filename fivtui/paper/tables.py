@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from fivtui.equilibrium import (
     CriticalMu,
     Stability,
-    critical_mu as critical_mus,
+    critical_mu as all_critical_mu,
     growth_rate,
     stability,
 )
@@ -54,6 +54,7 @@ def modes(verdict: Stability) -> tuple[complex, complex]:
 
     If the frequencies have merged, the growing mode comes first.
     """
+    # They are sorted by falling imaginary part; the first two have a positive one.
     upper, lower = (complex(value) for value in verdict.eigenvalues[:2])
     merged = upper.imag - lower.imag <= _MERGING_TOL * upper.imag
     return (upper, lower) if merged and upper.real > lower.real else (lower, upper)
@@ -66,7 +67,7 @@ def _critical(scenes: Iterable[Scene]) -> Columns:
 
 def critical_mu(p: Parameters) -> float:
     """The least μ_c; `ComputationError` if no friction destabilises the equilibrium."""
-    return _least_mu(critical_mus(System(p)))
+    return _least_mu(all_critical_mu(System(p)))
 
 
 def _least_mu(critical: Sequence[CriticalMu]) -> float:

@@ -89,7 +89,7 @@ class BranchCurve(CycleCurve[OrbitOnCurve]):
     """
 
     # The parameter may turn at two folds within a step: such steps are shortened.
-    may_hide_folds = True
+    checks_hidden_folds = True
     untested: frozenset[EventKind] = frozenset()
 
     def __init__(

@@ -1,4 +1,8 @@
-"""Charts of branches of limit cycles: the branch, orbits on it, and multipliers."""
+"""Charts of branches of limit cycles: the branch, orbits on it, and multipliers.
+
+The `role` of a trace is the key of its style in figures. Along a trace that is not `ordered` x may
+fall.
+"""
 
 import math
 from collections.abc import Mapping
@@ -29,7 +33,9 @@ FloatArray = NDArray[np.float64]
 
 # Width and height of a figure, inches.
 _FIGURE_SIZE: Final = (FIGURE_WIDTH, 4.4)
-# Letters for the terminal, and markers of matplotlib.
+# Letters for the terminal, and markers of matplotlib. A cycle begins to touch y = 0, to stick or to
+# be faster than the belt (reverse slip), or the order of its modes of contact changes. N is the
+# Neimark-Sacker point at which a torus begins.
 _EVENT_MARKS: Final[Mapping[EventKind, tuple[str, str]]] = {
     EventKind.HOPF: ("H", "o"),
     EventKind.TOUCH: ("T", "s"),
@@ -41,8 +47,6 @@ _EVENT_MARKS: Final[Mapping[EventKind, tuple[str, str]]] = {
     EventKind.REVERSE_SLIP: ("R", "<"),
     EventKind.ORDER: ("O", "*"),
 }
-# Names of events that differ from their kinds: Hopf points are named after E. Hopf.
-_EVENT_NAMES: Final[Mapping[EventKind, str]] = {EventKind.HOPF: "Hopf"}
 # Colours of the orbits that are drawn, which also limit their number.
 _COLOURS: Final = ("#c0392b", "#d68910", "#6c3483", "#117a65")
 _ORBIT_SAMPLES: Final = 401
@@ -50,6 +54,8 @@ _ORBIT_SAMPLES: Final = 401
 _LINEAR_SIZE: Final = 3.0
 # Top of the figure, relative to the largest stable cycle; larger unstable cycles are cut off.
 _TOP_RATIO: Final = 2.0
+# Greatest size of the orbits at events, relative to the stable orbit drawn beside them.
+_ORBIT_RATIO: Final = 2.0
 # Margin above and below the branch, relative to the top of the figure.
 _MARGIN: Final = 0.05
 # Length of dashes in the terminal, relative to the size of the chart, and points per dash.
@@ -58,8 +64,8 @@ _DASH_POINTS: Final = 8
 
 
 def event_name(kind: EventKind) -> str:
-    """The name of an event in charts."""
-    return _EVENT_NAMES.get(kind, str(kind).replace("-", " "))
+    """The name of an event in charts; Hopf, the name of a person, has a capital."""
+    return "Hopf" if kind is EventKind.HOPF else str(kind).replace("-", " ")
 
 
 def branch_chart(result: CycleBranch, edited: float | None) -> Chart:
@@ -147,6 +153,7 @@ def _full_chart(result: CycleBranch) -> Chart:
         Label("±y (m)", "Half peak-to-peak of $y$ (m)"),
         (*curves, *events),
         note=f"{len(result.points)} limit cycles",
+        # The limits of x are not at the ends of a branch that turns back.
         tight=False,
     )
 
@@ -178,6 +185,7 @@ def _orbit_chart(result: CycleBranch, colours: Mapping[CyclePoint, str]) -> Char
         Label("y (m)", "$y$ (m)"),
         Label("ẏ (m/s)", "$\\dot{y}$ (m/s)"),
         tuple(traces),
+        # Contact is lost at y = 0.
         guides=(Guide(0.0),) if result.separation else (),
         legend="above",
     )
@@ -215,14 +223,20 @@ def _choose_cycles(result: CycleBranch) -> dict[CyclePoint, str]:
     # the parameter set. Cycles much larger than this stable cycle are left out.
     set_value = getattr(result.parameters, result.name)
     visible = [point for point in result.points if point.half_range <= _figure_top(result)]
-    stable = sorted(
+    nearest_stable = min(
         (point for point in visible if point.stable and event_at(result, point) is None),
         key=lambda point: abs(point.value - set_value),
-    )[:1]
-    limit = _TOP_RATIO * max((point.half_range for point in stable), default=np.inf)
+        default=None,
+    )
+    limit = np.inf if nearest_stable is None else _ORBIT_RATIO * nearest_stable.half_range
     at_events = [point for point in visible if event_at(result, point) is not None]
-    points = [point for point in at_events if point.half_range <= limit][: len(_COLOURS) - 1]
-    return dict(zip([*points, *stable] or visible[-1:], _COLOURS, strict=False))
+    # The stable cycle needs one of the colours.
+    cycles = [point for point in at_events if point.half_range <= limit][: len(_COLOURS) - 1]
+    if nearest_stable is not None:
+        cycles.append(nearest_stable)
+    if not cycles:
+        cycles = visible[-1:]
+    return dict(zip(cycles, _COLOURS, strict=False))
 
 
 def _masked_curve(

@@ -1,4 +1,8 @@
-"""Branches of limit cycles along a parameter, stable and unstable."""
+"""Branches of limit cycles along a parameter, stable and unstable.
+
+A `ParameterLine` is the parameter that varies, with its system and range; a `BranchCurve` has the
+equations of the cycles along it.
+"""
 
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
@@ -22,7 +26,7 @@ from fivtui.model import (
 
 from .arclength import PARAMETER, OrbitOnCurve
 from .branch_curve import BranchCurve, ParameterLine
-from .doubling import doubled_cycle, doubling_near, has_half_period
+from .doubling import doubled_cycle, has_half_period, locate_doubling
 from .events import MAX_POINTS, End, EventKind
 from .files import interpolate_cycle, read_cycle
 from .following import CurvePart, Follower, follow_both_ways
@@ -32,7 +36,8 @@ from .result import BranchEvent, CycleBranch, CyclePoint, Origin
 _ORIGINS: Final = ("hopf", "cycle")
 # By default a parameter's range is from its value divided by this to its value times this.
 _RANGE_FACTOR: Final = 10.0
-# Amplitude, relative to the characteristic length, below which a branch ends in the equilibrium.
+# Amplitude below which a branch ends in the equilibrium, relative to the unit of length of the
+# curve: the static deflection, or a larger characteristic length of the contact spring.
 _MIN_AMPLITUDE: Final = 4e-3
 
 
@@ -100,6 +105,8 @@ def branch(
     p = system.parameters
     if origin not in _ORIGINS and not isinstance(origin, Path):
         raise InputError(f"origin = {origin!r}: must be one of {', '.join(_ORIGINS)}, or a path")
+    # A doubled branch may end in a crossing of branches, which is not located on belts of finite
+    # speed. A belt whose speed is none is always faster than the slider.
     if doubled and p.v_belt is not None:
         raise InputError(
             f"v_belt = {p.v_belt:g}: must be none for branches of twice the period; to follow an "
@@ -161,6 +168,7 @@ def _follow_doubled(line: ParameterLine, start: BranchStart, origin: Origin) -> 
     if start.hopf is None:
         doublings = follower.events_both_ways(first, doubling)
     else:
+        # Behind the first cycle is the Hopf point: follow the branch one way, to a period doubling.
         ahead = follower.follow(first, until=(doubling,))
         doublings = [ahead.points[-1]] if ahead.end is End.EVENT else []
     if not doublings:
@@ -183,7 +191,7 @@ def _follow_doubled(line: ParameterLine, start: BranchStart, origin: Origin) -> 
     points, events = _points_and_events(curve, (cycle, *part.points), event_kinds)
     events.insert(0, _event(doubling, begin_point))
     if part.end is End.DOUBLING:
-        end_doubling = doubling_near(curve, part.points[-1])
+        end_doubling = locate_doubling(curve, part.points[-1])
         if end_doubling is not None:
             events.append(_event(doubling, *cycle_points(curve, [end_doubling])))
     low, high = line.bounds
@@ -209,11 +217,12 @@ def _follow_to_single_period(
     start_event: EventKind | None = None
     while True:
         orbit, step = start, None
+        # Beyond an event that was not the end, follow on with half of the last step.
         if len(points) > 1:
             orbit, previous = points[-1], points[-2]
             step = 0.5 * float(np.linalg.norm(orbit.unknowns - previous.unknowns))
-        # Where it meets the branch of the single period, the doubled branch turns back: a fold or a
-        # crossing of branches may be this point.
+        # The doubled branch turns back where it meets the branch of the single period: this end is
+        # located as a fold or a crossing of branches, at which the cycle has half the period.
         part = follower.follow(
             orbit, step=step, until=(EventKind.BRANCH, EventKind.FOLD), start_event=start_event
         )
@@ -237,14 +246,14 @@ def _follower(curve: BranchCurve, work: Progress) -> Follower[OrbitOnCurve]:
 
 def cycle_points(curve: BranchCurve, orbits: Sequence[OrbitOnCurve]) -> list[CyclePoint]:
     """The limit cycles of orbits on a curve, with their stability."""
-    multipliers = curve.multipliers(orbits)
     unknowns = (np.array([orbit.unknowns for orbit in orbits]) * curve.scales).tolist()
-    extremes = np.array([orbit.extremes for orbit in orbits]).tolist()
+    # By falling size, without the one along the orbit, which is 1: the first decides stability.
+    multipliers = curve.multipliers(orbits)
     stabilities = (np.abs(multipliers[:, 0]) < 1.0).tolist()
     return [
-        CyclePoint(value, period, (x, vx, y, vy), low, high, stable, tuple(values))
-        for (x, vx, y, vy, period, value), (_, _, low, high, *_), stable, values in zip(
-            unknowns, extremes, stabilities, multipliers.tolist(), strict=True
+        CyclePoint(value, period, (x, vx, y, vy), orbit.y_min, orbit.y_max, stable, tuple(row))
+        for orbit, (x, vx, y, vy, period, value), stable, row in zip(
+            orbits, unknowns, stabilities, multipliers.tolist(), strict=True
         )
     ]
 
@@ -270,8 +279,8 @@ def cycles_at(
     ).with_value(value)
     for first, second in pairwise(branch.points):
         contains_value = (first.value - value) * (second.value - value) <= 0.0
-        # A point exactly at the value is in two pairs: count it once.
-        if contains_value and first.value not in (second.value, value):
+        # A point exactly at the value is the second of a pair, then the first: count it once.
+        if contains_value and first.value != value:
             begin, end = ((point.value, point.start, point.period) for point in (first, second))
             cycle = interpolate_cycle(begin, end, value)
             curve, orbit = cycle_near(line, cycle)
@@ -283,8 +292,13 @@ def cycles_at(
 def parameter_range(
     p: Parameters, name: str, low: float | None, high: float | None
 ) -> tuple[float, float]:
-    """A checked range of a parameter; by default a tenth and ten times its value."""
+    """A checked range of a parameter; by default a tenth and ten times its value.
+
+    Raises `InputError` if the range is wrong, or the parameter has no value or no effect on motion.
+    """
     spec, value = parameter_spec(name), getattr(p, name)
+    # Optional parameters describe a belt of finite speed. Without v_belt it is always faster than
+    # the slider, and they have no effect.
     if value is None or (spec.optional and p.v_belt is None):
         missing = name if value is None else "v_belt"
         raise InputError(f"{missing} = none: must have a value to vary {name}")

@@ -18,18 +18,19 @@ _DISTANCES: Final = (0.01, 0.003, 0.03, 0.1)
 # Greatest number of points up to a period doubling, and length of the first step.
 _MAX_DOUBLING_POINTS: Final = 20
 _FIRST_STEP: Final = 1e-4
-# Relative distance from the start after half a period, below which the cycle has half the period.
+# A cycle repeats one of half the period if its state after half the period differs from the start
+# by less than this, relative to the size of the state.
 _HALF_PERIOD_DISTANCE: Final = 3e-4
 
 
 def doubled_cycle(curve: BranchCurve, orbit: OrbitOnCurve) -> OrbitOnCurve | None:
     """The cycle of about twice the period next to a period doubling; None if it is not found.
 
-    Its tangent points away from the period doubling.
+    Its tangent points away from the period doubling, along the deviation that begins there.
     """
     state_count = len(orbit.flow_direction)
     values, vectors = np.linalg.eig(orbit.monodromy)
-    # The eigenvector of the multiplier -1.
+    # The eigenvector of the multiplier -1, in the basis of the plane normal to the flow.
     eigenvector = vectors[:, np.abs(values + 1.0).argmin()].real
     direction = np.zeros(len(orbit.unknowns))
     direction[:state_count] = normal_basis(orbit.flow_direction) @ eigenvector
@@ -38,9 +39,10 @@ def doubled_cycle(curve: BranchCurve, orbit: OrbitOnCurve) -> OrbitOnCurve | Non
     for distance in _DISTANCES:
         guess = orbit.unknowns + distance * size * direction
         guess[PERIOD] *= 2.0
-        normals = np.zeros((2, len(guess)))
-        normals[0, :state_count], normals[1] = orbit.flow_direction, direction
-        cycle = curve.orbits.solve(guess, normals)
+        # The first plane fixes the phase, the second the distance; its normal directs the tangent.
+        plane_normals = np.zeros((2, len(guess)))
+        plane_normals[0, :state_count], plane_normals[1] = orbit.flow_direction, direction
+        cycle = curve.orbits.solve(guess, plane_normals)
         if cycle is not None and not has_half_period(curve, cycle):
             return cycle
     return None
@@ -48,19 +50,21 @@ def doubled_cycle(curve: BranchCurve, orbit: OrbitOnCurve) -> OrbitOnCurve | Non
 
 def has_half_period(curve: BranchCurve, orbit: OrbitOnCurve) -> bool:
     """Whether an orbit repeats a cycle of half the period."""
-    return curve.orbits.return_distance(orbit, 0.5) < _HALF_PERIOD_DISTANCE
+    return curve.orbits.return_distance(orbit, share=0.5) < _HALF_PERIOD_DISTANCE
 
 
-def doubling_near(curve: BranchCurve, orbit: OrbitOnCurve) -> OrbitOnCurve | None:
+def locate_doubling(curve: BranchCurve, orbit: OrbitOnCurve) -> OrbitOnCurve | None:
     """The period doubling next to an orbit of nearly twice the period; None if it is not found.
 
     It is located on the branch of the single period, where the equations are not singular.
     """
     guess = orbit.unknowns.copy()
     guess[PERIOD] *= 0.5
-    normals = np.zeros((2, len(guess)))
-    normals[0, : len(orbit.flow_direction)], normals[1, PARAMETER] = orbit.flow_direction, 1.0
-    start = curve.orbits.solve(guess, normals)
+    # The first plane fixes the phase, the second the parameter.
+    plane_normals = np.zeros((2, len(guess)))
+    plane_normals[0, : len(orbit.flow_direction)] = orbit.flow_direction
+    plane_normals[1, PARAMETER] = 1.0
+    start = curve.orbits.solve(guess, plane_normals)
     if start is None:
         return None
     follower = Follower(curve, max_points=_MAX_DOUBLING_POINTS)

@@ -16,7 +16,8 @@ from fivtui.transient import START_SPECS
 from .events import End
 from .result import BranchEvent, CycleBranch, CyclePoint, Origin
 
-# Key in stored branches: the parameter set's value of the parameter that varies.
+# Key in stored branches: the value of the varied parameter in the parameter set, which is not among
+# the stored `parameters`.
 _SET_VALUE_KEY: Final = "own_value"
 # Kind of file that messages name.
 _FILE_KIND: Final = "branch"
@@ -58,12 +59,12 @@ def _branch_from_data(data: Mapping[str, Any]) -> CycleBranch:
 
 
 class _SavedCycles(NamedTuple):
-    # Contents of a file: parameters that do not vary, name of the one that does, and whether
-    # separation was considered. The last two are None if the file has none. A cycle is the value of
-    # the varied parameter, a state and the period.
+    # Parameters that do not vary; empty in files of attractors.
     fixed: Mapping[str, float]
+    # The parameter that varies, and whether separation was considered; None in files of attractors.
     name: str | None
     separation: bool | None
+    # Value of the varied parameter, a state of the cycle, and its period.
     cycles: Sequence[tuple[float, State, float]]
 
 
@@ -91,8 +92,9 @@ def read_cycle(path: Path, system: System) -> tuple[State, float]:
 def _check_same_system(saved: _SavedCycles, system: System, path: Path) -> None:
     # Raise `InputError` unless a file has cycles of a system, apart from the varied parameter.
     values = system.parameters.as_dict()
-    # Files of attractors have no parameters.
-    for name in {**values, **saved.fixed} if saved.fixed else ():
+    # Files of attractors have no parameters to compare.
+    names = {**values, **saved.fixed} if saved.fixed else {}
+    for name in names:
         if name != saved.name and saved.fixed.get(name) != values.get(name):
             value_of_set, value_in_file = (
                 _value_text(parameters.get(name)) for parameters in (values, saved.fixed)
@@ -119,12 +121,14 @@ def _value_text(value: float | None) -> str:
 
 def _read_table(path: Path) -> _SavedCycles:
     header = read_header(path, _FILE_KIND)
+    # Of all tables only those of branches have this key.
     if "event_kinds" not in header:
         raise InputError(f"{path}: must be a branch of limit cycles")
     fixed = header["parameters"]
     columns = read_columns(path, _FILE_KIND)
     name = next(name for name in columns if name in ALL_PARAMETERS)
-    states = np.stack([columns[component] for component in START_SPECS], axis=1).tolist()
+    # The columns x0, vx0, y0 and vy0.
+    states = np.stack([columns[start_name] for start_name in START_SPECS], axis=1).tolist()
     cycles = [
         (value, (x, vx, y, vy), period)
         for value, (x, vx, y, vy), period in zip(
@@ -147,8 +151,10 @@ def _cycles_from_json(data: Any) -> _SavedCycles:
         cycles = [(float(cycle["value"]), *_cycle_from_json(cycle)) for cycle in data["points"]]
         return _SavedCycles(data["parameters"], data["parameter"], data["separation"], cycles)
     attractors = data.get("attractors", [data])
-    cycles = [(0.0, *_cycle_from_json(cycle)) for cycle in attractors if "period" in cycle]
-    return _SavedCycles({}, None, None, [cycles[0]])
+    # Attractors without a period are no limit cycles. Unpacking fails if there is no cycle.
+    (state, period), *_ = [_cycle_from_json(cycle) for cycle in attractors if "period" in cycle]
+    # No parameter varies: its value 0 is not used.
+    return _SavedCycles({}, None, None, [(0.0, state, period)])
 
 
 def _cycle_from_json(data: Any) -> tuple[State, float]:

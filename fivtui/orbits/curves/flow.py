@@ -15,9 +15,11 @@ FloatArray = NDArray[np.float64]
 
 FLOW_TOL: Final = 1e-13
 MAX_FLOW_STEPS: Final = 20_000
-# On a belt of finite speed steps are slow, and a period takes less than a hundred.
+# A lower limit on a belt of finite speed, where slower, interpreted code computes the motion, and a
+# period takes less than a hundred steps.
 _MAX_BELT_STEPS: Final = 2_000
-# Number of extremes of x and y. They come first; on a belt of finite speed a `ModePattern` follows.
+# Number of the extremes of x and y, which come first. On a belt of finite speed the numbers of a
+# `ModePattern` take the positions of the further extremes.
 POSITION_EXTREME_COUNT: Final = 4
 Y_MIN: Final = EXTREMES.index("y_min")
 Y_MAX: Final = EXTREMES.index("y_max")
@@ -27,7 +29,8 @@ Y_MAX: Final = EXTREMES.index("y_max")
 class MotionEnd:
     """The end of a motion: state, rate of change, and derivatives by start and parameters.
 
-    `extremes` are those over the motion, in the order of `EXTREMES`.
+    `extremes` are those over the motion, in the order of `EXTREMES`; on a belt of finite speed only
+    those of x and y, before the numbers of a `ModePattern`.
     """
 
     final: FloatArray
@@ -58,9 +61,13 @@ class ModePattern(NamedTuple):
     """Sticks and order of modes of a motion over a period on a belt of finite speed.
 
     `sticks` and `reversals` are numbers of sticks and slips backward; `order` is a number that
-    encodes the order of modes. Times are relative to the period. `speed_gap` is the least distance
-    of ẋ from the belt speed, relative to that speed. If the period starts within a stick,
-    `start_in_stick` is the part of the stick before the start, else -1.
+    encodes the order of modes in contact. Times are relative to the period. `speed_gap` is the
+    distance of the greatest ẋ from the belt speed, relative to that speed.
+
+    The motion is periodic: a stick may last from the end of the period into its start. Then
+    `start_in_stick` is the part of this stick before the start, else -1. `longest_stick_middle` is
+    the time at which the longest stick is half over, where a period can well begin; -1 without
+    sticks.
     """
 
     sticks: float
@@ -73,22 +80,33 @@ class ModePattern(NamedTuple):
 
 
 _MODE_COUNT: Final = len(Mode)
-# Upper bound of encoded orders of modes: floats hold smaller integers exactly.
-_ORDER_BOUND: Final = 2**53
-# A start whose ẋ is within this of the belt speed, relative to the speeds, has the belt speed.
+# Modulus of the numbers that encode orders of modes: floats hold smaller integers exactly.
+_ORDER_MODULUS: Final = 2**53
+# A start has the belt speed if its ẋ differs from it by at most this, relative to the sum of the
+# belt speed and |ẏ|.
 _SPEED_TOL: Final = 1e-9
 
 
 def _mode_pattern(motion: Variation, period: float, belt_speed: float) -> ModePattern:
-    times, modes = motion.changes[:, 0], [int(mode) for mode in motion.changes[:, 2]]
-    # The order of modes in contact is cyclic: the least rotation makes it independent of the start.
+    times, _, modes_after = motion.changes.T
+    modes = [int(mode) for mode in modes_after]
+    # The order of modes in contact is cyclic, and empty if there is only one mode.
     contact_modes = [mode for mode in modes if mode != Mode.SEPARATED]
-    order = [mode for index, mode in enumerate(contact_modes) if contact_modes[index - 1] != mode]
+    previous_modes = contact_modes[-1:] + contact_modes[:-1]
+    order = [
+        mode
+        for mode, previous in zip(contact_modes, previous_modes, strict=True)
+        if mode != previous
+    ]
+    # The least rotation does not depend on the start.
     rotations = [order[index:] + order[:index] for index in range(len(order))] or [[]]
     code = 0
     for mode in min(rotations):
-        code = (code * _MODE_COUNT + mode + 1) % _ORDER_BOUND
-    starts, lengths = times / period, np.diff(np.append(times, times[:1] + period)) / period
+        # Modes are digits; as none of them is 0, orders of different length differ.
+        code = (code * _MODE_COUNT + mode + 1) % _ORDER_MODULUS
+    # The last mode lasts over the end of the period until the first change.
+    ends = np.append(times[1:], times[:1] + period)
+    starts, lengths = times / period, (ends - times) / period
     sticks = [
         (float(length), float(start))
         for length, start, mode in zip(lengths, starts, modes, strict=True)
@@ -118,6 +136,7 @@ class SliderBeltFlow:
 
     def __init__(self, system: System, names: Sequence[str]) -> None:
         self.system, self.names = system, tuple(names)
+        # Directions of the derivatives: the components of the start, then the parameters.
         self._seeds = [*START_SEEDS, *(Seed((0.0,) * 4, {name: 1.0}) for name in names)]
 
     def follow(self, state: FloatArray, time: float, values: FloatArray) -> MotionEnd | None:

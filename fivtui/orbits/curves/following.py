@@ -13,8 +13,8 @@ import numpy as np
 from .events import MAX_POINTS, End, EventKind
 from .flow import FloatArray
 
-# Upper bounds of a step, relative to the size of its first point. The second bounds long steps:
-# those above a fixed length.
+# Upper bound of a step, relative to the size of its first point, and a lower one for steps that are
+# longer than `_LARGE_STEP`.
 _STEP_PER_SIZE: Final = 0.4
 _STEP_PER_LARGE_SIZE: Final = 0.1
 _LARGE_STEP: Final = 0.25
@@ -43,7 +43,8 @@ _RESOLUTION: Final = 1e-9
 _JUMP_DISTANCE: Final = 1e-3
 # Distances from a corner, relative to the size of its cycle, at which the curve may continue.
 _CORNER_DISTANCES: Final = (1e-3, 1e-2, 1e-4, 0.1)
-# Distance, relative to a step, within which a known point replaces one with singular equations.
+# Where the equations are singular, an event is located at the nearest known point if it is within
+# this distance, relative to the step.
 _SINGULAR_DISTANCE: Final = 1e-7
 
 
@@ -75,13 +76,14 @@ class Curve(ABC, Generic[P]):
     """A curve that can be followed.
 
     `tests` are functions that change their sign at events. Where the pattern of the motion changes,
-    such as the order of its modes, the curve has a corner. If `may_hide_folds`, steps that may pass
-    two folds along the first parameter are shortened.
+    such as the order of its modes, the curve has a corner. If `checks_hidden_folds`, steps that may
+    pass two folds at once are shortened. The test for folds must then be the derivative of the
+    first parameter along the curve.
     """
 
     bounds: Sequence[Bound]
     tests: Mapping[EventKind, Callable[[P], float]]
-    may_hide_folds = False
+    checks_hidden_folds = False
 
     @abstractmethod
     def correct(
@@ -94,7 +96,8 @@ class Curve(ABC, Generic[P]):
         """The point of the curve near a guess; None if there is none.
 
         It is in the plane through the guess with this normal. `neighbour` is a known point of the
-        curve nearby. The new tangent points to the side of `heading`, by default of the normal.
+        curve nearby. The new tangent points to the side of `heading`. By default this is the
+        normal, in a step the old tangent; a plane that fixes an unknown needs another heading.
         """
 
     def size(self, point: P) -> float:  # noqa: ARG002
@@ -122,7 +125,10 @@ class Curve(ABC, Generic[P]):
         return End.LOST
 
     def recentre(self, point: P) -> P:
-        """The point, if necessary with another state of its motion as unknowns."""
+        """The point, or the same cycle with a period that begins at a more suitable state.
+
+        On a belt of finite speed this state is within a stick.
+        """
         return point
 
 
@@ -152,9 +158,9 @@ def follow_both_ways(
     if end_at_start is None and ahead.end is End.CLOSED:
         end_at_start = End.CLOSED
     behind = follow(start.reversed()) if end_at_start is None else CurvePart((), {}, end_at_start)
-    count = len(behind.points)
-    events = {count - 1 - index: kind for index, kind in behind.events.items()}
-    events |= {count + 1 + index: kind for index, kind in ahead.events.items()}
+    start_index = len(behind.points)
+    events = {start_index - 1 - index: kind for index, kind in behind.events.items()}
+    events |= {start_index + 1 + index: kind for index, kind in ahead.events.items()}
     points = (*behind.points[::-1], start, *ahead.points)
     return WholeCurve(points, dict(sorted(events.items())), (behind.end, ahead.end))
 
@@ -214,6 +220,7 @@ class Follower(Generic[P]):
             self._report(len(points))
             step = min(step, self._longest_step(node))
             if step < _MIN_STEP:
+                # No step succeeds: the curve is lost here, or has a corner, never at its start.
                 beyond = self._point_beyond_corner(node) if points else None
                 if beyond is None:
                     end = self._curve.loss_reason(node.point)
@@ -222,6 +229,7 @@ class Follower(Generic[P]):
                 events[len(points) - 1] = self._curve.pattern_event(node.point, beyond)
                 step = float(np.linalg.norm(beyond.unknowns - node.point.unknowns))
                 points.append(beyond)
+                # Across a corner tangents cannot be extrapolated.
                 previous, node = None, self._node(beyond)
                 continue
             try:
@@ -243,8 +251,11 @@ class Follower(Generic[P]):
             ):
                 step *= _STEP_GROWTH
             recentred = self._curve.recentre(successor.point)
-            previous = node if recentred is successor.point else None
-            node = self._node(recentred) if previous is None else successor
+            if recentred is successor.point:
+                previous, node = node, successor
+            else:
+                # Another start of the period: tangents cannot be extrapolated.
+                previous, node = None, self._node(recentred)
             if event is not None:
                 node.test_values[event] = 0.0
             points.append(node.point)
@@ -308,7 +319,7 @@ class Follower(Generic[P]):
         if self._curve.pattern(point) != self._curve.pattern(target):
             return self._find_pattern_change(node, target, until)
         if _angle(point, target) > _MAX_TURN or (
-            self._curve.may_hide_folds and self._hides_folds(node, successor)
+            self._curve.checks_hidden_folds and self._hides_folds(node, successor)
         ):
             raise _StepTooLongError
         return *self._find_first_event(node, successor, until), None
@@ -371,9 +382,10 @@ class Follower(Generic[P]):
         point, pattern = corner.point, self._curve.pattern
         normal = np.eye(len(point.unknowns))[self._parameter_index]
         for distance in _CORNER_DISTANCES:
-            step = distance * corner.size * point.tangent
-            step[self._parameter_index] = -step[self._parameter_index]
-            beyond = self._curve.correct(point.unknowns + step, point, normal, step)
+            # The curve goes on along the tangent, but back along the parameter.
+            heading = distance * corner.size * point.tangent
+            heading[self._parameter_index] = -heading[self._parameter_index]
+            beyond = self._curve.correct(point.unknowns + heading, point, normal, heading)
             if beyond is not None and pattern(beyond) != pattern(point):
                 return beyond
         return None
@@ -386,6 +398,7 @@ class Follower(Generic[P]):
         unknowns = successor.point.unknowns
         if not all(low < unknowns[index] < high for index, low, high in self._curve.bounds):
             return End.BOUND
+        # A curve may begin below the minimum size, and grow.
         if successor.size < min(self._min_size, node.size):
             return End.EQUILIBRIUM
         if successor.size > _MAX_SIZE:
@@ -430,7 +443,8 @@ class Follower(Generic[P]):
         events.sort(key=lambda event: event[0])
         _, first_kind, first_point = events[0]
         for _, kind, point in events[1:]:
-            # Rounding may swap close events: check which one lies before the other.
+            # Rounding may swap close events: a test with another sign at the first point than at
+            # the node is zero before that point.
             if node.test_values[kind] * self._curve.tests[kind](first_point) < 0.0:
                 first_kind, first_point = kind, point
         return self._node(first_point), first_kind
@@ -465,6 +479,7 @@ class Follower(Generic[P]):
             return test(points[s])
 
         zero = float(brentq(test_value, 0.0, step, xtol=1e-14 * step + 1e-15, rtol=1e-14))
+        # Add the zero to `points` if the search ended without a value there.
         test_value(zero)
         return zero, points[zero]
 

@@ -28,12 +28,11 @@ from fivtui.model import (
     tangent_stiffness,
 )
 
-# Intervals of the search along a parameter. In a range above a decade their ends have a constant
-# ratio.
+# Intervals of the search along a parameter. They are logarithmic in a range above a decade.
 _INTERVALS: Final = 512
 _DECADE: Final = 10.0
-# A Lyapunov coefficient below this is zero to rounding, relative to its terms; so is y in an
-# eigenvector.
+# Size below which numbers count as zero: a Lyapunov coefficient relative to its terms, and y in an
+# eigenvector of length 1.
 _ROUNDING: Final = 1e-9
 # Indices of ẋ and y in a state; the friction force depends on these two.
 _VX, _Y = 1, 2
@@ -41,7 +40,7 @@ _VX, _Y = 1, 2
 
 @dataclass(frozen=True, slots=True)
 class HopfPoint:
-    """A Hopf point: the parameter's value, and the mode that begins to grow there.
+    """A Hopf point: the parameter's value, and the vibration mode that begins to grow there.
 
     `omega` is its angular frequency, 1/s. Its eigenvector is scaled to y = 1, or to x = 1 if y is
     zero. `lyapunov` is the first Lyapunov coefficient, 1/(m² s).
@@ -102,9 +101,10 @@ def hopf_values(system: System, name: str, low: float, high: float) -> list[floa
 def hopf_point(system: System, name: str) -> HopfPoint:
     """The Hopf point of a system whose parameters are at a Hopf point."""
     p, point = system.parameters, equilibrium(system)
-    matrix = np.array(jacobian(p, point.y, point.mode))
+    contact_mode = point.mode
+    matrix = np.array(jacobian(p, point.y, contact_mode))
     values, vectors = np.linalg.eig(matrix)
-    # The mode that begins to grow has the greatest growth rate.
+    # The vibration mode that begins to grow has the greatest growth rate.
     index = int(np.where(values.imag > 0.0, values.real, -np.inf).argmax())
     eigenvector = vectors[:, index]
     x, _, y, _ = eigenvector
@@ -122,7 +122,8 @@ class _MultilinearForms:
         if p.v_belt is not None:
             mu, slope, second, third = friction_derivatives(p, p.v_belt, 3)
             self._mu = (mu, -slope, second, -third)
-        # The contact force and its derivatives by y; the stiffness is quadratic in y.
+        # The contact force and its three derivatives by y. `tangent_slope` is the derivative of the
+        # tangent stiffness and proportional to y, so that its value at y = 1 is its derivative.
         self._force = (
             point.P,
             -tangent_stiffness(p, point.y),

@@ -1,4 +1,8 @@
-"""Starts of branches of limit cycles: at a Hopf point, at an attractor, or at a given cycle."""
+"""Starts of branches of limit cycles: at a Hopf point, at an attractor, or at a given cycle.
+
+A `ParameterLine` is the parameter that varies, with its system and range; its `curve` has the
+equations of the cycles along it.
+"""
 
 import math
 from dataclasses import dataclass
@@ -59,6 +63,7 @@ def hopf_start(line: ParameterLine) -> BranchStart:
         raise ComputationError(
             f"the equilibrium is at y = 0 at the Hopf point {name} = {value:g}", "change F"
         )
+    # The static deflection; if it is 0, the y at which linear and cubic contact force are equal.
     length = abs(point.y) or math.sqrt(system.parameters.k2 / system.parameters.k_nl)
     curve = line.curve(length, period)
     # The first cycle is an ellipse, spanned by the real and imaginary parts of the eigenvector.
@@ -68,8 +73,9 @@ def hopf_start(line: ParameterLine) -> BranchStart:
     rest = np.array([point.x, 0.0, point.y, 0.0, period, value]) / curve.scales
     flow_direction = np.zeros(_UNKNOWN_COUNT)
     flow_direction[_STATE] = (1j * hopf.eigenvector).real / curve.scales[_STATE]
-    normals = np.array([flow_direction / np.linalg.norm(flow_direction), direction / size])
-    orbit = curve.orbits.solve(rest + FIRST_AMPLITUDE / size * direction, normals)
+    # Planes through the guess: the first fixes the phase, the second the amplitude.
+    plane_normals = np.array([flow_direction / np.linalg.norm(flow_direction), direction / size])
+    orbit = curve.orbits.solve(rest + FIRST_AMPLITUDE / size * direction, plane_normals)
     if orbit is None:
         raise ComputationError(
             f"no limit cycle was found next to the Hopf point {name} = {value:g}",
@@ -97,6 +103,7 @@ def attractor_start(line: ParameterLine) -> BranchStart:
         raise InputError(f"{line.name} = {line.value:g}: must be in the range {low:g} to {high:g}")
     explorer = Explorer(line.system, work=line.work)
     starts = standard_starts(explorer)
+    # Each start is followed to its attractor, which has an orbit only if it is a limit cycle.
     orbits = (explorer.reach(start).orbit for start in starts)
     orbit = next((orbit for orbit in orbits if orbit is not None), None)
     if orbit is None:
@@ -126,12 +133,13 @@ def cycle_near(
     curve = line.curve(length_scale(system), period)
     ax, ay = accelerations(p, state, mode_of(p, state, separation=system.separation))
     _, vx, _, vy = state
-    normals = np.zeros((2, _UNKNOWN_COUNT))
-    normals[0, _STATE] = np.array([vx, ax, vy, ay]) / curve.scales[_STATE]
-    normals[0] /= np.linalg.norm(normals[0])
-    normals[1, PARAMETER] = 1.0
+    # Planes through the guess: the first fixes the phase, the second the parameter.
+    plane_normals = np.zeros((2, _UNKNOWN_COUNT))
+    plane_normals[0, _STATE] = np.array([vx, ax, vy, ay]) / curve.scales[_STATE]
+    plane_normals[0] /= np.linalg.norm(plane_normals[0])
+    plane_normals[1, PARAMETER] = 1.0
     guess = np.array([*state, period, line.value]) / curve.scales
-    return curve, curve.orbits.solve(guess, normals)
+    return curve, curve.orbits.solve(guess, plane_normals)
 
 
 def hopf_event(system: System, hopf: HopfPoint) -> BranchEvent:

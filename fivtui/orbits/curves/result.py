@@ -111,7 +111,7 @@ class CycleBranch(TableResult, Plottable):
     Attributes
     ----------
     system : System
-        The system, with `parameters` that do not vary and `separation`.
+        The system, with all `parameters` of the set and `separation`.
     name : str
         The parameter that varies.
     low, high : float
@@ -125,7 +125,8 @@ class CycleBranch(TableResult, Plottable):
     events : tuple of BranchEvent
         The events along the branch, in the order of the points.
     ends : tuple of End
-        Why it ends at the first and at the last point; at a Hopf point it begins or ends there.
+        Why it ends at the first and at the last point; at a Hopf point `End.EQUILIBRIUM`, also
+        where the branch begins there.
     """
 
     data_name: ClassVar[str] = "branch"
@@ -141,6 +142,7 @@ class CycleBranch(TableResult, Plottable):
     doubled: bool = False
 
     def _summary(self) -> list[tuple[str, str]]:
+        # The system in words, without the parameter that varies.
         scene = scene_text(self.system, without=(self.name,))
         values = [point.value for point in self.points]
         stable = sum(point.stable for point in self.points)
@@ -170,6 +172,7 @@ class CycleBranch(TableResult, Plottable):
 
     @property
     def _varied(self) -> tuple[str, ...]:
+        # Not among the `parameters` of JSON and headers.
         return (self.name,)
 
     def _table(self) -> Table:
@@ -233,15 +236,15 @@ def event_at(branch: CycleBranch, point: CyclePoint) -> EventKind | None:
 
 
 class CycleLike(Protocol):
-    """A record with a state and Floquet multipliers; a Hopf point has no multipliers."""
+    """A limit cycle, or a Hopf point with its equilibrium as state and without multipliers."""
 
     @property
     def start(self) -> State:
-        """A state of the cycle."""
+        """A state of the cycle, (x, ẋ, y, ẏ)."""
 
     @property
     def multipliers(self) -> Sequence[complex]:
-        """Its Floquet multipliers."""
+        """Its Floquet multipliers; empty at a Hopf point."""
 
 
 def attribute_table(records: Sequence[object], columns: Iterable[Column]) -> Table:

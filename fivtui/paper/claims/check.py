@@ -22,7 +22,8 @@ _STATEMENTS: Final = Path(__file__).with_name("statements.toml")
 
 
 def _make_claim(claim_id: str, row: Sequence[Any]) -> Claim:
-    # A claim from a row of statements.toml, whose last entry may be missing.
+    # A claim from a row of statements.toml. The last entry, which may be missing, is the reason why
+    # the claim does not hold or cannot be tested, or the assumption under which it holds.
     section, stated, statement, quantity_names, *rest = row
     reason = rest[0] if rest else ""
     if claim_id not in _TESTS:
@@ -101,6 +102,8 @@ def check_claims(
     source = PaperResults() if results is None else results
     work = Progress(progress)
     scenes = [scene for claim in chosen for scene in claim.scenes]
+    # All claims together need all figures: their amplitudes are computed in the same batch. Single
+    # claims compute the figures that they need when they are tested.
     if len(chosen) == len(CLAIMS):
         amplitudes = (panel for panel in PANELS.values() if panel.kind == "amplitude")
         scenes += [scene for panel in amplitudes for scene in panel.scenes()]

@@ -40,9 +40,10 @@ class Quantity(NamedTuple):
 class Claim:
     """A statement of the paper: a row of `statements.toml`, and its test.
 
-    A claim without a test cannot be decided by the model; `untestable` says why. `scenes` are
-    scenes outside the figures whose amplitudes the test needs. `names` are those of the computed
-    numbers, each with its unit in brackets, if any.
+    `stated` is the value or relation in the paper. A claim without a test cannot be decided by the
+    model; `untestable` says why. `scenes` are scenes outside the figures whose amplitudes the test
+    needs. `names` are those of the computed numbers, each with its unit in brackets, if any.
+    `reason` is why a tested claim does not hold, or the assumption under which it holds.
     """
 
     id: str

@@ -75,10 +75,10 @@ def claims_markdown(checked: Sequence["CheckedClaim"]) -> str:
 
 
 def save_claims(checked: Sequence["CheckedClaim"], path: Path) -> None:
-    """Write the paper's claims as CSV, one row each; errors as `write_atomically`."""
+    """Write the paper's claims as CSV, one row each; `InputError` if they cannot be written."""
     rows = [entry.row for entry in checked]
     columns = {name: [row[name] for row in rows] for name in _CLAIM_HEADER}
-    save_csv(path, "claims", columns, {})
+    save_csv(path, "claims", columns, header={})
 
 
 def _markdown_cell(text: str) -> str:

@@ -1,7 +1,8 @@
 """Tests of the claims of sections 2 to 4: damping, contact, equilibria and their stability.
 
 A test returns whether the claim holds, and the numbers that `statements.toml` names. Figures are
-identified by their number; a column has an array for each line, by k_nl or F of the line.
+identified by their number. `columns` maps the k_nl or F that distinguishes a line of a figure to
+the values along this line.
 """
 
 import math
@@ -37,8 +38,10 @@ _LINEAR: Final = _BASE.with_values({"k_nl": 0.0, "mu": _STRONG_MU})
 # Rounding errors of displacements (m) and Jacobians, and of critical friction coefficients.
 _ROUNDING: Final = 1e-12
 _MU_ROUNDING: Final = 1e-9
-# Greatest displacement, m, or force, N, at a located switch.
-_SWITCH_TOL: Final = 1e-9
+# Greatest error of the displacement, m, or of the contact force, N, at a located reattachment.
+_REATTACHMENT_TOL: Final = 1e-9
+# Key in `columns` of the line of the linear system: it has k_nl = 0, or F = 0 and so y_e = 0.
+_LINEAR_LINE: Final = 0.0
 # Frequencies closer than this have merged, rad/s.
 _MERGED: Final = 1e-6
 # Frequencies farther apart than this have not merged, rad/s.
@@ -71,23 +74,26 @@ def _states_at_reattachments(paper: PaperResults) -> Trajectory:
 
 def _reattachment_without_force(paper: PaperResults) -> Finding:
     force = np.abs(_states_at_reattachments(paper).P)
-    return force.max() <= _SWITCH_TOL, (force.size, force.max())
+    return force.max() <= _REATTACHMENT_TOL, (force.size, force.max())
 
 
 def _reattachment_at_the_static_position(paper: PaperResults) -> Finding:
     y = _states_at_reattachments(paper).y
+    # The static position under the preload is below y = 0, where the contact spring is undeformed.
     _, _, static_y, _ = static_start(System(_BASE))
-    return np.abs(y - static_y).max() <= _SWITCH_TOL, (np.abs(y).max(), static_y)
+    return np.abs(y - static_y).max() <= _REATTACHMENT_TOL, (np.abs(y).max(), static_y)
 
 
 def _one_real_equilibrium(_: PaperResults) -> Finding:
     root_counts, differences = set(), []
     for k_nl, F in product((1.0, 50.0, 100.0, 500.0), (5.0, 20.0, 50.0, 100.0)):
         p = _BASE.with_values({"k_nl": k_nl, "F": F})
-        # The cubic of Eq. 6 in y_e; its first row, with k_x and the coupling k3/2, eliminates x_e.
-        k_x, coupling = p.k1 + 0.5 * p.k3, 0.5 * p.k3
-        linear = p.k2 + coupling - coupling * (coupling - p.mu * p.k2) / k_x
-        cubic = p.k_nl + coupling * p.mu * p.k_nl / k_x
+        # Eq. 6 with h = k3/2 and P = -k2 y - k_nl y³: k_x x = h y + μ P and h (x - y) + P = F. The
+        # first equation eliminates x from the second, which becomes a cubic in y.
+        h = 0.5 * p.k3
+        k_x = p.k1 + h
+        linear = p.k2 + h - h * (h - p.mu * p.k2) / k_x
+        cubic = p.k_nl + h * p.mu * p.k_nl / k_x
         roots = np.roots((cubic, 0.0, linear, p.F))
         real_roots = roots.real[np.isclose(roots.imag, 0.0, atol=1e-9)]
         root_counts.add(real_roots.size)
@@ -145,8 +151,10 @@ def _mu_c_test(key: str, holds: Callable[..., bool]) -> Test:
 
 def _no_coalescence(paper: PaperResults) -> Finding:
     gaps = [line["omega_2"] - line["omega_1"] for _, line in paper.table("5").lines()]
-    approach = all(_SEPARATE < gap.min() < gap[0] for gap in gaps)
-    return approach, [gap.min() for gap in gaps]
+    # The frequencies come closer than at μ = 0, the first point, but never merge.
+    approach = all(gap.min() < gap[0] for gap in gaps)
+    never_merge = all(gap.min() > _SEPARATE for gap in gaps)
+    return approach and never_merge, [gap.min() for gap in gaps]
 
 
 def _one_real_part_passes_zero(paper: PaperResults) -> Finding:
@@ -168,13 +176,12 @@ def _mu_c_lines(paper: PaperResults, *keys: str) -> tuple[float, list[FloatArray
     # μ_c of the linear system, and along the nonlinear lines of Figs. 6 to 9.
     panels = [columns(paper, key, "mu_c") for key in keys]
     lines = [line for panel in panels for value, line in panel.items() if value > 0.0]
-    # A line with k_nl = 0 or F = 0 is that of the linear system and has one μ_c.
-    linear_line = panels[0][0.0]
-    return float(linear_line[0]), lines
+    # All values along the linear line are the same μ_c.
+    return float(panels[0][_LINEAR_LINE][0]), lines
 
 
 def _linear_mu_c_and_its_change(paper: PaperResults) -> Values:
-    linear_line = columns(paper, "6", "mu_c")[0.0]
+    linear_line = columns(paper, "6", "mu_c")[_LINEAR_LINE]
     return float(linear_line[0]), np.ptp(linear_line)
 
 
@@ -182,21 +189,23 @@ def _first_below_linear(paper: PaperResults, key: str) -> Finding:
     # Whether all lines fall from the linear μ_c to a minimum.
     linear, lines = _mu_c_lines(paper, key)
     to_minimum = [line[: np.argmin(line) + 1] for line in lines]
+    # The first point is the linear system but for rounding: the second must be below it, too.
     holds = all(line.size > 1 and falls(line) and line[1] < linear for line in to_minimum)
     return holds, (linear, *(line[-1] for line in to_minimum))
 
 
 def _preload_stabilises_later(paper: PaperResults) -> Finding:
     _, lines = _mu_c_lines(paper, "6")
-    preloads = columns(paper, "6", "F")[0.0]
+    # All lines have the same preloads.
+    preloads = columns(paper, "6", "F")[_LINEAR_LINE]
     minima = [preloads[np.argmin(line)] for line in lines]
     return all(map(falls_then_rises, lines)) and falls(minima), minima
 
 
 def _exceeds_linear(paper: PaperResults, key: str, along: str) -> Finding:
-    # Whether the last line ends above the linear μ_c. The last number is where it crosses that.
+    # Whether the last line crosses the linear μ_c once, upwards. The last number is where.
     linear, lines = _mu_c_lines(paper, key)
-    begin = crossing(columns(paper, key, along)[0.0], lines[-1] - linear)
+    begin = crossing(columns(paper, key, along)[_LINEAR_LINE], lines[-1] - linear)
     return begin is not None, (linear, *(line[-1] for line in lines), begin)
 
 
@@ -205,10 +214,13 @@ def _same_trend_with_other_damping(_: PaperResults) -> Finding:
     preloads = np.linspace(0.0, 100.0, 101)
     linear = critical_mu(base.with_values({"k_nl": 0.0}))
     holds, values = True, [linear]
-    for k_nl in (50.0, 200.0, 500.0):
+    stiffnesses = (50.0, 200.0, 500.0)
+    for k_nl in stiffnesses:
         sets = (base.with_values({"k_nl": k_nl, "F": F}) for F in preloads.tolist())
         line = np.array([critical_mu(p) for p in sets])
-        holds &= falls_then_rises(line) and bool((line[-1] > linear) == (k_nl == 500.0))
+        # The stiffest line alone ends above the linear μ_c.
+        ends_above, is_stiffest = bool(line[-1] > linear), k_nl == max(stiffnesses)
+        holds &= falls_then_rises(line) and ends_above == is_stiffest
         values += [preloads[np.argmin(line)], line[-1]]
     return holds, values
 
@@ -257,7 +269,7 @@ TESTS: Final[Mapping[str, Test]] = {
         rises, list(columns(paper, "2b", "y_e").values())[1:], 0, -1
     ),
     "no-preload-no-displacement": compare(
-        lambda paper: [np.ptp(columns(paper, "2b", "y_e")[0.0])],
+        lambda paper: [np.ptp(columns(paper, "2b", "y_e")[_LINEAR_LINE])],
         lambda change: change <= _ROUNDING,
     ),
     "preload-brings-stiffness-into-the-jacobian": _preload_brings_stiffness_into_the_jacobian,
@@ -283,7 +295,7 @@ TESTS: Final[Mapping[str, Test]] = {
     "preload-stabilises-beyond-linear": lambda paper: _exceeds_linear(paper, "6", "F"),
     "same-trend-with-other-damping": _same_trend_with_other_damping,
     "stiffness-needs-preload": compare(
-        lambda paper: [np.ptp(columns(paper, "7", "mu_c")[0.0])],
+        lambda paper: [np.ptp(columns(paper, "7", "mu_c")[_LINEAR_LINE])],
         lambda change: change <= _MU_ROUNDING,
     ),
     "stiffness-destabilises-at-first": lambda paper: _first_below_linear(paper, "7"),

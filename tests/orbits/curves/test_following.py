@@ -13,7 +13,7 @@ PERIOD, VALUE = 0, 1
 class Circle(Curve[PointOnCurve]):
     """A circle in the plane of period and parameter, about (3, 2), of radius 1."""
 
-    may_hide_folds = True
+    checks_hidden_folds = True
 
     def __init__(self, low: float, high: float) -> None:
         self.bounds = (Bound(VALUE, low, high),)
