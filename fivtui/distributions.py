@@ -197,14 +197,14 @@ def _check_scipy_family(distribution: Distribution) -> None:
 
 
 def parse_distribution(text: str) -> Distribution:
-    """The distribution in a text such as ``normal:80:8``; `InputError` as `Distribution`."""
+    """The distribution in a text such as ``normal:80:8``; raises `InputError` as `Distribution`."""
     name, *parts = (part.strip() for part in text.split(":"))
     return Distribution(
         name, tuple(parse_number(text, part, "DISTRIBUTION:NUMBER:…") for part in parts)
     )
 
 
-def parse_scattered(
+def parse_named_distribution(
     flag: str, text: str, specs: Mapping[str, ParameterSpec] = PARAMETERS
 ) -> tuple[str, Distribution]:
     """The name and the distribution in a text such as ``F~normal:80:8``; messages name `flag`."""

@@ -9,7 +9,10 @@ from typing import Any
 
 
 def lazy_exports(package: str) -> tuple[Callable[[str], object], Callable[[], list[str]]]:
-    """Functions `__getattr__` and `__dir__` of a package that import its exports on first use."""
+    """Functions `__getattr__` and `__dir__` of a package that import its exports on first use.
+
+    Its exports are the names that its ``__init__.py`` imports under ``if TYPE_CHECKING``.
+    """
     module_names: dict[str, str] = {}
 
     def load_module_names() -> dict[str, str]:
@@ -47,7 +50,7 @@ def lazy_modules(importer: str, *names: str) -> tuple[LazyModule, ...]:
 
 
 def _read_modules(path: Path) -> dict[str, str]:
-    # The module of each name that a file imports for type checkers.
+    # The module of each name that a file imports under `if TYPE_CHECKING`.
     for block in ast.parse(path.read_text(encoding="utf-8")).body:
         if isinstance(block, ast.If) and ast.unparse(block.test) == "TYPE_CHECKING":
             return {

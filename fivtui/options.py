@@ -1,4 +1,7 @@
-"""Options of commands, declared as fields of a dataclass, and the arguments that set them."""
+"""Options of commands, declared as fields of a dataclass, and the arguments that set them.
+
+A scene is a parameter set with the settings of its transient, such as the horizon and the method.
+"""
 
 import math
 from collections.abc import Callable, Iterable
@@ -38,7 +41,7 @@ class Option:
     file: bool = False
     # Values that a shell proposes.
     completions: Callable[[], Iterable[str]] | None = None
-    # The field of a scene that the option sets.
+    # The setting of the scene that the option replaces, such as t_end; empty if there is none.
     setting: str = ""
     # The group in the help.
     group: str = STUDY
@@ -63,7 +66,10 @@ def option(flag: str, help: str, default: Any = None, **details: Any) -> Any:  #
 
 @dataclass_transform(kw_only_default=True, frozen_default=True)
 def options_class(cls: type[Options]) -> type[Options]:
-    """Make a class a dataclass of options; this is faster than defining a frozen dataclass."""
+    """Make a class a dataclass of options, frozen only for type checkers.
+
+    Python takes longer to define a frozen dataclass.
+    """
     return dataclass(kw_only=True, eq=False, repr=False)(cls)
 
 

@@ -19,7 +19,8 @@ _ENDS_FORM: Final = "NAME=START:STOP or NAME=START:STOP:log"
 _SPACING: Final = "log"
 _FRACTION: Final = r"([0-9]*(?:[eE][+-]?[0-9]*)?)"
 _COMMA_IN_NUMBER: Final = re.compile(rf"(\s*[+-]?[0-9]*),{_FRACTION}(\s*%?\s*)")
-# Parts of a range have a colon before or behind them.
+# A decimal comma in a part of a range: the number has a colon behind it or before it. A comma
+# between numbers without colons separates the values of a list.
 _COMMA_IN_PART: Final = re.compile(
     rf"((?:^|[\s=~])[+-]?[0-9]*),{_FRACTION}(?=\s*:)|(:\s*[+-]?[0-9]*),{_FRACTION}(?=[\s:]|$)"
 )
@@ -29,7 +30,8 @@ _SERIES_TERMS: Final = 7
 # Decimal numbers of 50 digits.
 _PRECISE: Final = Context(prec=50)
 _LN2: Final = _PRECISE.ln(Decimal(2))
-# Relative tolerance for values spaced by a mathematical library.
+# Values in files may come from the powers of a mathematical library, which differ from
+# `log_spaced` in their last bits: relative tolerance of the comparison.
 _LIBRARY_RTOL: Final = 1e-13
 # Veltkamp's constant splits a number into halves of its bits.
 _SPLITTER: Final = 2.0**27 + 1.0
@@ -153,12 +155,11 @@ def range_text(name: str, values: Floats) -> str:
     text = f"{number_text(start)}:{number_text(stop)}:{count}"
     if np.array_equal(values, _spaced_values(start, stop, count, log=False)):
         return text
-    # Values in files may be powers rounded by a mathematical library.
     if min(start, stop) > 0.0 and np.allclose(
         values, _spaced_values(start, stop, count, log=True), rtol=_LIBRARY_RTOL, atol=0.0
     ):
         return f"{text}:{_SPACING}"
-    raise InputError(f"{name}: its values are not evenly spaced; no command has a range for them")
+    raise InputError(f"{name}: its values are not evenly spaced; START:STOP:COUNT cannot give them")
 
 
 def _spaced_values(start: float, stop: float, count: int, *, log: bool) -> Floats:

@@ -56,11 +56,13 @@ def simulate(
         "What a tolerance promises" says what errors it ensures for the methods ``taylor``, ``fmu``
         and ``fmu-native``.
     separation : bool
-        Whether separation is considered (the paper's Case 1) or ignored (Case 2).
+        Whether the slider may leave the belt (Case 1), or contact never breaks (Case 2).
     start : "static" or sequence of four floats
-        At rest at the equilibrium of μ = 0, or (x, ẋ, y, ẏ) in m and m/s.
+        At rest at the equilibrium of μ = 0, or (x, ẋ, y, ẏ) in m and m/s: horizontal
+        displacement and velocity, then vertical.
     method : str
-        A name in `ALL_METHODS`.
+        A name in `ALL_METHODS`. ``fmu`` runs the exported FMU of Python code,
+        ``fmu-native`` the compiled one.
     step : float, optional
         Step of ``rk4``, communication step of ``fmu`` and ``fmu-native``, s.
     samples : "none", "dense", int or sequence of float
@@ -72,16 +74,17 @@ def simulate(
     progress : callable, optional
         Called at intervals with the fraction done; the run is cancelled when it returns False.
     kernel : "auto", "compiled", "interpreted" or "exact"
-        Implementation of the method ``taylor``. By default a linear scene (k_nl = 0, separation
-        ignored) is solved exactly, without steps; any other scene by the compiled kernel, or by the
-        interpreted kernel if none is compiled. ``stats.kernel`` names the kernel used; their
-        results agree to rounding.
+        Implementation of the method ``taylor``. By default a linear system (k_nl = 0, separation
+        ignored) is solved exactly, without steps; any other system by the compiled kernel, or by
+        the interpreted kernel if none is compiled. ``stats.kernel`` names the kernel used. Results
+        of different kernels agree to rounding.
     on_samples : callable, optional
         Called at intervals in the computing thread with the next part of the trajectory, if sample
         times are given and the method takes steps.
     sensitivities : sequence of str
         Names of the parameters by which results are differentiated, with the method ``taylor``.
-        Derivatives include the change of a static start; a start in numbers is constant.
+        A static start depends on the parameters and is differentiated too; a start in numbers is
+        constant.
     over_time : mapping of str to pairs of time and value, optional
         Values of ``F``, ``mu`` and ``v_belt`` over time, s, in place of those of `parameters`:
         linear between rows, constant before and after them, with a jump where a time is given

@@ -1,6 +1,7 @@
 """The registry of studies: all kinds of results, with their files, figures, tables and commands.
 
-A study is a computation with its own kind of result, such as a run, a sweep or a map.
+A study is a computation with its own kind of result, such as a run, a sweep or a map. The
+laboratory, fivtui's terminal program, stores its results between two starts: its session.
 """
 
 import json
@@ -66,8 +67,9 @@ def check_study_path(name: str, path: Path) -> None:
     """Check that a result can be written to a file, before it is computed."""
     kind = study(name)
     if path.suffix.lower() in FORMATS and path.suffix.lower() in kind.suffixes:
-        table_format(path, kind.data)
-    check_suffix(path, kind.data, kind.suffixes)
+        # Raises `InputError` if the package of the format is missing.
+        table_format(path, kind.contents_name)
+    check_suffix(path, kind.contents_name, kind.suffixes)
     check_output(path)
 
 
@@ -118,6 +120,7 @@ def _kind_of_json(path: Path) -> str:
     keys = data.keys() if isinstance(data, dict) else set()
     for name, kind in studies():
         if kind.json_keys and keys >= kind.json_keys:
+            # What --json prints of some results is not enough to restore them.
             if kind.json_refusal:
                 raise InputError(f"{path}: {kind.json_refusal}")
             return name
@@ -125,15 +128,15 @@ def _kind_of_json(path: Path) -> str:
 
 
 def load_study(name: str, path: Path) -> Any:
-    """Read a result of a kind from a file, see `kind_of`; `InputError` if it cannot be read."""
+    """Read a result of a kind (see `kind_of`) from a file; raises `InputError` if that fails."""
     load = study(name).load
     if load is None:
-        raise InputError(f"{path}: {study(name).data} cannot be read")
+        raise InputError(f"{path}: {study(name).contents_name} cannot be read")
     return load(path)
 
 
 def store_study(name: str, result: Any, path: Path) -> None:
-    """Write a complete result to a file, from which `restore_study` reads it."""
+    """Write all that `restore_study` needs; what `save_study` writes may be only a part of it."""
     stored = study(name).stored
     if stored is not None and stored.save is not None:
         stored.save(result, path)
@@ -142,7 +145,7 @@ def store_study(name: str, result: Any, path: Path) -> None:
 
 
 def restore_study(name: str, path: Path) -> Any:
-    """Read what `store_study` wrote; `InputError` if it cannot be read."""
+    """Read what `store_study` wrote; raises `InputError` if it cannot be read."""
     stored = study(name).stored
     if stored is None:
         raise InputError(f"{name}: such results are not stored in a session")

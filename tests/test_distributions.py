@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from fivtui.distributions import Distribution, parse_distribution, parse_scattered
+from fivtui.distributions import Distribution, parse_distribution, parse_named_distribution
 from fivtui.model.errors import InputError
 
 LEVELS = np.array([1e-6, 0.1, 0.5, 0.9, 1.0 - 1e-6])
@@ -81,6 +81,6 @@ def test_an_empty_truncation_is_refused() -> None:
 @pytest.mark.parametrize("text", ["mu", "mu~", "~normal:1:2", "mu=normal:1:2"])
 def test_a_scattered_quantity_has_a_name_and_a_distribution(text: str) -> None:
     with pytest.raises(InputError, match="must be NAME~DISTRIBUTION"):
-        parse_scattered("--vary", text)
+        parse_named_distribution("--vary", text)
     with pytest.raises(InputError, match="did you mean mu"):
-        parse_scattered("--vary", "Mu~normal:1:2")
+        parse_named_distribution("--vary", "Mu~normal:1:2")

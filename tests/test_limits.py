@@ -12,7 +12,7 @@ from fivtui.model.errors import ComputationError
 from fivtui.model.slider_belt import State
 from fivtui.orbits.shooting import PeriodicOrbit, Section, shoot
 from fivtui.taylor.polynomial import roots
-from fivtui.transient.derivatives.variation import START_SEEDS, vary
+from fivtui.transient.derivatives.variation import START_SEEDS, compute_variation
 from fivtui.transient.request import Request
 
 # F = 80 N: μ at the fold of separating cycles, and the period of the cycle there, s, by an
@@ -107,7 +107,7 @@ def test_errors_grow_as_the_derivative_of_the_flow(
     request = Request(System(p, separation), t_end=20.0, tol=1e-12, start=start)
     frequency = math.sqrt((p.k1 + p.k2 + p.k3) / p.m)
     weights = np.array([1.0, frequency, 1.0, frequency])
-    end = vary(request, START_SEEDS).derivatives @ weights
+    end = compute_variation(request, START_SEEDS).derivatives @ weights
     expected_growth = float(np.linalg.norm(end / weights)) / 2.0
     assert error_growth(request).final == pytest.approx(expected_growth, rel=2e-5)
 
@@ -116,7 +116,7 @@ def test_the_derivative_of_the_flow_contracts_volume_to_rounding() -> None:
     # Liouville's formula: the trace of the Jacobian is −(c1 + c2)/m everywhere.
     p = Parameters()
     request = Request(System(p), t_end=3.0, tol=1e-13, start=(0.3, 1.0, -0.5, 2.0))
-    derivative = vary(request, START_SEEDS).derivatives
+    derivative = compute_variation(request, START_SEEDS).derivatives
     contraction = math.exp(-(p.c1 + p.c2) / p.m * 3.0)
     assert np.linalg.det(derivative) == pytest.approx(contraction, rel=1e-13)
 

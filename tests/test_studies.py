@@ -79,7 +79,7 @@ def load_bounce(path: Path) -> Bounce:
 
 
 BOUNCE = StudyKind(
-    data="bounce",
+    contents_name="bounce",
     show=list_printer("Bounce"),
     warning=lambda result: "high" if max(result.heights) > 1.0 else None,
     suffixes=(".csv", ".npz", ".parquet"),
@@ -156,7 +156,7 @@ def test_a_new_study_is_exported_stored_and_shown_by_the_laboratory(tmp_path: Pa
 
 def test_every_study_declares_its_files_and_reads_stored_ones() -> None:
     for name, kind in studies():
-        assert kind.data, name
+        assert kind.contents_name, name
         assert callable(kind.show)
         if kind.suffixes:
             assert kind.stem is not str or kind.load is not None, name

@@ -1,4 +1,7 @@
-"""Error estimates of a run, from a finer run and from the growth of small errors."""
+"""Error estimates of a run, from a second run and from the growth of small errors.
+
+The second run is finer if the tolerance can be smaller: see `accuracy`.
+"""
 
 import math
 from collections.abc import Mapping
@@ -30,7 +33,10 @@ _TOL_RATIO: Final = 100.0
 
 @dataclass(frozen=True, slots=True)
 class Estimate:
-    """A value of a run, and its difference to the finer run, at least the rounding error."""
+    """A value of a run, and its difference to that of the second run.
+
+    The difference is replaced by the rounding error if that is greater.
+    """
 
     value: float
     difference: float
@@ -45,13 +51,14 @@ class Accuracy(Result, Tabular):
     run : Transient
         The run at the requested setting.
     finer : str
-        The setting of the finer run, with which it is compared.
+        The tolerance or the step of the second run, with which it is compared.
     estimates : mapping of str to Estimate
         ``x``, ``vx``, ``y``, ``vy`` at the end, ``peak_y_abs``, ``y_half_range``,
         ``separated_time`` and ``separations``, in SI units; ``stick_time`` and ``sticks`` on a belt
         of finite speed.
     growth : ErrorGrowth
-        How small errors grow along the run.
+        How small errors grow along the run; its `fate` tells whether they decay, stay bounded or
+        grow in the long run.
     parted : Divergence or None
         When and why the two runs diverge, else None. If they do, no digit is reliable.
     """
@@ -135,8 +142,9 @@ def accuracy(
     Returns
     -------
     Accuracy
-        Differences to a run at a hundredth of the tolerance, or at half the step, and the growth
-        of errors. If the tolerance cannot be that small, it is a hundred times larger instead.
+        Differences to a second run at a hundredth of the tolerance, or at half the step, and the
+        growth of errors. Where the hundredth is below the least tolerance, the second run has a
+        hundred times the tolerance instead.
 
     Raises
     ------
@@ -174,27 +182,28 @@ def accuracy(
         # Each run is a third of the progress, and so is the growth of errors.
         return compute(request, progress=work.stage(begin, begin + 1.0 / 3.0).callback)
 
-    coarse = run(request, 0.0)
-    fine = run(replace(request, tol=tol, step=step), 1.0 / 3.0)
+    first_run = run(request, 0.0)
+    second_run = run(replace(request, tol=tol, step=step), 1.0 / 3.0)
     growth = error_growth(request, progress=work.stage(2.0 / 3.0, 1.0).callback)
     work.advance(1.0)
-    values, finer_values = _named_values(coarse), _named_values(fine)
-    rounding_errors = _rounding_errors(coarse)
+    values, second_values = _named_values(first_run), _named_values(second_run)
+    rounding_errors = _rounding_errors(first_run)
     estimates = {}
     for name, value in values.items():
-        difference = abs(value - finer_values[name])
+        difference = abs(value - second_values[name])
         estimates[name] = Estimate(value, max(difference, rounding_errors.get(name, 0.0)))
     return Accuracy(
-        run=coarse,
+        run=first_run,
         finer=finer,
         estimates=estimates,
         growth=growth,
-        parted=find_divergence(coarse, fine),
+        parted=find_divergence(first_run, second_run),
     )
 
 
 def _rounding_errors(run: Transient) -> dict[str, float]:
-    # Rounding errors that both runs may have in common, by the name of the value.
+    # Rounding errors that both runs may have in common, by the name of the value. Errors of the
+    # half range are relative to the peak, as in `Deviation`.
     relative, peak = rounding_error(run), run.peak.y_abs
     _, *state = run.final
     state_error = relative.final * max(map(abs, state))

@@ -1,4 +1,4 @@
-"""Kinds of studies: the accuracy of a run, and the stress tests."""
+"""Kinds of studies: the accuracy of a run, and the stress tests of the command ``extremes``."""
 
 from typing import Final
 
@@ -7,10 +7,10 @@ from fivtui.results import StudyKind
 
 report, stress_tests = lazy_modules(__name__, "report", "stress_tests")
 
-ACCURACY: Final = StudyKind(data="accuracy", show=report.print_accuracy)
+ACCURACY: Final = StudyKind(contents_name="accuracy", show=report.print_accuracy)
 
 EXTREMES: Final = StudyKind(
-    data="stress tests",
+    contents_name="stress tests",
     show=report.print_stress_tests,
     to_dict=stress_tests.stress_tests_to_dict,
 )

@@ -2,9 +2,10 @@
 
 Benettin's method (Meccanica 15, 1980): a deviation from the motion is followed by the variational
 equations and scaled to length one at regular intervals. The right-hand side is continuous at
-separation and reattachment: deviations do not jump there. On a belt of finite speed they jump where
-the slider begins to stick, or friction jumps. Lengths are measured in (x, ẋ/ω, y, ẏ/ω) with
-ω² = (k1 + k2 + k3)/m.
+separation and reattachment: deviations do not jump there. They jump where the slider begins to
+stick, and where friction jumps, as from μ_s to μ when it begins to slide. Without `v_belt` the belt
+is always faster than the slider, which then never sticks. Lengths are measured in (x, ẋ/ω, y, ẏ/ω)
+with ω² = (k1 + k2 + k3)/m.
 """
 
 import enum
@@ -22,7 +23,7 @@ from fivtui.model import (
     time_scale,
 )
 from fivtui.taylor import Seed
-from fivtui.transient import Request, vary
+from fivtui.transient import Request, compute_variation
 
 # Number of intervals of a run, after each of which the deviation is scaled to length 1.
 _INTERVALS: Final = 400
@@ -57,7 +58,8 @@ class ErrorGrowth:
     exponent : float
         Estimate of the largest Lyapunov exponent, 1/s, over the second half of `duration`.
     uncertainty : float
-        Resolution of the exponent, 1/s: the growth within one cycle may be as large.
+        Resolution of the exponent, 1/s: a smaller exponent may come from the growth within one or
+        two cycles of a periodic motion.
     fate : Fate
         Behaviour of a small error in the long run.
     greatest : float
@@ -90,7 +92,7 @@ def error_growth(request: Request, *, progress: OnProgress | None = None) -> Err
         # The state and the deviation at the end of an interval.
         try:
             part = Request(system, t_end=interval, tol=request.tol, start=state)
-            varied = vary(part, [Seed(deviation)])
+            varied = compute_variation(part, [Seed(deviation)])
         except ComputationError as error:
             begin = (len(sizes) - 1) * interval
             raise ComputationError(

@@ -83,7 +83,7 @@ def print_accuracy(result: Accuracy) -> None:
             ("over the run", f"at most {growth.greatest:.3g} times, {growth.final:.3g} at the end"),
             (
                 "largest Lyapunov exponent",
-                f"{number(growth.exponent, 3)} 1/s  (zero within {number(growth.uncertainty, 2)})",
+                f"{number(growth.exponent, 3)} 1/s  (resolution {number(growth.uncertainty, 2)})",
             ),
             ("in the long run it", growth.fate),
         ],

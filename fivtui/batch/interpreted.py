@@ -61,15 +61,15 @@ def interpret_members(
             )
             results[index] = _integrate(request, max_steps)
         else:
-            # Status OVERFLOW and no steps mark a member without a static start.
-            results[index] = _incomplete_columns(start.tolist(), 0.0, Status.OVERFLOW, 0)
+            results[index] = _incomplete_columns(start.tolist(), 0.0, Status.NO_START, 0)
         if not proceed():
             break
     return results
 
 
 def _integrate(request: Request, max_steps: int) -> RunColumns:
-    # The columns of one member, as those of the compiled kernel.
+    # The columns of one member, as those of the compiled kernel. The run stalls if the motion
+    # changes faster than floating-point time resolves.
     recorder = Recorder(request)
     stepper = taylor_stepper(request.system, request.initial, tol=request.tol)
     steps, status = 0, Status.STEP_LIMIT
@@ -99,7 +99,8 @@ def _integrate(request: Request, max_steps: int) -> RunColumns:
         separated_time=events.separated_time,
         first=np.nan if events.first is None else events.first,
         last=np.nan if events.last is None else events.last,
-        # Batches use only the peak of |x| and the range of y in the second half of the run.
+        # A run has the peak of |x|, and half the range of y in its second half, but not the ends of
+        # these ranges. Batches need no more, so any ends with this peak and this range will do.
         x_min=-peak.x_abs,
         y_min=peak.y_min,
         x_max=peak.x_abs,

@@ -35,7 +35,8 @@ def member_columns(
         if len(shape) != 1:
             raise InputError(f"parameters: shape {shape}; must have one axis")
         values = {name: np.asarray(value) for name, value in base.as_dict().items()} | named
-        # Without v_belt, parameters of belts have no effect and are refused below if named.
+        # Without v_belt, the parameters mu_s and v_s have no effect: those of `base` are dropped,
+        # those that the caller names are refused by `_check_belt`.
         used = ALL_PARAMETERS if "v_belt" in values else {**PARAMETERS, **named}
         names = [name for name in ALL_PARAMETERS if name in values and name in used]
         columns = {name: np.broadcast_to(values[name], shape) for name in names}
@@ -56,15 +57,15 @@ def member_columns(
 
 
 def belt_rows(columns: Mapping[str, Floats]) -> Floats | None:
-    """v_belt, μ_s and v_s of members, shape (n, 3); v_s = 0 where friction is constant.
+    """v_belt, μ_s and v_s of members, shape (n, 3).
 
+    v_s is the sliding speed over which friction falls from μ_s to μ; 0 where friction is constant.
     None without v_belt: the belt is then always faster than the slider.
     """
     if "v_belt" not in columns:
         return None
     mu_s = columns.get("mu_s", columns["mu"])
-    is_falling = (mu_s > columns["mu"]) & ("v_s" in columns)
-    v_s = np.where(is_falling, columns.get("v_s", 0.0), 0.0)
+    v_s = np.where(mu_s > columns["mu"], columns.get("v_s", 0.0), 0.0)
     return np.column_stack([columns["v_belt"], mu_s, v_s])
 
 
@@ -129,5 +130,6 @@ def start_states(start: ArrayLike, size: int) -> Floats | None:
         raise InputError(f"start: shape {states.shape}; {allowed}")
     if states.size > 0 and not np.isfinite([states.min(), states.max()]).all():
         raise InputError(f"start: not all finite; {allowed}")
+    # Products of smaller components would underflow.
     states = np.where(np.abs(states) < START_THRESHOLD, 0.0, states)
     return np.broadcast_to(states, (size, 4))

@@ -23,7 +23,7 @@ from fivtui.taylor import overflow_error, stall_error
 from fivtui.transient import max_steps_error
 
 Floats = NDArray[np.float64]
-# Columns of batches by name; sweeps have those that describe a whole run.
+# Columns of batches by name; `fivtui.sweeps` also takes units and meanings from here.
 BATCH_COLUMNS: Final[Mapping[str, Column]] = {
     column.name: column
     for column in (
@@ -34,6 +34,7 @@ BATCH_COLUMNS: Final[Mapping[str, Column]] = {
         Column("y_max", "m", "greatest y"),
         Column("y_min", "m", "least y"),
         Column("x_abs", "m", "peak of |x|"),
+        # Without v_belt a run is valid only for a belt that is faster than the slider.
         Column("vx_max", "m/s", "least valid belt speed"),
         Column("y_half_range", "m", "half peak-to-peak of y, second half"),
         Column("separations", "", "number of separations"),

@@ -46,7 +46,8 @@ REQUIREMENTS: Final = ("final", "amplitude", "peak", "steady", "events")
 # Bounds of the number of members in a chunk. Chunks shrink towards the end of the batch, so that
 # all workers finish at about the same time.
 _LEAST_CHUNK, _GREATEST_CHUNK = 64, 1024
-# Steps of all lanes together between two checks for cancellation.
+# Steps between two checks for cancellation, summed over the lanes of a SIMD vector. The kernel
+# computes one member per lane.
 _STEPS_PER_CHECK: Final = 10_000
 # Interval between two calls of the progress callback, s.
 _REPORT_S: Final = 0.02
@@ -84,7 +85,7 @@ def simulate_batch(
         Relative tolerance, 1e-13 to 1e-2; the manual's page "What a tolerance promises" says
         what errors it ensures.
     separation : bool or array_like of bool, shape (n,)
-        Whether separation is considered (the paper's Case 1) or ignored (Case 2).
+        Whether the slider may leave the belt (Case 1), or contact never breaks (Case 2).
     start : "static" or array_like of shape (4,) or (n, 4)
         At rest at the equilibrium of μ = 0, or (x, ẋ, y, ẏ) in m and m/s.
     require : collection of "final", "amplitude", "peak", "steady", "events"
@@ -101,14 +102,13 @@ def simulate_batch(
     -------
     Batch
         Each member has the same bits as a single run by the same kernel. Other members, their
-        order, the number of workers and the required results have no effect on it.
+        order, the number of workers and the required results have no effect on it. A member that
+        cannot be finished raises no error: see `Batch.failure`.
 
     Raises
     ------
     InputError
         If the request is wrong.
-    ComputationError
-        Not raised for a member that cannot be finished: see `Batch.failure`.
     Cancelled
         If `progress` returned False.
 
@@ -178,6 +178,7 @@ class _BatchRun:
         def report() -> None:
             for future in running:
                 if future.done():
+                    # Raise the error of a worker.
                     future.result()
             progress.report(min(self._computed_members / self._size, 1.0))
 
@@ -199,7 +200,8 @@ class _BatchRun:
         progress.advance(1.0)
 
     def _worker(self, kernel: Kernel | None, workers: int, report: Callable[[], None]) -> None:
-        # A chunk is this share of the remaining members, within its bounds.
+        # A chunk has the remaining members over this divisor, within its bounds. A single worker
+        # needs no small chunks at the end.
         divisor = 1 if workers == 1 else 2 * workers
         while not self._stop:
             with self._lock:
@@ -245,13 +247,15 @@ class _BatchRun:
     def _integrate(
         self, kernel: Kernel, members: Members, belt: Floats | None, report: Callable[[], None]
     ) -> Floats:
-        tol = local_tolerance(self._tol)
+        # Limit of the error of a step; the interpreter derives it from the tolerance itself.
+        step_tol = local_tolerance(self._tol)
+        has_friction_law = belt is not None and bool(falling_friction(belt).any())
         peak, steady = "peak" in self._require, "steady" in self._require
         kernel_work = kernel.begin_batch(
             **members._asdict(),
             t_end=self._t_end,
-            tol=tol,
-            order=order_for(tol, by_law=belt is not None and bool(falling_friction(belt).any())),
+            tol=step_tol,
+            order=order_for(step_tol, by_law=has_friction_law),
             max_steps=self._max_steps,
             observed=(peak or "amplitude" in self._require, peak, steady),
             belts=belt,

@@ -1,7 +1,8 @@
 """A chart as data: traces, reference lines, shades; and its visible part.
 
 The terminal draws a `Chart` within the limits of its `View`; matplotlib draws the charts of a
-`Sheet` as a figure. Attributes that only one of them uses are described so.
+`Sheet` as a figure. Attributes that only one of them uses are described so. The laboratory is
+fivtui's terminal program.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -27,8 +28,8 @@ Look = Literal["line", "points", "dots", "marked", "bars", "area"]
 FIGURE_WIDTH: Final = 7.2
 # Lines join this many last samples of an unordered trace; earlier samples are drawn as dots.
 MAX_JOINED_SAMPLES: Final = 16_384
-# Limits that exceed the data by less than this fraction of the axis fit the data.
-_POSITION_TOLERANCE: Final = 1e-6
+# Limits of x show all data if they are shorter than the data by at most this fraction.
+_LENGTH_TOLERANCE: Final = 1e-6
 # Okabe and Ito's colours: distinct with colour vision deficiencies, on dark and light background.
 COLOURS: Final = ("#E69F00", "#56B4E9", "#009E73", "#CC79A7", "#D55E00", "#0072B2", "#B8A800")
 # Dashes and colours of runs with separation considered (True) and ignored (False).
@@ -37,7 +38,8 @@ CASE_COLOURS: Final[Mapping[bool, Sequence[str]]] = {
     True: ("#12803c", "#8a8a00", "#00867d", "#4f5d1e"),
     False: ("#1f4fd8", "#7a3fc4", "#0083b8", "#1b2a6b"),
 }
-# Colours of lines in the order of a figure's legend, as in the paper but with a darker yellow.
+# Colours of lines in the order of a figure's legend: those of the paper that README.md names, with
+# a darker yellow.
 LINE_COLOURS: Final = ("black", "#1f4fd8", "#c8252c", "#b07d00")
 # Number of styles of traces in the terminal; further traces repeat them.
 _TRACE_STYLES: Final = 8
@@ -61,11 +63,12 @@ class Trace:
         Whether x ascends, so that y is a function of x. Such a trace is drawn with at most four
         points per column of the plot.
     mark : str
-        Character of the points; if empty, a line is marked by its number.
+        Character of the points; if empty, a line is marked by its number in the legend, from 1.
     colour : str
         A code such as ``#E69F00``; if empty, a colour of the theme.
     curve_values : ndarray, shape (n,), optional
-        Ascending values along the curve, such as times, at which cursors stand; see `curve_label`.
+        Values of the points, such as times, that ascend along the curve. A cursor that moves along
+        it, see `Chart.curve_label`, is at one of these values.
     number : int
         Number of the run in the laboratory; 0 if the trace is not a run.
     role : str
@@ -145,7 +148,7 @@ class Contours:
     ----------
     values : ndarray, shape (n, k)
         The values; NaN where undefined.
-    levels : sequence of float
+    line_values : sequence of float
         Values of the lines; if empty, round values.
     role : str
         Key of `ROLES`, the styles in figures.
@@ -156,7 +159,7 @@ class Contours:
     """
 
     values: FloatArray
-    levels: Sequence[float] = ()
+    line_values: Sequence[float] = ()
     role: str = "contours"
     name: str = ""
     label: str = ""
@@ -226,7 +229,8 @@ class Chart:
     to_scale : bool
         Whether both axes have the same scale.
     curve_label : str
-        Quantity and unit of `curve_values` if cursors move along the curves, else empty.
+        Quantity and unit of the `curve_values` of traces; if not empty, cursors move along the
+        curves, else over the plot.
     log : str
         Axes with a logarithmic scale in figures: ``"x"``, ``"y"``, ``"xy"`` or none.
     linear_within : float
@@ -281,7 +285,8 @@ class Cursors:
     Attributes
     ----------
     first, second : tuple of float or None
-        Positions x and y; y counts only if `is_plane`, without `curve_label`.
+        Positions (x, y). In a chart with a `curve_label`, x is one of the `curve_values`. y has a
+        meaning only in a plane (`Chart.is_plane`) without that label.
     second_is_active : bool
         Whether the second cursor is active: keys move it.
     pinned : bool
@@ -406,9 +411,12 @@ class View:
         data_axis = View(log_x=self.log_x, hidden=self.hidden)._fitted_x(chart)
         low, high = data_axis.positions([x.low, x.high]).tolist()
         length = high - low
-        if length >= 1.0 - _POSITION_TOLERANCE:
+        if length >= 1.0 - _LENGTH_TOLERANCE:
             return None
-        return x.transform(shift=max(-low, 0.0) / length - max(high - 1.0, 0.0) / length)
+        # How far the limits exceed the data, as fractions of the data axis; over `length` they are
+        # fractions of x.
+        below, above = max(-low, 0.0), max(high - 1.0, 0.0)
+        return x.transform(shift=below / length - above / length)
 
     def reset(self) -> None:
         """Fit the limits to the data again."""
@@ -458,7 +466,7 @@ def trace_style(trace: Trace, index: int) -> str:
 
 
 def trace_mark(trace: Trace, index: int) -> str:
-    """Character that marks a trace; by default the last digit of a line's number, else ●."""
+    """Character that marks a trace; by default the last digit of a line's legend number, else ●."""
     if trace.mark:
         return trace.mark
     return str(index + 1)[-1] if trace.look == "line" else "●"

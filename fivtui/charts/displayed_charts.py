@@ -4,6 +4,7 @@ A figure shows what the terminal shows: the visible traces, the chosen limits, a
 their values. Characters that mark points become markers of matplotlib.
 """
 
+import itertools
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -50,7 +51,7 @@ _MARKERS: Final[Mapping[str, str]] = {
     "◆": "D", "◇": "D", "★": "*", "☆": "*", "×": "x", "+": "+", "▫": "s", "▬": "_",
 }  # fmt: skip
 _HOLLOW_MARKS: Final = "○□△▽◇☆▫"
-# Marks the point of the edited parameters.
+# Marks the point of the parameters that are edited in the laboratory, the terminal program.
 _EDITED_MARK: Final = "◆"
 # Styles of the first cursor and the second.
 _CURSOR_STYLES: Final[Sequence[Mapping[str, str]]] = (
@@ -156,8 +157,10 @@ def _styled_trace(chart: Chart, index: int) -> Trace:
         ranges = sorted({_y_range(run) for run in chart.traces if run.number}, reverse=True)
         style["zorder"] += ranges.index(_y_range(trace)) / len(ranges)
     if chart.to_scale:
-        # The picture of the slider: a marker at the last point only.
+        # A displayed chart to scale is the picture of the slider on the belt: its traces are
+        # outlines, with a marker at the last point.
         style |= {"linestyle": "-", "markevery": [trace.x.size - 1]}
+    # Figures draw `Trace.marker` at a few points of a line, a marker in the style at all points.
     marker = style.pop("marker") if trace.look == "line" and not chart.to_scale else ""
     look = "line" if trace.look == "area" else trace.look
     return Trace(str(trace.name), trace.x, trace.y, look, trace.ordered, marker=marker, style=style)
@@ -206,16 +209,16 @@ def _draw_guides(axes: Axes, chart: Chart, limits: tuple[Axis, Axis], columns: i
     # Labels that would overlap are on different rows. Positions are fractions of the axis; the
     # figure has `columns` charts side by side.
     x, y = limits
-    row_ends: list[float] = []
+    end_by_row: dict[int, float] = {}
     for guide in chart.guides:
         position = float((x if guide.vertical else y).positions([guide.value])[0])
         if not 0.0 <= position <= 1.0:
             continue
         row = 0
         if guide.vertical and guide.label:
-            row = next((row for row, end in enumerate(row_ends) if position > end), len(row_ends))
+            row = next(row for row in itertools.count() if position > end_by_row.get(row, -1.0))
             label_width = (len(guide.label) + 1) * _LETTER_WIDTH * columns
-            row_ends[row : row + 1] = [position + label_width]
+            end_by_row[row] = position + label_width
         _draw_guide(axes, guide, row)
 
 
@@ -249,6 +252,7 @@ def _number_levels(backdrop: Backdrop) -> tuple[Backdrop, ColourScale]:
     shades = [backdrop.shades[level] for level in used]
     number_by_level = np.zeros(len(backdrop.shades))
     number_by_level[used] = np.arange(len(used))
+    # Without fills and hatches, figures colour all levels by the scale.
     plain_shades = [shade._replace(fill="", hatch="") for shade in backdrop.shades]
     colours = ColourScale(
         str(backdrop.label),
@@ -282,8 +286,9 @@ def _cursor_text(chart: Chart, view: View, *, first: bool) -> str:
     points = _cursor_points(chart, view)
     if not any(points):
         return ""
-    spans, count = heading_spans(chart, view, *points)
-    texts = [text.strip() for text, _ in spans[:count]]
+    # The values at the cursors come first; the notes on the limits after them are omitted.
+    spans, value_count = heading_spans(chart, view, *points)
+    texts = [text.strip() for text, _ in spans[:value_count]]
     label, start, end = chart.cursor_label, view.cursors.first, view.cursors.second
     if first and label and start is not None and end is not None:
         texts = [*cursor_texts(label, start[0], end[0]), *texts]

@@ -526,8 +526,8 @@ def _draw_contours(axes: Axes, backdrop: Backdrop, contours: Contours) -> None:
     if not finite.size:
         return
     low, high = float(finite.min()), float(finite.max())
-    levels: int | list[float] = [level for level in contours.levels if low < level < high]
-    if not contours.levels:
+    levels: int | list[float] = [level for level in contours.line_values if low < level < high]
+    if not contours.line_values:
         # Neighbouring lines differ by at least the smallest displayed difference.
         min_step = MIN_CONTRAST * max(abs(low), abs(high))
         levels = int(min((high - low) / min_step, _MAX_CONTOURS)) if min_step > 0.0 else 0

@@ -28,7 +28,7 @@ def _save_modes(result: "Stability", path: Path) -> None:
 
 
 STABILITY: Final = StudyKind(
-    data=_DATA,
+    contents_name=_DATA,
     show=report.print_stability,
     suffixes=TABLE_SUFFIXES,
     save=_save_modes,

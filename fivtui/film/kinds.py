@@ -4,4 +4,4 @@ from typing import Final
 
 from fivtui.results import StudyKind, list_printer
 
-FILM: Final = StudyKind(data="film", show=list_printer("Film"))
+FILM: Final = StudyKind(contents_name="film", show=list_printer("Film"))

@@ -36,7 +36,7 @@ def _command(result: "StabilityMap") -> Command:
 
 
 MAP: Final = StudyKind(
-    data="map",
+    contents_name="map",
     show=list_printer(attrgetter("title"), methodcaller("rows")),
     rows=methodcaller("rows"),
     suffixes=TABLE_SUFFIXES,

@@ -17,7 +17,7 @@ def _command(scene_and_options: tuple[Any, ValidateOptions]) -> Command:
 
 
 VALIDATION: Final = StudyKind(
-    data="validation",
+    contents_name="validation",
     show=list_printer(title="Run beside measured data"),
     suffixes=TABLE_SUFFIXES,
     as_json=True,

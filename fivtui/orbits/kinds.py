@@ -20,19 +20,19 @@ if TYPE_CHECKING:
 branch_files = LazyModule("fivtui.orbits.curves.files")
 
 ATTRACTOR: Final = StudyKind(
-    data="attractor",
+    contents_name="attractor",
     show=lambda result: report.print_attractors([result]),
 )
 
 ATTRACTORS: Final = StudyKind(
-    data="attractor",
+    contents_name="attractor",
     show=report.print_coexistence,
     json_keys=frozenset({"attractors", "coexistence"}),
 )
 
 # Attractors along a parameter, which transients reach.
 BRANCHES: Final = StudyKind(
-    data="attractor",
+    contents_name="attractor",
     show=report.print_continuation,
     suffixes=TABLE_SUFFIXES,
     as_json=True,
@@ -42,7 +42,7 @@ BRANCHES: Final = StudyKind(
 )
 
 BASIN: Final = StudyKind(
-    data="attractor",
+    contents_name="attractor",
     show=report.print_basin,
     suffixes=TABLE_SUFFIXES,
     as_json=True,
@@ -63,7 +63,7 @@ def _branch_command(result: "CycleBranch") -> Command:
 
 # Limit cycles along a parameter, stable and unstable, connected by continuation.
 BRANCH: Final = StudyKind(
-    data="branch",
+    contents_name="branch",
     show=report.print_branch,
     suffixes=TABLE_SUFFIXES,
     as_json=True,
@@ -80,7 +80,7 @@ BRANCH: Final = StudyKind(
 )
 
 BOUNDARY: Final = StudyKind(
-    data="boundary",
+    contents_name="boundary",
     show=report.print_boundary,
     suffixes=TABLE_SUFFIXES,
     as_json=True,

@@ -49,7 +49,7 @@ def _show_panel(panel: ComputedPanel) -> None:
 
 
 FIGURE: Final = StudyKind(
-    data="figure's data",
+    contents_name="figure's data",
     show=_show_panel,
     to_dict=lambda panel: {
         name: values.tolist() for name, values in panel.results.table(panel.key).columns.items()
@@ -71,7 +71,7 @@ def _save_claims(checked: "Sequence[CheckedClaim]", path: Path) -> None:
 
 
 CLAIMS: Final = StudyKind(
-    data="claims",
+    contents_name="claims",
     show=report.print_claims,
     to_dict=check.claims_to_list,
     suffixes=(".md", ".csv"),

@@ -38,7 +38,7 @@ def _command(study: Any) -> Command:
 
 
 UNCERTAINTY: Final = StudyKind(
-    data="uncertainty study",
+    contents_name="uncertainty study",
     show=report.print_uncertainty,
     rows=report.uncertainty_rows,
     warning=report.study_warning,

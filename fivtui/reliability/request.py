@@ -7,7 +7,7 @@ from typing import Final
 
 import numpy as np
 
-from fivtui.distributions import Distribution, parse_distribution, parse_scattered
+from fivtui.distributions import Distribution, parse_distribution, parse_named_distribution
 from fivtui.equilibrium import has_finite_speed
 from fivtui.model import (
     PARAMETERS,
@@ -53,7 +53,7 @@ def parse_inputs(texts: Sequence[str]) -> dict[str, Distribution]:
     """Distributions by name from the texts of ``--vary``, ``NAME~DISTRIBUTION:NUMBER:…``."""
     distributions: dict[str, Distribution] = {}
     for text in texts:
-        name, distribution = parse_scattered("--vary", text, VARIABLES)
+        name, distribution = parse_named_distribution("--vary", text, VARIABLES)
         if name in distributions:
             raise InputError(f"--vary {text}: {name} is given twice")
         distributions[name] = distribution

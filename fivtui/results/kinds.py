@@ -88,7 +88,7 @@ class StudyKind:
     """A kind of study: what the command line and the laboratory do with its results."""
 
     # Name of the contents of its files in messages, e.g. "table of modes".
-    data: str
+    contents_name: str
     # Prints a result on standard output.
     show: Callable[[Any], None]
     # Rows of the table of a result; by default those of its repr.

@@ -23,7 +23,7 @@ from fivtui.model import (
 )
 from fivtui.orbits import CycleBranch, CyclePoint, EventKind, branch, event_at
 from fivtui.taylor import Seed
-from fivtui.transient import START_SEEDS, Request, vary
+from fivtui.transient import START_SEEDS, Request, compute_variation
 
 Floats = NDArray[np.float64]
 
@@ -147,7 +147,7 @@ def safe_mu_derivatives(system: System) -> dict[str, float] | None:
         tol=_TOL,
         start=cycle.start,
     )
-    variation = vary(request, [*START_SEEDS, *seeds])
+    variation = compute_variation(request, [*START_SEEDS, *seeds])
     # Velocities times the period have the unit of displacements.
     weights = np.array([1.0, cycle.period, 1.0, cycle.period])
     by_start, by_parameter = np.split(variation.derivatives, [len(START_SEEDS)], axis=1)

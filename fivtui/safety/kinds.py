@@ -8,5 +8,5 @@ from fivtui.results import StudyKind, list_printer
 (phrases,) = lazy_modules(__name__, "phrases")
 
 SAFE_FRICTION: Final = StudyKind(
-    data="verdict", show=list_printer("Disturbances of any size", phrases.verdict_rows)
+    contents_name="verdict", show=list_printer("Disturbances of any size", phrases.verdict_rows)
 )

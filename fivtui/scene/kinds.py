@@ -7,4 +7,4 @@ from fivtui.results import StudyKind
 
 (report,) = lazy_modules(__name__, "report")
 
-SIMULATION: Final = StudyKind(data="transient", show=report.print_run)
+SIMULATION: Final = StudyKind(contents_name="transient", show=report.print_run)

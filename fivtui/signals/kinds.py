@@ -4,4 +4,4 @@ from typing import Final
 
 from fivtui.results import StudyKind, list_printer
 
-SOUND: Final = StudyKind(data="sound", show=list_printer("Sound"))
+SOUND: Final = StudyKind(contents_name="sound", show=list_printer("Sound"))

@@ -60,7 +60,7 @@ def _axis_text(axis: "Axis") -> str:
 
 
 SWEEP: Final = StudyKind(
-    data="sweep",
+    contents_name="sweep",
     show=report.print_sweep,
     suffixes=(".csv", ".parquet"),
     save=files.save_sweep,

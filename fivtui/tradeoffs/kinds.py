@@ -10,7 +10,7 @@ from .options import TradeoffOptions
 files, report = lazy_modules(__name__, "files", "report")
 
 TRADEOFF: Final = StudyKind(
-    data="trade-off",
+    contents_name="trade-off",
     show=report.print_tradeoff,
     suffixes=(".csv",),
     save=files.save_tradeoff,

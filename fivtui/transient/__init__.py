@@ -18,7 +18,7 @@ if TYPE_CHECKING:
         transient_sheet,
         window_text,
     )
-    from .derivatives.variation import EXTREMES, START_SEEDS, Variation, vary
+    from .derivatives.variation import EXTREMES, START_SEEDS, Variation, compute_variation
     from .errors import (
         MIN_DIVERGENCE,
         Deviation,

@@ -12,7 +12,7 @@ files, report = lazy_modules(__name__, "files", "report")
 _SAMPLE_BYTES: Final = 56
 
 RUN: Final = StudyKind(
-    data="trajectory",
+    contents_name="trajectory",
     show=report.print_transient,
     suffixes=TABLE_SUFFIXES,
     save=files.save_trajectory,

@@ -77,7 +77,7 @@ def test_a_wrong_result_is_called_wrong() -> None:
 
 
 def test_a_finite_result_of_a_scene_without_one_is_wrong() -> None:
-    test = StressTest("none", "no answer", Parameters(), 1.0, truth_source=None)
+    test = StressTest("none", "no answer", Parameters(), 1.0, has_result=False)
     result = run_stress_test(test, METHODS_UNDER_TEST["taylor"])
     assert (result.verdict, result.reason) == (StressVerdict.WRONG, "no finite answer exists")
 

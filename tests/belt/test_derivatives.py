@@ -13,7 +13,7 @@ from fivtui.model.modes import MODES, Mode, transition_name
 from fivtui.model.parameters import ALL_PARAMETERS
 from fivtui.model.slider_belt import State, sliding_coefficients
 from fivtui.taylor import Deviations, Seed, Segment
-from fivtui.transient import START_SEEDS, Request, Variation, vary
+from fivtui.transient import START_SEEDS, Request, Variation, compute_variation
 from fivtui.transient.derivatives.variation import EXTREMES
 from tests.support.strategies import states
 
@@ -66,7 +66,7 @@ def compute_derivatives(
 ) -> Variation:
     seeds = [*START_SEEDS, *(Seed((0.0,) * 4, {name: 1.0}) for name in parameter_names(p))]
     request = Request(System(p, separation), t_end=t_end, tol=1e-13, start=start)
-    return vary(request, seeds)
+    return compute_variation(request, seeds)
 
 
 def run_changed(

@@ -16,7 +16,7 @@ from fivtui import Parameters, find_scene, load_scene, save_scene, simulate
 from fivtui.cli import run as command
 from fivtui.model import InputError, System, TimeTable, time_tables
 from fivtui.simulation import compute
-from fivtui.transient import START_SEEDS, Request, vary
+from fivtui.transient import START_SEEDS, Request, compute_variation
 from tests.support.own_belt import OwnBelt, integrate
 
 Tables = dict[str, list[tuple[float, float]]]
@@ -244,7 +244,7 @@ def test_options_that_need_constant_parameters_are_refused() -> None:
         ({"method": "fmu-native", "sensitivities": ["mu"]}, "must be taylor, not fmu-native"),
     )
     with pytest.raises(InputError, match="F over time: must be constant for derivatives"):
-        vary(Request(System(Parameters(), over_time=time_tables(scene))), START_SEEDS)
+        compute_variation(Request(System(Parameters(), over_time=time_tables(scene))), START_SEEDS)
     for options, message in wrong:
         with pytest.raises(InputError, match=message):
             simulate(t_end=1.0, over_time=scene, **options)

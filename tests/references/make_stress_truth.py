@@ -42,7 +42,9 @@ def main(names: list[str]) -> None:
         command = ["gcc", "-O2", "-o", str(program), str(SOURCE), "-lquadmath", "-lm"]
         subprocess.run(command, check=True)
         for name in names or [
-            name for name, test in STRESS_TESTS.items() if test.truth_source == ""
+            name
+            for name, test in STRESS_TESTS.items()
+            if test.has_result and not test.same_result_as
         ]:
             truths[name] = solve(program, name)
             print(name, truths[name], file=sys.stderr, flush=True)

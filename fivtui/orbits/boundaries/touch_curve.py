@@ -12,7 +12,7 @@ from fivtui.model import Progress
 from fivtui.orbits.curves.arclength import CycleCurve, OrbitCurve, OrbitOnCurve, cycle_scales
 from fivtui.orbits.curves.events import EventKind
 from fivtui.orbits.curves.flow import FLOW_TOL, Y_MAX, FloatArray, SliderBeltFlow
-from fivtui.transient import START_SEEDS, Request, vary
+from fivtui.transient import START_SEEDS, Request, compute_variation
 
 from .plane import FIRST_PARAMETER, IN_PLANE, SECOND_PARAMETER, UNKNOWN_COUNT, ParameterPlane
 
@@ -87,8 +87,8 @@ class TouchCurve(CycleCurve[OrbitOnCurve]):
         state = (x, vx, y, vy)
         system = replace(self._plane.system_at(values), separation=False)
         cycle_run = Request(system, t_end=period, tol=FLOW_TOL, start=state)
-        time_of_y_max = float(vary(cycle_run, _UNUSED_DIRECTION).extreme_times[Y_MAX])
+        time_of_y_max = float(compute_variation(cycle_run, _UNUSED_DIRECTION).extreme_times[Y_MAX])
         if 0.0 < time_of_y_max < period:
             rise = Request(system, t_end=time_of_y_max, tol=FLOW_TOL, start=state)
-            x, vx, _, _ = vary(rise, _UNUSED_DIRECTION).final
+            x, vx, _, _ = compute_variation(rise, _UNUSED_DIRECTION).final
         return x, vx

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from fivtui.model import ComputationError, InputError, Mode, System
 from fivtui.taylor import Seed
-from fivtui.transient import EXTREMES, START_SEEDS, Request, Variation, vary
+from fivtui.transient import EXTREMES, START_SEEDS, Request, Variation, compute_variation
 
 FloatArray = NDArray[np.float64]
 
@@ -153,7 +153,7 @@ class SliderBeltFlow:
             request = Request(
                 system, t_end=float(time), tol=FLOW_TOL, start=start, max_steps=max_steps
             )
-            motion = vary(request, self._seeds)
+            motion = compute_variation(request, self._seeds)
         except (InputError, ComputationError):
             return None
         extremes = motion.extremes

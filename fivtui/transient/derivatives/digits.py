@@ -13,7 +13,7 @@ from fivtui.transient.errors import rounding_error
 from fivtui.transient.request import Request
 from fivtui.transient.result import Transient
 
-from .variation import START_SEEDS, vary
+from .variation import START_SEEDS, compute_variation
 
 FloatArray = NDArray[np.float64]
 
@@ -118,7 +118,7 @@ def _jacobians(
     jacobians = []
     for _ in range(_PARTS):
         request = Request(system, t_end=part_duration, tol=tol, start=start)
-        variation = vary(request, START_SEEDS)
+        variation = compute_variation(request, START_SEEDS)
         jacobians.append(variation.derivatives)
         start = variation.final
     return tuple(jacobians)

@@ -19,7 +19,7 @@ from fivtui.taylor import Seed
 from fivtui.transient.request import Request
 from fivtui.transient.result import ContactForce, Peak, Steady, Transient
 
-from .variation import EXTREMES, START_SEEDS, Variation, vary
+from .variation import EXTREMES, START_SEEDS, Variation, compute_variation
 
 _ZERO_STATE: Final = (0.0, 0.0, 0.0, 0.0)
 
@@ -122,7 +122,7 @@ def compute_sensitivities(request: Request, run: Transient, work: Progress) -> S
         )
         for name in names
     ]
-    variation = vary(request, [*START_SEEDS, *seeds], work)
+    variation = compute_variation(request, [*START_SEEDS, *seeds], work)
     # Columns of the variation: first the derivatives by the start, then those by the parameters.
     start_count = len(START_SEEDS)
     weights = np.array([1.0, time_scale(p), 1.0, time_scale(p)])

@@ -80,7 +80,9 @@ class Variation:
     changes: FloatArray = field(default_factory=lambda: np.empty((0, 3)))
 
 
-def vary(request: Request, seeds: Sequence[Seed], work: Progress | None = None) -> Variation:
+def compute_variation(
+    request: Request, seeds: Sequence[Seed], work: Progress | None = None
+) -> Variation:
     """Compute a transient with its derivatives, by the variational equations.
 
     The equations of both modes agree at y = 0, so derivatives are continuous at separation. On a

@@ -69,7 +69,7 @@ def test_deviations_are_computed_only_over_part_of_a_long_run(
         durations.append(request.t_end)
         return SimpleNamespace(derivatives=np.eye(4), final=request.initial)
 
-    monkeypatch.setattr("fivtui.transient.derivatives.digits.vary", record_duration)
+    monkeypatch.setattr("fivtui.transient.derivatives.digits.compute_variation", record_duration)
     assert final_digits(run) is not None
     fraction = sum(durations) / run.t_end
     fastest_rate = max(1.0 / time_scale(p), p.c1 / p.m, p.c2 / p.m)

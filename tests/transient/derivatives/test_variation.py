@@ -24,7 +24,12 @@ from fivtui.model.slider_belt import (
     mode_of,
 )
 from fivtui.taylor.variation import Seed
-from fivtui.transient.derivatives.variation import EXTREMES, START_SEEDS, Variation, vary
+from fivtui.transient.derivatives.variation import (
+    EXTREMES,
+    START_SEEDS,
+    Variation,
+    compute_variation,
+)
 from fivtui.transient.request import Kernel, Request
 from fivtui.transient.settings.checks import START_THRESHOLD
 from tests.support.strategies import moderate_parameters, states
@@ -41,7 +46,7 @@ def flow_derivatives(
     p: Parameters, start: State, duration: float, *, separation: bool = True
 ) -> Variation:
     request = Request(System(p, separation), t_end=duration, tol=1e-13, start=start)
-    return vary(request, START_SEEDS)
+    return compute_variation(request, START_SEEDS)
 
 
 @pytest.mark.parametrize("kernel", KERNELS)
@@ -56,7 +61,7 @@ def test_derivatives_are_differences_of_25_digit_runs(name: str, kernel: Kernel)
         start=reference["start"],
         kernel=kernel,
     )
-    variation = vary(request, [*PARAMETER_SEEDS, *START_SEEDS])
+    variation = compute_variation(request, [*PARAMETER_SEEDS, *START_SEEDS])
     expected = np.array(list(reference["by"].values())).T
     assert list(reference["by"]) == [*PARAMETERS, "x0", "vx0", "y0", "vy0"]
     scale = np.abs(expected[:4]).max(axis=0)
@@ -72,7 +77,7 @@ def test_compiled_and_interpreted_kernels_give_the_same_derivatives(
     p: Parameters, start: State, duration: float, separation: bool
 ) -> None:
     interpreted, compiled = (
-        vary(
+        compute_variation(
             Request(System(p, separation), t_end=duration, start=start, kernel=kernel),
             [*START_SEEDS, Seed((0.5, 0.0, -0.1, 0.0), {"mu": 1.0, "m": -0.3, "F": 2.0})],
         )
@@ -146,13 +151,13 @@ def test_at_rest_the_flow_is_the_exponential_of_the_jacobian(kernel: Kernel, t_e
         System(p), t_end=t_end, tol=1e-13, start=(rest.x, 0.0, rest.y, 0.0), kernel=kernel
     )
     expected = expm(np.array(jacobian(p, rest.y, Mode.CONTACT)) * t_end)
-    derivatives = vary(request, START_SEEDS).derivatives
+    derivatives = compute_variation(request, START_SEEDS).derivatives
     assert np.abs(derivatives - expected).max() < 1e-11 * np.abs(expected).max()
 
 
 def test_final_state_and_switch_times_are_those_of_a_transient() -> None:
     run = simulate(t_end=7.3, tol=1e-13)
-    variation = vary(Request(System(Parameters()), t_end=7.3, tol=1e-13), START_SEEDS)
+    variation = compute_variation(Request(System(Parameters()), t_end=7.3, tol=1e-13), START_SEEDS)
     assert variation.final == (run.final.x, run.final.vx, run.final.y, run.final.vy)
     assert variation.switch_times.tolist() == run.switch_times.tolist()
 
@@ -164,17 +169,17 @@ def test_derivatives_that_cannot_be_computed_give_the_reason(kernel: Kernel) -> 
     with pytest.raises(
         ComputationError, match=r"beyond the floating-point range|cannot be computed"
     ):
-        vary(overflowing, START_SEEDS)
+        compute_variation(overflowing, START_SEEDS)
     # Deviations overflow before the motion does.
     huge_deviations = [Seed((1e300, 0.0, 0.0, 0.0))]
     with pytest.raises(ComputationError, match="derivatives of the motion cannot be computed"):
-        vary(
+        compute_variation(
             Request(System(growing, separation=False), t_end=100.0, kernel=kernel), huge_deviations
         )
     with pytest.raises(ComputationError, match="steps"):
-        vary(Request(System(Parameters()), max_steps=10, kernel=kernel), START_SEEDS)
+        compute_variation(Request(System(Parameters()), max_steps=10, kernel=kernel), START_SEEDS)
     with pytest.raises(Cancelled):
-        vary(
+        compute_variation(
             Request(System(Parameters()), kernel=kernel),
             START_SEEDS,
             Progress(lambda share: share < 0.1),
@@ -188,7 +193,7 @@ def test_parameters_of_every_size_give_finite_derivatives_or_an_error() -> None:
         p = Parameters(m=m, k1=k1, k2=k2, k3=k3, k_nl=10.0 ** rng.uniform(-6.0, 15.0))
         request = Request(System(p), t_end=float(3.0 * math.sqrt(m / k2)), max_steps=3000)
         try:
-            variation = vary(request, [*START_SEEDS, *PARAMETER_SEEDS])
+            variation = compute_variation(request, [*START_SEEDS, *PARAMETER_SEEDS])
         except ComputationError:
             continue
         assert np.isfinite(variation.derivatives).all()
@@ -199,7 +204,7 @@ def test_a_linear_motion_has_derivatives_however_large_it_is(kernel: Kernel) -> 
     # The cube of y overflows, but k_nl = 0 makes it irrelevant.
     p = Parameters(k_nl=0.0)
     small, large = (
-        vary(
+        compute_variation(
             Request(
                 System(p, separation=False), t_end=2.0, start=(0.0, 0.0, y, 0.0), kernel=kernel
             ),

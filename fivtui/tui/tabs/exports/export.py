@@ -194,7 +194,7 @@ def study_export(export_kind: str, kind: str, result: Any, stem: str, subject: s
         save_study(kind, result, path)
 
     suffixes = (*study_kind.suffixes, *([".json"] if study_kind.as_json else []))
-    return data_export(subject, stem, study_kind.data, dict.fromkeys(suffixes, write))
+    return data_export(subject, stem, study_kind.contents_name, dict.fromkeys(suffixes, write))
 
 
 def scene_study_export(export_kind: str, kind: str, result: Any, name: str) -> Export:

@@ -263,7 +263,7 @@ class StudyPane(JobPane):
     def required_result(self) -> DisplayedStudy[Any]:
         """The displayed result; raises `InputError` if there is none."""
         if self.displayed is None:
-            raise InputError(f"no {study(self.NAME).data} to export yet: press F10")
+            raise InputError(f"no {study(self.NAME).contents_name} to export yet: press F10")
         return self.displayed
 
     def export(self, kind: str) -> Export:
