@@ -329,8 +329,8 @@ MODE: Final = (
     ),
     Edit(
         "fivtui/kernel/problem.h",
-        r"LANE\(w, field\.damping_y, lane\) =",
-        r"LANE(w, drag, lane) = \g<0>",
+        r"MEMBER\(w, field\.damping_y, lane\) =",
+        r"MEMBER(w, drag, lane) = \g<0>",
     ),
 )
 # Separated motion agrees with doubled damping without the mode; in contact it is unchanged.

@@ -1,19 +1,22 @@
-/* One run on a belt of finite speed, or with a table of F, μ and the belt's speed over time. While
-   the belt is faster than the slider it has the same bits as `single.c`. A change is a change of
-   mode. */
+/* One run on a belt of finite speed, or with a table of F, μ and the belt's speed over time. With
+   constant parameters and friction, a run whose belt stays faster than the slider has the same bits
+   as one of `single.c`, which computes runs on belts that are always faster. A switch is a change
+   of mode. An exact time is t + `remainder`. LIBRARY_NAME adds the instruction set to exported
+   names (`variant.h`). */
 
 #define LANES 1
-#define FINITE 1
+/* The headers have their functions for belts of finite speed. */
+#define FINITE_BELT 1
 #include "driven.h"
 #include "output.h"
 #include "variant.h"
 
 /* Columns of a call after those of a result: numbers of rows in the buffers, the stick time so far,
-   s, and counts of changes at mode before · MODES + mode after. */
-enum { R_CHANGES = RESULTS, R_SEGMENTS, R_SAMPLES, R_STICK_TIME, R_SWITCH_COUNTS };
+   s, and counts of switches at mode before · MODES + mode after. */
+enum { R_SWITCHES = RESULTS, R_SEGMENTS, R_SAMPLES, R_STICK_TIME, R_SWITCH_COUNTS };
 
-/* Columns of a change: its time, and the modes before and after it. */
-enum { C_T, C_BEFORE, C_AFTER, CHANGE_COLUMNS };
+/* Columns of a switch: its time, and the modes before and after it. */
+enum { C_T, C_BEFORE, C_AFTER, SWITCH_COLUMNS };
 
 /* Columns of a row of the table over time: its time, values and slopes from that time, and the
    speed of the belt just before the next row. */
@@ -22,14 +25,15 @@ enum {
         ROW_COLUMNS
 };
 
-/* `sampled` is the number of samples so far, `last_change` the time of the last change. `rows` are
+/* `sampled` is the number of samples so far, `last_switch` the time of the last switch. `rows` are
    those of the table from the current time on; the table belongs to the caller, and is NULL without
-   parameters over time. `course` has the parameters from the first row on. */
+   parameters over time. `course` has the parameters as functions of time from the first of these
+   rows to the next. */
 typedef struct {
     Run run;
     Belt belt;
     int64_t sampled;
-    double stick_time, last_change, switch_counts[MODES * MODES];
+    double stick_time, last_switch, switch_counts[MODES * MODES];
     const double *rows;
     int64_t row_count;
     Course course;
@@ -47,7 +51,7 @@ INLINE BeltRun *aligned_run(void *memory)
 INLINE void clear_counts(BeltRun *self)
 {
     self->sampled = 0;
-    self->stick_time = self->last_change = 0.0;
+    self->stick_time = self->last_switch = 0.0;
     memset(self->switch_counts, 0, sizeof self->switch_counts);
 }
 
@@ -57,7 +61,8 @@ INLINE int compute_belt_step(BeltRun *self, StepEnd *step_end, StepCut *cut, int
     Run *run = &self->run;
     Block *w = &run->w;
     const Belt *belt = &self->belt;
-    const int order = (int)run->order, groups = order / 4;
+    /* Polynomials are evaluated in groups of GROUP_SIZE terms. */
+    const int order = (int)run->order, groups = order / GROUP_SIZE;
     int slides = expand_belt_step(belt, w, run->tol, order, run->cubic != 0);
     evaluate_end_y(w, groups);
     *cut = cut_step(belt, w, groups, slides, next_mode);
@@ -70,12 +75,13 @@ INLINE int compute_belt_step(BeltRun *self, StepEnd *step_end, StepCut *cut, int
     if (*cut == CUT_AT_SPEED || belt->mode == STICK)
         w->vx = belt->p[P_V_BELT];
     prepare_exponential(&self->belt, w);
+    /* Some extremes are those of the second half of the run. */
     observe_extremes(w, groups, 0.5 * run->t_end, speed_limit(&self->belt, w->h));
     *step_end = find_step_end(w, run->t_end, *cut != NOT_CUT);
     return 1;
 }
 
-/* The parameters from a row of the table on. */
+/* The parameters as functions of time from a row of the table on. */
 INLINE Course row_course(const double *row)
 {
     return (Course){.force = {row[L_F], row[L_F_SLOPE]}, .friction = {row[L_MU], row[L_MU_SLOPE]},
@@ -94,7 +100,7 @@ INLINE int compute_driven_step(BeltRun *self, StepEnd *step_end, StepCut *cut, i
 {
     Run *run = &self->run;
     Block *w = &run->w;
-    const int order = (int)run->order, groups = order / 4;
+    const int order = (int)run->order, groups = order / GROUP_SIZE;
     const double end = row_end(self);
     expand_driven_step(&self->belt, w, run->tol, order, (end - w->t) - w->remainder);
     evaluate_end_y(w, groups);
@@ -105,6 +111,7 @@ INLINE int compute_driven_step(BeltRun *self, StepEnd *step_end, StepCut *cut, i
     }
     if (!is_finite_step(w))
         return 0;
+    /* Some extremes are those of the second half of the run. */
     observe_extremes(w, groups, 0.5 * run->t_end, speed_limit(&self->belt, w->h));
     *step_end = find_step_end(w, run->t_end, *cut != NOT_CUT);
     if (step_end->t >= end)
@@ -127,11 +134,11 @@ INLINE StepFlags finish_driven_step(BeltRun *self, const StepEnd *step_end, Step
 }
 
 /* Bytes of a run at any address. */
-EXPORT int64_t NAME(belt_size)(void) { return sizeof(BeltRun) + CACHE_LINE; }
+EXPORT int64_t LIBRARY_NAME(belt_size)(void) { return sizeof(BeltRun) + CACHE_LINE; }
 
-/* Begin a run; `p` has BELT_PARAMETERS columns, `separation` is 0 if it is ignored. */
-EXPORT void NAME(belt_begin)(void *memory, const double *p, int64_t separation, const double *start,
-                             double t_end, double tol, int64_t order)
+/* Begin a run; `p` has BELT_PARAMETERS columns, `separation` is 0 if contact never breaks. */
+EXPORT void LIBRARY_NAME(belt_begin)(void *memory, const double *p, int64_t separation,
+                                     const double *start, double t_end, double tol, int64_t order)
 {
     BeltRun *self = aligned_run(memory);
     begin_run(&self->run, p, separation, start, t_end, tol, order);
@@ -141,16 +148,17 @@ EXPORT void NAME(belt_begin)(void *memory, const double *p, int64_t separation, 
 }
 
 /* Begin a run with a table over time, on a belt that is `finite` or always faster than the slider.
-   The greatest preload is the scale of displacements. */
-EXPORT void NAME(driven_begin)(void *memory, const double *p, int64_t separation,
-                               const double *start, double t_end, double tol, int64_t order,
-                               int64_t finite, const double *rows, int64_t row_count,
-                               double greatest_load)
+   `greatest_load` is the greatest |F| of the table. */
+EXPORT void LIBRARY_NAME(driven_begin)(void *memory, const double *p, int64_t separation,
+                                       const double *start, double t_end, double tol,
+                                       int64_t order, int64_t finite, const double *rows,
+                                       int64_t row_count, double greatest_load)
 {
     BeltRun *self = aligned_run(memory);
     begin_run(&self->run, p, separation, start, t_end, tol, order);
     Block *w = &self->run.w;
     begin_belt(&self->belt, w, 0, p, finite != 0);
+    /* The scale of displacements is that of the greatest load, in place of that of the first. */
     w->deflection = greatest_load / total_stiffness(self->belt.p);
     clear_counts(self);
     self->rows = rows, self->row_count = row_count;
@@ -158,25 +166,29 @@ EXPORT void NAME(driven_begin)(void *memory, const double *p, int64_t separation
     begin_driven(&self->belt, w, &self->course);
 }
 
-/* Continue until the run has ended, `changes` or `segments` is full, or after `budget` steps. Like
-   `run_advance`, but `changes` receives time, mode before and mode after of every switch. */
-EXPORT int64_t NAME(belt_advance)(void *memory, double *changes, int64_t max_changes,
-                                  const double *times, int64_t time_count, double *samples,
-                                  int8_t *modes, double *segments, int64_t max_segments,
-                                  int64_t budget, double *result)
+/* Continue until the run has ended, `switches` or `segments` is full, or after `budget` steps.
+
+   `times` are ascending sample times; `samples` receives x, ẋ, y, ẏ in columns, `modes` the modes.
+   `segments` receives a row of `output.h` for each step; it may be NULL. `switches` receives time,
+   mode before and mode after of every switch. Returns the status: DONE, RUNNING, OVERFLOW, or
+   STALLED, if too many steps in a row did not advance the motion. */
+EXPORT int64_t LIBRARY_NAME(belt_advance)(void *memory, double *switches, int64_t max_switches,
+                                          const double *times, int64_t time_count,
+                                          double *samples, int8_t *modes, double *segments,
+                                          int64_t max_segments, int64_t budget, double *result)
 {
     BeltRun *self = aligned_run(memory);
     Run *run = &self->run;
     Block *w = &run->w;
-    const int groups = (int)run->order / 4;
+    const int groups = (int)run->order / GROUP_SIZE;
     const int64_t columns = SEGMENT_HEAD + 2 * (run->order + 2);
-    int64_t change_count = 0, stored = 0, sampled = self->sampled;
+    int64_t switch_count = 0, stored = 0, sampled = self->sampled;
     int status = RUNNING;
     while (status == RUNNING && budget-- > 0) {
         StepEnd step_end;
         StepCut cut;
         int64_t mode = self->belt.mode, next_mode = STICK;
-        if (change_count == max_changes || (segments && stored == max_segments))
+        if (switch_count == max_switches || (segments && stored == max_segments))
             break;
         if (!(self->rows ? compute_driven_step(self, &step_end, &cut, &next_mode)
                        : compute_belt_step(self, &step_end, &cut, &next_mode))) {
@@ -197,22 +209,22 @@ EXPORT int64_t NAME(belt_advance)(void *memory, double *changes, int64_t max_cha
         else if (flags.stalled)
             status = STALLED;
         if (self->belt.mode != mode) {
-            double *change = changes + CHANGE_COLUMNS * change_count++;
-            change[C_T] = step_end.t;
-            change[C_BEFORE] = (double)mode, change[C_AFTER] = (double)self->belt.mode;
+            double *row = switches + SWITCH_COLUMNS * switch_count++;
+            row[C_T] = step_end.t;
+            row[C_BEFORE] = (double)mode, row[C_AFTER] = (double)self->belt.mode;
             self->switch_counts[mode * MODES + self->belt.mode] += 1.0;
             if (mode == STICK)
-                self->stick_time += step_end.t - self->last_change;
-            self->last_change = step_end.t;
+                self->stick_time += step_end.t - self->last_switch;
+            self->last_switch = step_end.t;
         }
     }
     self->sampled = sampled;
     write_result(w, 0, status, result);
-    result[R_CHANGES] = (double)change_count;
+    result[R_SWITCHES] = (double)switch_count;
     result[R_SEGMENTS] = (double)stored;
     result[R_SAMPLES] = (double)sampled;
     result[R_STICK_TIME] = self->stick_time
-        + (self->belt.mode == STICK ? w->t - self->last_change : 0.0);
+        + (self->belt.mode == STICK ? w->t - self->last_switch : 0.0);
     memcpy(result + R_SWITCH_COUNTS, self->switch_counts, sizeof self->switch_counts);
     return status;
 }

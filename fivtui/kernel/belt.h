@@ -1,7 +1,9 @@
 /* A slider on a belt of finite speed: its modes, their guards and the next modes, by the table in
-   `fivtui.model.modes`. A guard is positive while its mode lasts; the belt holds a slider that
-   sticks by the holding force f, while |f| ≤ μ_s P. With LANES = 1 this header also has the steps
-   of a single run; `belts.h` has those of blocks of runs (`Block` in `motion.h`, here `w`). */
+   `fivtui.model.modes`. A guard is positive while its mode lasts. v_r = v_belt − ẋ is the speed of
+   the belt relative to the slider, P the contact force. The belt holds a slider that sticks by the
+   holding force f, while |f| ≤ μ_s P. V is a number and M a truth value of each run (`vector.h`).
+   With LANES = 1 this header also has the steps of a single run; `belts.h` has those of blocks of
+   runs (`Block` in `motion.h`, here `w`). */
 
 #ifndef FIVTUI_BELT_H
 #define FIVTUI_BELT_H
@@ -14,18 +16,17 @@
 #include "run.h"
 #endif
 
-/* Constants of `fivtui.taylor.belt`: distance of simultaneous roots relative to the step, and
-   shortest step of a creeping motion relative to t. */
+/* Equal to the constants of these names in `fivtui.taylor.belt`: distance of simultaneous roots
+   relative to the step, and shortest step of a creeping motion relative to t. */
 #define SIMULTANEOUS 0x1p-40
 #define UNRESOLVED 0x1p-50
-/* Coefficients of a guard, filled up with zeros. */
-#define GUARD_ROWS (ROWS + 2)
 
-/* A belt: field and friction law of each mode, exponential at the start of the next step,
-   parameters at the start of a step (v_s = 0 for constant friction), √(stiffness/m), rates of
-   parameters, and the mode. `smooth` says that friction does not jump at v_r = 0, `finite` that the
-   speed is finite, `by_speed` that friction follows a law. Guards of stick within `hold_tolerance`,
-   relative to their terms, count as zero. */
+/* A belt: coefficients of the motion (`Field` in `expansion.h`) and friction law of each mode,
+   exponential at the start of the next step, parameters at the start of a step (v_s = 0 for
+   constant friction), √(stiffness/m), rates of parameters, and the mode. `smooth` says that
+   friction does not jump at v_r = 0, `finite` that the speed is finite, `by_speed` that friction
+   follows a law. Guards of stick within `hold_tolerance`, relative to their terms, count as
+   zero. */
 typedef struct {
 #if LANES == 1
     Field fields[MODES];
@@ -52,12 +53,13 @@ INLINE double friction_sign(int64_t mode)
 #define DERIVATIVES 3
 
 /* Whether a function is or becomes negative: the sign of the first of its value and derivatives
-   that exceeds rounding, relative to `sizes`; the value has the tolerance `hold_tolerance`. */
+   that exceeds rounding (`BALANCE_TOL` in `motion.h`), relative to `sizes`; the value has the
+   tolerance `hold_tolerance`. */
 INLINE int is_falling(double hold_tolerance, const double *derivatives, const double *sizes)
 {
     for (int n = 0; n < DERIVATIVES; n++) {
-        double zero = (n == 0 ? hold_tolerance : BALANCED) * sizes[n];
-        if (__builtin_fabs(derivatives[n]) > maximum(zero, LEAST))
+        double zero = (n == 0 ? hold_tolerance : BALANCE_TOL) * sizes[n];
+        if (__builtin_fabs(derivatives[n]) > maximum(zero, MIN_FORCE))
             return derivatives[n] < 0.0;
     }
     return 0;
@@ -75,9 +77,10 @@ INLINE void multiply_by_line(double value, double slope, const double *function,
    belt sticks unless P, μ_s P − f or μ_s P + f is or becomes negative. */
 NOINLINE int64_t mode_on_belt(const Belt *belt, double x, double vx, double y, double vy)
 {
-    const double *p = belt->p, v = p[P_V_BELT], a = horizontal_stiffness(p),
-        h = coupling_stiffness(p);
+    const double *p = belt->p, v = p[P_V_BELT], horizontal = horizontal_stiffness(p),
+        coupling = coupling_stiffness(p);
     const Rates *rates = &belt->rates;
+    /* A belt that is always faster than the slider: the only mode in contact. */
     if (!belt->finite)
         return CONTACT;
     if (vx != v)
@@ -89,8 +92,8 @@ NOINLINE int64_t mode_on_belt(const Belt *belt, double x, double vx, double y, d
                                       holding_force_rate(p, rates->v_belt, v, vy),
                                       holding_force_rate(p, 0.0, rates->v_belt, ay)};
     const double forces[DERIVATIVES] = {force, -kt * vy, -kt * ay - slope_term};
-    /* Sizes are sums of absolute terms, to which rounding is relative. They include the preload,
-       whose rounding enters y. */
+    /* Sizes are sums of absolute terms, to which rounding is relative. They include the preload: y
+       follows from sums with it, so that even a small P has a rounding error relative to it. */
     const double load = __builtin_fabs(load_of(p)),
         vy_scale = load / total_stiffness(p) * belt->frequency;
     const double force_sizes[DERIVATIVES] = {
@@ -98,10 +101,10 @@ NOINLINE int64_t mode_on_belt(const Belt *belt, double x, double vx, double y, d
         kt * (__builtin_fabs(vy) + vy_scale),
         kt * (__builtin_fabs(ay) + load / p[P_M]) + __builtin_fabs(slope_term)};
     const double held_sizes[DERIVATIVES] = {
-        p[P_C1] * v + __builtin_fabs(p[P_M] * rates->v_belt) + __builtin_fabs(a * x)
-            + __builtin_fabs(h * y),
-        __builtin_fabs(damper_rate) + a * v + __builtin_fabs(h * vy),
-        __builtin_fabs(a * rates->v_belt) + __builtin_fabs(h * ay)};
+        p[P_C1] * v + __builtin_fabs(p[P_M] * rates->v_belt)
+            + __builtin_fabs(horizontal * x) + __builtin_fabs(coupling * y),
+        __builtin_fabs(damper_rate) + horizontal * v + __builtin_fabs(coupling * vy),
+        __builtin_fabs(horizontal * rates->v_belt) + __builtin_fabs(coupling * ay)};
     double grips[DERIVATIVES], sizes[DERIVATIVES], margin[DERIVATIVES];
     multiply_by_line(belt->p[P_MU_S], __builtin_fabs(rates->mu_static), force_sizes, sizes);
     for (int n = 0; n < DERIVATIVES; n++)
@@ -118,10 +121,11 @@ NOINLINE int64_t mode_on_belt(const Belt *belt, double x, double vx, double y, d
     return is_falling(belt->hold_tolerance, margin, sizes) ? BACKWARD : STICK;
 }
 
-/* Half the acceleration of a slider that begins to slide, `half` as expanded. Where friction
-   balances the other forces, or the slider would pass the belt, it is half that of the belt: a
-   rounding error would make the slider stick again at once. */
-INLINE double start_half_acceleration(const Belt *belt, double x, double y, double half)
+/* Half the acceleration of a slider that begins to slide: the Taylor coefficient xs[2], `expanded`
+   by the recurrences. Where friction balances the other forces, or the slider would pass the belt,
+   it is half the acceleration of the belt: otherwise a rounding error would make the slider stick
+   again at once. */
+INLINE double start_half_acceleration(const Belt *belt, double x, double y, double expanded)
 {
     const double *p = belt->p;
     double grip = p[P_MU_S] * spring_force(p, y), held = holding_force(p, x, y, belt->rates.v_belt);
@@ -131,18 +135,20 @@ INLINE double start_half_acceleration(const Belt *belt, double x, double y, doub
     double belt_half = 0.5 * belt->rates.v_belt;
     int forward = belt->mode == FORWARD;
     double margin = forward ? grip - held : grip + held;
-    int balanced = belt->smooth && __builtin_fabs(margin) <= BALANCED * size;
-    int passes_belt = forward ? half > belt_half : half < belt_half;
-    return balanced || passes_belt ? belt_half : half;
+    int balanced = belt->smooth && __builtin_fabs(margin) <= BALANCE_TOL * size;
+    int passes_belt = forward ? expanded > belt_half : expanded < belt_half;
+    return balanced || passes_belt ? belt_half : expanded;
 }
 
-/* A guard over a step: its polynomial in the time since the start, and its value at the end. */
+/* A guard over a step: its polynomial in the time since the start, filled up with zeros, and its
+   value at the end. */
 typedef struct {
-    double c[GUARD_ROWS], end;
+    double c[SERIES_LENGTH], end;
 } Guard;
 
-/* At the start of a mode its guard is zero and rises, except for rounding. If it does not rise,
-   replace it by the guard divided by time. */
+/* At the start of a mode its guard is positive, or zero and rising: clear what differs by rounding.
+   The search for the next zero excludes a simple zero at the start. Make a double zero a simple
+   one: divide the guard by time. */
 INLINE void normalize_guard(Guard *guard, double h)
 {
     double *c = guard->c;
@@ -150,7 +156,7 @@ INLINE void normalize_guard(Guard *guard, double h)
         return;
     c[0] = 0.0, c[1] = maximum(c[1], 0.0);
     if (c[1] == 0.0) {
-        memmove(c, c + 1, (GUARD_ROWS - 1) * sizeof *c);
+        memmove(c, c + 1, (SERIES_LENGTH - 1) * sizeof *c);
         guard->end /= h;
     }
 }
@@ -160,15 +166,16 @@ INLINE void set_speed_guard(const Belt *belt, const Block *w, int lane, int grou
                             Guard *guard)
 {
     double *c = guard->c, v = belt->p[P_V_BELT], rate = belt->rates.v_belt;
+    /* The coefficients of −`sign` ẋ; then those of v_belt enter the first two. */
     for (int n = 0; n <= 4 * groups; n++)
         c[n] = -sign * (n + 1) * get_lane(w->xs + n + 1, lane);
     c[0] = sign * (v - get_lane(w->xs + 1, lane)), c[1] += sign * rate;
-    memset(c + 4 * groups + 1, 0, (GUARD_ROWS - 1 - 4 * groups) * sizeof *c);
+    memset(c + 4 * groups + 1, 0, (SERIES_LENGTH - 1 - 4 * groups) * sizeof *c);
     guard->end = sign * (v + rate * get_lane(&w->h, lane) - get_lane(&w->vx, lane));
 }
 
 /* Whether `sign` v_r stays positive for certain while the belt's speed changes from v to end_v.
-   Both speeds are compared times h. */
+   Speeds are compared times h, as the slopes in `Ends` are. */
 INLINE M keeps_sliding(const Block *w, int groups, V sign, V v, V end_v)
 {
     Ends x = ends_of_x(w);
@@ -177,29 +184,31 @@ INLINE M keeps_sliding(const Block *w, int groups, V sign, V v, V end_v)
     return vmin(sign * v, sign * end_v) * w->h > max_slope + error;
 }
 
-/* Set the guards μ_s P − f and μ_s P + f of one lane; f is the holding force of the belt. Eq. 5
-   gives P from the expansion of y. Coefficients of P, μ_s P and f are `force`, `grip` and
-   `held`. */
+/* Set the guards μ_s P − f and μ_s P + f of one lane; f is the holding force of the belt. The
+   expansions of x and y give P = m ÿ + c2 ẏ + F − h (x − y), h = k3/2. Coefficients of P, μ_s P and
+   f are `force`, `grip` and `held`. */
 INLINE void set_hold_guards(const Belt *belt, const Block *w, int lane, int groups,
                             Guard *forward_guard, Guard *backward_guard)
 {
     const Rates *rates = &belt->rates;
-    const double *p = belt->p, a = horizontal_stiffness(p), h = coupling_stiffness(p), m = p[P_M];
+    const double *p = belt->p, m = p[P_M];
+    const double horizontal = horizontal_stiffness(p), coupling = coupling_stiffness(p);
     const double duration = get_lane(&w->h, lane), mu_change = rates->mu_static * duration;
-    double force[GUARD_ROWS], grip[GUARD_ROWS], held[GUARD_ROWS];
+    double force[SERIES_LENGTH], grip[SERIES_LENGTH], held[SERIES_LENGTH];
     for (int n = 0; n < 4 * groups; n++) {
         double y = get_lane(w->ys + n, lane);
+        /* The n-th coefficient of c2 ẏ + m ÿ, divided by n + 1. */
         double damper_and_inertia = p[P_C2] * get_lane(w->ys + n + 1, lane)
             + m * (n + 2) * get_lane(w->ys + n + 2, lane);
-        force[n] = (n + 1) * damper_and_inertia + h * y;
-        grip[n] = p[P_MU_S] * force[n], held[n] = -h * y;
+        force[n] = (n + 1) * damper_and_inertia + coupling * y;
+        grip[n] = p[P_MU_S] * force[n], held[n] = -coupling * y;
     }
     /* Where the slider sticks x is of the second degree. */
     const int x_rows = 3;
     force[0] = spring_force(p, get_lane(w->ys, lane)), force[1] += rates->F;
     for (int n = 1; n < x_rows; n++) {
         double x = get_lane(w->xs + n, lane);
-        force[n] -= h * x, grip[n] = p[P_MU_S] * force[n], held[n] += a * x;
+        force[n] -= coupling * x, grip[n] = p[P_MU_S] * force[n], held[n] += horizontal * x;
     }
     grip[0] = p[P_MU_S] * force[0];
     held[0] = holding_force(p, get_lane(w->xs, lane), get_lane(w->ys, lane), rates->v_belt);
@@ -217,10 +226,11 @@ INLINE void set_hold_guards(const Belt *belt, const Block *w, int lane, int grou
     forward_guard->end = end_grip - end_held, backward_guard->end = end_grip + end_held;
 }
 
-/* Bounds over a step in which the slider sticks: least μ_s, stiffnesses, the holding force for y =
-   0 at both ends, and the greatest distance of that force from its chord. */
+/* Bounds over a step in which the slider sticks: least μ_s, stiffnesses of contact and coupling,
+   the holding force for y = 0 at both ends, and the greatest distance of that force from its
+   chord. */
 typedef struct {
-    V mu_s, k2, k_nl, h, start, end, chord_error;
+    V mu_s, k2, k_nl, coupling, start, end, chord_error;
 } Hold;
 
 /* Whether the belt holds the slider for certain over the step against forward and backward slip. */
@@ -234,15 +244,17 @@ INLINE HeldSides keeps_holding(const Block *w, const Hold *bounds)
     Range y = value_range(&ends);
     /* The least contact force. */
     V force = -bounds->k2 * y.high - bounds->k_nl * y.high * y.high * y.high;
-    /* The y of the least margin depends on whether contact or coupling is stiffer. */
-    V worst_y = choose(bounds->mu_s * bounds->k2 >= bounds->h, y.high, y.low);
+    /* Against forward slip the margin is μ_s P + (k3/2) y less a force without y. With μ_s
+       k2 ≥ k3/2 it is least at the greatest y, where P is least; else bound μ_s P and (k3/2) y
+       apart. */
+    V worst_y = choose(bounds->mu_s * bounds->k2 >= bounds->coupling, y.high, y.low);
     V margin = bounds->mu_s * force - bounds->chord_error;
-    return (HeldSides){margin > vmax(bounds->start, bounds->end) - bounds->h * worst_y,
-                       margin > bounds->h * y.high - vmin(bounds->start, bounds->end)};
+    return (HeldSides){margin > vmax(bounds->start, bounds->end) - bounds->coupling * worst_y,
+                       margin > bounds->coupling * y.high - vmin(bounds->start, bounds->end)};
 }
 
-/* The guard that cuts a step: none, y = 0, v_r = 0, or |f| = μ_s P. */
-typedef enum { NOT_CUT, CUT_AT_SWITCH, CUT_AT_SPEED, CUT_AT_HOLD } StepCut;
+/* The zero that cuts a step: none, that of y, of v_r, or of a guard of stick. */
+typedef enum { NOT_CUT, CUT_AT_ZERO_HEIGHT, CUT_AT_SPEED, CUT_AT_HOLD } StepCut;
 
 /* Time at which stick ends, from the times at which both guards fall to zero; sets the next
    mode. */
@@ -253,10 +265,12 @@ INLINE double first_release_time(double forward_time, double backward_time, int6
     return backward ? backward_time : forward_time;
 }
 
-/* Whether the fall of a guard to zero ends the step, which may be `cut` at y = 0 already. */
-INLINE int ends_step(double fall, double h, StepCut cut)
+/* Whether a guard that falls to zero at `fall_time` ends the step, which may be `cut` already:
+   CUT_AT_ZERO_HEIGHT precedes other guards that fall to zero at the same time. */
+INLINE int ends_step(double fall_time, double h, StepCut cut)
 {
-    return fall <= h && !(cut == CUT_AT_SWITCH && fall >= h * (1.0 - SIMULTANEOUS));
+    return fall_time <= h
+        && !(cut == CUT_AT_ZERO_HEIGHT && fall_time >= h * (1.0 - SIMULTANEOUS));
 }
 
 #if LANES == 1
@@ -291,7 +305,7 @@ NOINLINE double hold_fall_time(const Belt *belt, const Block *w, int groups, con
     return first_release_time(forward, backward, mode);
 }
 
-/* Upper bound of ẋ inside a step of length h. */
+/* Upper bound of ẋ inside a step of length h; in stick the greatest ẋ is at an end of the step. */
 INLINE double speed_limit(const Belt *belt, double h)
 {
     if (belt->mode == STICK)
@@ -318,7 +332,7 @@ INLINE double first_fall_time(const Belt *belt, const Block *w, int groups, int 
     const double *p = belt->p, acceleration = belt->rates.v_belt;
     const Hold hold = {
         .mu_s = minimum(p[P_MU_S], p[P_MU_S] + belt->rates.mu_static * w->h),
-        .k2 = p[P_K2], .k_nl = p[P_K_NL], .h = coupling_stiffness(p),
+        .k2 = p[P_K2], .k_nl = p[P_K_NL], .coupling = coupling_stiffness(p),
         .start = holding_force(p, w->xs[0], 0.0, acceleration),
         .end = holding_force(p, w->x, 0.0, acceleration) + p[P_C1] * acceleration * w->h,
         .chord_error =
@@ -331,18 +345,21 @@ INLINE double first_fall_time(const Belt *belt, const Block *w, int groups, int 
 /* Shorten the step to the first zero of a guard; sets `next_mode` where stick ends. */
 INLINE StepCut cut_step(const Belt *belt, Block *w, int groups, int slides, int64_t *next_mode)
 {
-    StepCut cut = may_switch(w) && cut_at_switch(w, groups) ? CUT_AT_SWITCH : NOT_CUT;
+    StepCut cut = NOT_CUT;
+    if (may_reach_zero_height(w) && cut_at_zero_height(w, groups))
+        cut = CUT_AT_ZERO_HEIGHT;
     evaluate_end_x(w, groups, 1);
-    double fall = first_fall_time(belt, w, groups, slides, next_mode);
-    if (!ends_step(fall, w->h, cut))
+    double fall_time = first_fall_time(belt, w, groups, slides, next_mode);
+    if (!ends_step(fall_time, w->h, cut))
         return cut;
-    w->h = fall;
+    w->h = fall_time;
     evaluate_end_y(w, groups);
     evaluate_end_x(w, groups, 1);
     return belt->mode == STICK ? CUT_AT_HOLD : CUT_AT_SPEED;
 }
 
-/* Expand a step by the generated recurrences of a friction law without tuned ones. */
+/* Expand a step by recurrences that `field_text` generates from the equations. LAW_IS_TUNED says
+   that they are not needed: `friction.h` has hand-written recurrences for this friction law. */
 INLINE void expand_generated(const Belt *belt, V *x, V *y, int order)
 {
 #if !LAW_IS_TUNED
@@ -358,6 +375,7 @@ INLINE int expand_belt_step(const Belt *belt, Block *w, double tol, int order, i
 {
     const Law *law = belt->laws + belt->mode;
     w->field = belt->fields[belt->mode];
+    /* `per_speed` is positive only where the slider slides under a friction law. */
     if (!LAW_IS_TUNED && law->per_speed > 0.0)
         expand_generated(belt, w->xs, w->ys, order);
     else if (belt->by_speed && belt->mode == STICK)
@@ -367,14 +385,14 @@ INLINE int expand_belt_step(const Belt *belt, Block *w, double tol, int order, i
                       cubic);
     else
         expand_block(w, order, cubic && belt->mode != SEPARATED);
-    balance_at_switch(w);
+    balance_vertical_forces(w);
     if (w->xs[1] == belt->p[P_V_BELT] && is_sliding(belt->mode))
         w->xs[2] = start_half_acceleration(belt, w->xs[0], w->ys[0], w->xs[2]);
-    set_step_length(w, tol, order / 4);
+    set_step_length(w, tol, order / GROUP_SIZE);
     M slides = 0;
     if (law->per_speed > 0.0)
-        w->h = limit_step(w->h, w->xs, law, law->sign * (belt->p[P_V_BELT] - w->xs[1]), order / 4,
-                          &slides);
+        w->h = limit_step(w->h, w->xs, law, law->sign * (belt->p[P_V_BELT] - w->xs[1]),
+                          order / GROUP_SIZE, &slides);
     return slides;
 }
 
@@ -393,9 +411,9 @@ INLINE void prepare_exponential(Belt *belt, const Block *w)
 INLINE StepFlags accept_belt_step(Belt *belt, Block *w, const StepEnd *step_end, StepCut cut,
                                   int64_t next_mode)
 {
-    double stalled_before = w->stalled, shortest = w->max_step * (SHORTEST_FLIGHT / LONGEST_STEP);
+    double stalled_before = w->stalled, shortest = w->max_step * SHORTEST_CUT_RATIO;
     const int is_creeping = belt->laws[belt->mode].per_speed > 0.0 && w->h < w->t * UNRESOLVED;
-    StepFlags flags = accept_step(w, step_end, cut == CUT_AT_SWITCH, 1, INFINITE);
+    StepFlags flags = accept_step(w, step_end, cut == CUT_AT_ZERO_HEIGHT, 1, INFINITE);
     if (((cut == CUT_AT_SPEED || cut == CUT_AT_HOLD) && w->h < shortest) || is_creeping) {
         w->stalled = stalled_before + 1.0;
         flags.stalled = w->stalled > MAX_STALLED;
@@ -424,7 +442,7 @@ INLINE void set_belt_field(Field *f, const Coefficients *c)
 INLINE void begin_belt(Belt *belt, const Block *w, int lane, const double *p, int finite)
 {
     memset(belt, 0, sizeof *belt);
-    belt->finite = finite, belt->hold_tolerance = BALANCED;
+    belt->finite = finite, belt->hold_tolerance = BALANCE_TOL;
     memcpy(belt->p, p, sizeof(double) * (size_t)(finite ? BELT_PARAMETERS : PARAMETERS));
     if (!finite)
         belt->p[P_MU_S] = p[P_MU];
@@ -438,9 +456,11 @@ INLINE void begin_belt(Belt *belt, const Block *w, int lane, const double *p, in
         if (!belt->by_speed)
             continue;
         double sign = friction_sign(mode);
-        belt->laws[mode] = (Law){.sign = sign, .mu = p[P_MU], .fall = belt->p[P_MU_S] - p[P_MU],
+        belt->laws[mode] = (Law){.sign = sign, .mu = p[P_MU],
+                                 .mu_drop = belt->p[P_MU_S] - p[P_MU],
                                  .per_speed = sign != 0.0 ? 1.0 / p[P_V_S] : 0.0,
                                  .contact = mode == SEPARATED ? 0.0 : p[P_K2] / p[P_M]};
+        /* `expand_slide` adds contact and friction itself: b_x is that of the coupling alone. */
         belt->fields[mode].b_x = mode == STICK ? 0.0 : separated_coefficients(p).xy;
     }
 #endif

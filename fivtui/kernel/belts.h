@@ -1,5 +1,6 @@
 /* Steps of blocks of runs on belts of finite speed, by the functions of `belt.h`. LANES is 8; `w`
-   is a block (`Block` in `motion.h`). */
+   is a block (`Block` in `motion.h`). `splat` gives a number to all lanes, `choose` selects lane by
+   lane (`vector.h`). */
 
 #ifndef FIVTUI_BELTS_H
 #define FIVTUI_BELTS_H
@@ -9,10 +10,10 @@
 /* Belts of a block, one in each lane. `law` is the friction law of the lane's mode. `stick` is 1
    where the slider sticks, `slides` 1 where it keeps sliding over the step for certain, else 0. The
    others are constants: speed of the belt, 1/v_s, k2/m, coefficient of y in ẍ for backward slip
-   without a law, a = k1 + h, c1 v_belt, and the constants of `Hold`. */
+   without a law, k1 + k3/2 (`horizontal`), c1 v_belt, and the constants of `Hold`. */
 typedef struct {
     Law law;
-    V stick, slides, v_belt, per_speed, contact, backward_b_x, a, damper_force;
+    V stick, slides, v_belt, per_speed, contact, backward_b_x, horizontal, damper_force;
     Hold hold;
 } BeltLanes;
 
@@ -29,15 +30,16 @@ INLINE void set_lane_mode(BeltLanes *lanes, int lane, int64_t mode)
 /* Set the belt of a lane, which has begun with the parameters `p`. */
 INLINE void set_lane_belt(BeltLanes *lanes, int lane, const Belt *belt, const double *p)
 {
-    set_lane(&lanes->law.mu, lane, p[P_MU]), set_lane(&lanes->law.fall, lane, p[P_MU_S] - p[P_MU]);
+    set_lane(&lanes->law.mu, lane, p[P_MU]);
+    set_lane(&lanes->law.mu_drop, lane, p[P_MU_S] - p[P_MU]);
     set_lane(&lanes->v_belt, lane, p[P_V_BELT]);
     set_lane(&lanes->per_speed, lane, p[P_V_S] > 0.0 ? 1.0 / p[P_V_S] : 0.0);
     set_lane(&lanes->backward_b_x, lane, backward_coefficients(p).xy);
     set_lane(&lanes->contact, lane, p[P_K2] / p[P_M]);
-    set_lane(&lanes->a, lane, horizontal_stiffness(p));
+    set_lane(&lanes->horizontal, lane, horizontal_stiffness(p));
     set_lane(&lanes->damper_force, lane, holding_force(p, 0.0, 0.0, 0.0));
     set_lane(&lanes->hold.mu_s, lane, p[P_MU_S]);
-    set_lane(&lanes->hold.h, lane, coupling_stiffness(p));
+    set_lane(&lanes->hold.coupling, lane, coupling_stiffness(p));
     set_lane(&lanes->hold.k2, lane, p[P_K2]), set_lane(&lanes->hold.k_nl, lane, p[P_K_NL]);
     set_lane_mode(lanes, lane, belt->mode);
 }
@@ -60,6 +62,8 @@ INLINE Field lane_fields(const Block *w, const BeltLanes *lanes, int by_law)
     const V zero = splat(0.0);
     Field f = w->field;
     f.a_x = choose(sticks, zero, f.a_x), f.damping_x = choose(sticks, zero, f.damping_x);
+    /* Factors of y and y³ in ẍ: those of forward or backward slip; without contact that of the
+       coupling alone, to which `expand_by_law` adds; in stick none. */
     V b_x = choose(backward, lanes->backward_b_x, w->contact_b_x);
     V d_x = choose(backward, -w->contact_d_x, w->contact_d_x);
     b_x = by_law ? w->separated_b_x : choose(is_separated, w->separated_b_x, b_x);
@@ -83,7 +87,8 @@ NOINLINE void expand_field(Block *w, const Field *f, int order, int cubic)
 INLINE void expand_on_belts(Block *w, const BeltLanes *lanes, int order, int cubic, int by_law)
 {
     Field f = lane_fields(w, lanes, by_law);
-    /* No exponential has been computed: no exponent is infinite. */
+    /* `expand_by_law` reuses an exponential that has been computed for the same exponent. There is
+       none here, and no exponent is infinite. */
     const LawStart unknown = {splat(INFINITE), splat(0.0)};
     if (by_law)
         expand_by_law(w->xs, w->ys, &f, &lanes->law, lanes->v_belt, &unknown, order, cubic);
@@ -96,7 +101,7 @@ INLINE void set_length_on_belts(Block *w, BeltLanes *lanes, const Belt *belts, d
                                 int groups)
 {
     const Law *law = &lanes->law;
-    balance_at_switch(w);
+    balance_vertical_forces(w);
     /* Lanes in which the slider begins to slide. */
     unsigned starting = mask_bits((w->xs[1] == lanes->v_belt) & (law->sign != 0.0));
     for (; starting; starting &= starting - 1) {
@@ -129,8 +134,8 @@ INLINE unsigned may_slip(const Block *w, const BeltLanes *lanes)
     if (!mask_bits(sticks))
         return 0;
     Hold hold = lanes->hold;
-    hold.start = lanes->damper_force + lanes->a * w->xs[0];
-    hold.end = lanes->damper_force + lanes->a * w->x;
+    hold.start = lanes->damper_force + lanes->horizontal * w->xs[0];
+    hold.end = lanes->damper_force + lanes->horizontal * w->x;
     const HeldSides held = keeps_holding(w, &hold);
     return mask_bits(sticks & mask_not(held.forward & held.backward));
 }

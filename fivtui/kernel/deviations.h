@@ -1,7 +1,8 @@
-/* Deviations from a motion: its derivatives by numbers that change start and parameters.
+/* Deviations of a motion: its derivatives by numbers on which its start and parameters depend.
 
-   With the symbols of `expansion.h`, and ′ for the derivative of a coefficient by such a number,
-   the variational equations are
+   The equation of motion is z̈ = a x + b y + C ż − d y³ − (0, F/m) with z = (x, y), see
+   `expansion.h`. With ′ for the derivative of a coefficient by such a number, the variational
+   equations are
 
        δz̈ = a δx + (b − 3 d y²) δy + C δż + a′ x + b′ y + C′ ż − d′ y³ − (0, (F/m)′)
 
@@ -21,6 +22,8 @@
 /* Largest ratio of the last terms of a substep to its first ones, and the number of first terms. */
 #define NEGLIGIBLE 0x1p-54
 #define FIRST_TERMS 9
+/* Smaller deviations count as zero. */
+#define MIN_DEVIATION 1e-280
 /* Factor by which a substep is shortened until it is short enough, and how often at most. */
 #define SHORTENING 0.8
 #define MAX_SHORTENINGS 64
@@ -65,15 +68,16 @@ typedef struct {
     Eight a_x, a_y, b_x, b_y, damping_x, damping_y, d_x, d_y, load;
 } FieldChange;
 
-/* Taylor coefficients of the motion over a substep, and of y² and y³; all but x have PADDED leading
-   zeros, so that sums of products need no bounds. */
+/* Taylor coefficients of the motion over a substep, and of y² and y³. All but x begin with
+   PADDED_TERMS zeros, so that sums of products need no bounds; then follow MAX_TERMS coefficients,
+   filled up with two zeros to PADDED_TERMS, a multiple of VECTOR_SIZE. */
 typedef struct {
-    double x[PADDED], y[2 * PADDED], square[2 * PADDED], cube[2 * PADDED];
+    double x[PADDED_TERMS], y[2 * PADDED_TERMS], square[2 * PADDED_TERMS], cube[2 * PADDED_TERMS];
 } Motion;
 
 /* Taylor coefficients of deviations over a substep. */
 typedef struct {
-    Eight x[ROWS], y[ROWS];
+    Eight x[MAX_TERMS], y[MAX_TERMS];
 } Series;
 
 /* Set the derivatives of the field of a mode from the derivatives q of its parameters p. */
@@ -84,33 +88,35 @@ INLINE void set_field_change(FieldChange *target, int column, const double *p, c
     target->a_x[column] = changes.xx, target->a_y[column] = changes.yx;
     target->b_x[column] = changes.xy, target->b_y[column] = changes.yy;
     target->damping_x[column] = changes.xvx, target->damping_y[column] = changes.yvy;
+    /* d_x is the product of the friction coefficient and d_y = k_nl/m (`cubic`). */
     target->d_x[column] = changes.friction * values.cubic + values.friction * changes.cubic;
     target->d_y[column] = changes.cubic, target->load[column] = changes.load;
 }
 
-/* The product of two polynomials with PADDED leading zeros. */
+/* The product of two polynomials with PADDED_TERMS leading zeros. */
 INLINE void multiply(const double *a, const double *b, double *product)
 {
-    Eight sums[PADDED / VECTOR_SIZE] = {{0.0}};
-    UNROLL for (int i = 0; i < ROWS; i++)
-        UNROLL for (int n = 0; n < PADDED / VECTOR_SIZE; n++)
-            sums[n] = eight_fma_by(*(const Eight *)(b + PADDED + VECTOR_SIZE * n - i),
-                                   a[PADDED + i], sums[n]);
-    memset(product, 0, PADDED * sizeof *product);
-    memcpy(product + PADDED, sums, sizeof sums);
+    Eight sums[PADDED_TERMS / VECTOR_SIZE] = {{0.0}};
+    UNROLL for (int i = 0; i < MAX_TERMS; i++)
+        UNROLL for (int n = 0; n < PADDED_TERMS / VECTOR_SIZE; n++)
+            sums[n] = eight_fma_by(*(const Eight *)(b + PADDED_TERMS + VECTOR_SIZE * n - i),
+                                   a[PADDED_TERMS + i], sums[n]);
+    memset(product, 0, PADDED_TERMS * sizeof *product);
+    memcpy(product + PADDED_TERMS, sums, sizeof sums);
 }
 
 /* Expand the motion from its first two coefficients, with y² and y³ if `cubic`. */
 NOINLINE void expand_motion(Motion *m, const Field *f, int cubic)
 {
-    memset(m->y, 0, PADDED * sizeof *m->y);
+    memset(m->y, 0, PADDED_TERMS * sizeof *m->y);
     if (cubic) {
-        expand(m->x, m->y + PADDED, f, MAX_ORDER, 1);
-        m->y[PADDED + ROWS] = m->y[PADDED + ROWS + 1] = 0.0;
+        expand(m->x, m->y + PADDED_TERMS, f, MAX_ORDER, 1);
+        /* PADDED_TERMS is MAX_TERMS + 2. */
+        m->y[PADDED_TERMS + MAX_TERMS] = m->y[PADDED_TERMS + MAX_TERMS + 1] = 0.0;
         multiply(m->y, m->y, m->square);
         multiply(m->y, m->square, m->cube);
     } else {
-        expand(m->x, m->y + PADDED, f, MAX_ORDER, 0);
+        expand(m->x, m->y + PADDED_TERMS, f, MAX_ORDER, 0);
         memset(m->cube, 0, sizeof m->cube);
     }
 }
@@ -119,8 +125,8 @@ NOINLINE void expand_motion(Motion *m, const Field *f, int cubic)
 INLINE int is_finite_motion(const Motion *m)
 {
     double size = 0.0;
-    for (int n = 0; n < ROWS; n++)
-        size += (n + 1.0) * (__builtin_fabs(m->x[n]) + __builtin_fabs(m->y[PADDED + n]));
+    for (int n = 0; n < MAX_TERMS; n++)
+        size += (n + 1.0) * (__builtin_fabs(m->x[n]) + __builtin_fabs(m->y[PADDED_TERMS + n]));
     return is_finite_number(size);
 }
 
@@ -130,9 +136,10 @@ NOINLINE void expand_deviations(Series *s, const Deviation *start, const Motion 
                                 const FieldChange *c, int cubic)
 {
     const Eight zero = {0.0};
-    const double *ys = m->y + PADDED, *square = m->square + PADDED, *cube = m->cube + PADDED;
+    const double *ys = m->y + PADDED_TERMS, *square = m->square + PADDED_TERMS;
+    const double *cube = m->cube + PADDED_TERMS;
     s->x[0] = start->x, s->x[1] = start->vx, s->y[0] = start->y, s->y[1] = start->vy;
-    for (int n = 0; n + 2 < ROWS; n++) {
+    for (int n = 0; n + 2 < MAX_TERMS; n++) {
         double n_plus_1 = n + 1.0, scale = 1.0 / (n_plus_1 * (n + 2.0));
         double x = m->x[n], y = ys[n], vx = m->x[n + 1] * n_plus_1, vy = ys[n + 1] * n_plus_1;
         Eight push_x = zero, push_y = n == 0 ? -c->load : zero;
@@ -159,14 +166,14 @@ NOINLINE void expand_deviations(Series *s, const Deviation *start, const Motion 
 INLINE Eight flush_tiny(Eight a)
 {
     typedef long long Mask8 __attribute__((vector_size(64), aligned(8), may_alias));
-    return (Eight)((Mask8)a & (eight_max_abs(a, a) > LEAST - (Eight){0}));
+    return (Eight)((Mask8)a & (eight_max_abs(a, a) > MIN_DEVIATION - (Eight){0}));
 }
 
 /* Deviations at the time t of a substep. */
 INLINE Deviation deviation_at(const Series *s, double t)
 {
-    Deviation value = {s->x[ROWS - 1], {0.0}, s->y[ROWS - 1], {0.0}};
-    for (int n = ROWS - 2; n >= 0; n--) {
+    Deviation value = {s->x[MAX_TERMS - 1], {0.0}, s->y[MAX_TERMS - 1], {0.0}};
+    for (int n = MAX_TERMS - 2; n >= 0; n--) {
         value.vx = eight_fma_by(value.vx, t, value.x),
             value.vy = eight_fma_by(value.vy, t, value.y);
         value.x = eight_fma_by(value.x, t, s->x[n]), value.y = eight_fma_by(value.y, t, s->y[n]);
@@ -191,13 +198,13 @@ INLINE int is_short(const Eight *first, const Eight *last, double h)
     double power = 1.0;
     for (int n = 1; n < FIRST_TERMS; n++)
         power *= h, scale = eight_max_abs(scale, first[n] * power);
-    for (int n = FIRST_TERMS; n < ROWS - 1; n++)
+    for (int n = FIRST_TERMS; n < MAX_TERMS - 1; n++)
         power *= h;
     Eight tail = eight_max_abs(last[0] * power, last[1] * (power * h));
     /* Tiny deviations may lose digits. */
     int is_too_long = 0;
     for (int i = 0; i < VECTOR_SIZE; i++)
-        is_too_long |= (scale[i] > LEAST) & (tail[i] > scale[i] * NEGLIGIBLE);
+        is_too_long |= (scale[i] > MIN_DEVIATION) & (tail[i] > scale[i] * NEGLIGIBLE);
     return !is_too_long;
 }
 
@@ -213,19 +220,20 @@ NOINLINE double substep_length(const Series *s, int vectors, double remaining)
         for (int n = 0; n < FIRST_TERMS; n++)
             first[n] = eight_max_abs(x[n], y[n]);
         for (int n = 0; n < 2; n++)
-            last[n] = eight_max_abs(x[ROWS - 2 + n], y[ROWS - 2 + n]);
-        if (!all_finite(x[ROWS - 1] + y[ROWS - 1]))
+            last[n] = eight_max_abs(x[MAX_TERMS - 2 + n], y[MAX_TERMS - 2 + n]);
+        if (!all_finite(x[MAX_TERMS - 1] + y[MAX_TERMS - 1]))
             return 0.0;
         for (; !is_short(first, last, h); h *= SHORTENING)
             if (shortenings++ == MAX_SHORTENINGS)
                 return 0.0;
     }
-    /* The number of equal parts of at most this length. */
-    double count = (double)(int64_t)(remaining / h);
-    return remaining / (count * h < remaining ? count + 1.0 : maximum(count, 1.0));
+    /* The number of equal parts of at most this length: the ratio, rounded up. */
+    double whole_parts = (double)(int64_t)(remaining / h);
+    double parts = whole_parts * h < remaining ? whole_parts + 1.0 : maximum(whole_parts, 1.0);
+    return remaining / parts;
 }
 
-/* The acceleration of a state in a field (Eqs. 2 and 5). */
+/* The acceleration of a state in a field (Eqs. 2 and 5 of the paper). */
 INLINE Pair accelerations(const Field *f, double x, double vx, double y, double vy)
 {
     double ax = FMA(f->a_x, x, FMA(f->b_x, y, FMA(f->damping_x, vx, -(f->d_x * y * y * y))));
@@ -239,8 +247,9 @@ INLINE Pair accelerations(const Field *f, double x, double vx, double y, double 
        δ⁺ = δ + (f⁺ − f⁻) (∇g·δ + g′)/(∇g·f⁻),
 
    the saltation matrix I + (f⁺ − f⁻) ∇gᵀ/(∇g·f⁻) with the term of the parameters. It is the
-   identity if the rate does not jump, also if the motion only touches g = 0. `rate` is ∇g·f⁻,
-   `jump` and `gradient` are in the order of the state, `change` is g′. */
+   identity if the rate does not jump. This is tested first, as ∇g·f⁻ is zero where the motion only
+   touches g = 0. `rate` is ∇g·f⁻, `jump` and `gradient` are in the order of the state, `change` is
+   g′. */
 INLINE void apply_saltation(Deviation *d, const double *jump, const double *gradient, Eight change,
                             double rate)
 {

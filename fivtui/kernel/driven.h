@@ -36,7 +36,7 @@ INLINE void set_course_parameters(Belt *belt, Block *w, const Course *course, do
     belt->rates = (Rates){course->force.slope, course->friction.slope, course->mu_static.slope,
                           course->speed.slope};
     for (int mode = FORWARD; mode <= BACKWARD; mode++)
-        belt->laws[mode].mu = p[P_MU], belt->laws[mode].fall = p[P_MU_S] - p[P_MU];
+        belt->laws[mode].mu = p[P_MU], belt->laws[mode].mu_drop = p[P_MU_S] - p[P_MU];
     belt->smooth = p[P_MU_S] == p[P_MU] || belt->laws[FORWARD].per_speed > 0.0;
 }
 
@@ -46,7 +46,8 @@ INLINE double speed_by_law(const Belt *belt, const Law *law, double vx)
     return maximum(law->sign * (belt->p[P_V_BELT] - vx), 0.0);
 }
 
-/* Compute the coefficients of x and y from the first two: Eqs. 2 and 5, with or without a law. */
+/* Compute the coefficients of x and y from the first two: Eqs. 2 and 5 of the paper, with or
+   without a friction law. */
 NOINLINE void expand_driven(const Belt *belt, V *x, V *y, int order)
 {
     const Law *law = belt->laws + belt->mode;
@@ -54,11 +55,13 @@ NOINLINE void expand_driven(const Belt *belt, V *x, V *y, int order)
     const double *p = belt->p;
     const int in_contact = belt->mode != SEPARATED, by_speed = law->per_speed > 0.0;
     const double sign = belt->mode == BACKWARD ? -1.0 : 1.0, rate = law->sign * law->per_speed;
-    /* Linear functions of time: μ, F and μ_s − μ, by which μ(v) = μ + (μ_s − μ) e falls. */
+    /* Linear functions of time: μ, F and μ_s − μ, the factor of e in μ(v) = μ + (μ_s − μ) e. */
     const double force[2] = {load_of(p), rates->F}, mu[2] = {p[P_MU], rates->mu};
-    const double fall[2] = {law->fall, rates->mu_static - rates->mu};
-    /* Coefficients of y², P, e = exp(−v/v_s), μ(v), and ẍ less the acceleration of the belt. */
-    double square[ROWS], contact[ROWS], e[ROWS], mu_of_v[ROWS], slip_rate[ROWS];
+    const double mu_drop[2] = {law->mu_drop, rates->mu_static - rates->mu};
+    /* Coefficients of y², the contact force P, e = exp(−v/v_s), μ(v), and ẍ less the acceleration
+       of the belt. */
+    double square[MAX_TERMS], contact[MAX_TERMS], e[MAX_TERMS], mu_of_v[MAX_TERMS],
+        slip_rate[MAX_TERMS];
     for (int n = 0; n < order; n++) {
         square[n] = product(y, y, n);
         contact[n] = in_contact ? -p[P_K2] * y[n] - p[P_K_NL] * product(y, square, n) : 0.0;
@@ -67,8 +70,8 @@ NOINLINE void expand_driven(const Belt *belt, V *x, V *y, int order)
         if (by_speed) {
             e[n] = n > 0 ? rate * product(slip_rate, e, n - 1) / n
                          : exponential(-speed_by_law(belt, law, x[1]) * law->per_speed);
-            mu_of_v[n] = (n < 2 ? mu[n] : 0.0) + fall[0] * e[n]
-                + (n > 0 ? fall[1] * e[n - 1] : 0.0);
+            mu_of_v[n] = (n < 2 ? mu[n] : 0.0) + mu_drop[0] * e[n]
+                + (n > 0 ? mu_drop[1] * e[n - 1] : 0.0);
             friction = product(mu_of_v, contact, n);
         }
         double coupling_force = coupling_stiffness(p) * (x[n] - y[n]),
@@ -88,24 +91,28 @@ INLINE void expand_driven_step(const Belt *belt, Block *w, double tol, int order
 {
     const Law *law = belt->laws + belt->mode;
     w->field = belt->fields[belt->mode];
+    /* Without hand-written recurrences (LAW_IS_TUNED) a friction law has generated ones. */
     if (!LAW_IS_TUNED && law->per_speed > 0.0)
         expand_generated(belt, w->xs, w->ys, order);
     else
         expand_driven(belt, w->xs, w->ys, order);
-    balance_at_switch(w);
+    balance_vertical_forces(w);
+    /* It has taken the load as constant. A load with the rate Ḟ adds −Ḟ/m to the third derivative
+       of y; ys[3] is a sixth of that. */
     if (w->ys[0] == 0.0 && w->separation > 0.0
         && lifting_force(w->coupling, w->preload, w->xs[0]) == 0.0)
         w->ys[3] -= belt->rates.F / (6.0 * belt->p[P_M]);
     if (w->xs[1] == belt->p[P_V_BELT] && is_sliding(belt->mode))
         w->xs[2] = start_half_acceleration(belt, w->xs[0], w->ys[0], w->xs[2]);
-    set_step_length(w, tol, order / 4);
+    set_step_length(w, tol, order / GROUP_SIZE);
     if (law->per_speed > 0.0) {
         /* v_r also changes with the speed of the belt: for a moment xs is the motion relative to
            it. */
         const double half_acceleration = w->xs[2];
         M slides;
         w->xs[2] -= 0.5 * belt->rates.v_belt;
-        w->h = limit_step(w->h, w->xs, law, speed_by_law(belt, law, w->xs[1]), order / 4, &slides);
+        w->h = limit_step(w->h, w->xs, law, speed_by_law(belt, law, w->xs[1]), order / GROUP_SIZE,
+                          &slides);
         w->xs[2] = half_acceleration;
     }
     w->h = minimum(w->h, max_step);
@@ -121,12 +128,12 @@ INLINE double driven_side(const Belt *belt, const Block *w)
         return w->y > 0.0 ? 1.0 : -1.0;
     double force = lifting_force(w->coupling, w->preload, w->x);
     double force_rate = w->coupling * w->vx - belt->rates.F;
-    /* The sign of the first of four derivatives of y that is not zero. */
+    /* The sign of the first of four derivatives of y that is not zero, as in `side_after`. */
     double direction = w->vy;
     if (direction == 0.0)
         direction = force;
     if (direction == 0.0)
-        direction = __builtin_fabs(force_rate) > LEAST ? force_rate : -(w->coupling * w->x);
+        direction = __builtin_fabs(force_rate) > MIN_FORCE ? force_rate : -(w->coupling * w->x);
     return direction > 0.0 ? 1.0 : -1.0;
 }
 
@@ -156,10 +163,13 @@ INLINE StepFlags accept_driven_step(Belt *belt, Block *w, const StepEnd *step_en
                                     int64_t next_mode, double speed, const Course *course,
                                     int at_row)
 {
-    double stalled_before = w->stalled, shortest = w->max_step * (SHORTEST_FLIGHT / LONGEST_STEP);
+    double stalled_before = w->stalled, shortest = w->max_step * SHORTEST_CUT_RATIO;
     if (cut == CUT_AT_SPEED || belt->mode == STICK)
         w->vx = speed;
-    StepFlags flags = accept_step(w, step_end, 0, 1, INFINITE);
+    /* `change_course_mode` sets the side below, not this call. */
+    const M changes_side = 0, finite = 1;
+    const double max_steps = INFINITE;
+    StepFlags flags = accept_step(w, step_end, changes_side, finite, max_steps);
     if (cut != NOT_CUT && w->h < shortest) {
         w->stalled = stalled_before + 1.0;
         flags.stalled = w->stalled > MAX_STALLED;

@@ -1,18 +1,19 @@
 /* Taylor coefficients of the motion, by the recurrences of `fivtui.taylor.series`.
 
-   With z = (x, y), Eqs. 2 and 5 divided by the mass read
+   With z = (x, y), Eqs. 2 and 5 of the paper divided by the mass read
 
        z̈ = a x + b y + C ż − d y³ − (0, F/m)
 
-   Derivatives of z at the start of the step are Zₙ, coefficients zₙ = Zₙ/n!; a power of two, SCALE,
-   keeps the derivatives within the range of the coefficients. With s = y y, q = y s
-   and rₙ = sₙ + y₀ yₙ they are, sums being over 0 < i < n,
+   Derivatives of z at the start of the step are Zₙ, coefficients zₙ = Zₙ/n!. Where n! is large Zₙ
+   could overflow although zₙ does not: all Zₙ are multiplied by a small power of two, SCALE. With
+   s = y y, q = y s and rₙ = sₙ + y₀ yₙ they are, sums being over 0 < i < n,
 
        Zₙ₊₂ = C Zₙ₊₁ + a Xₙ + (b − 3 d y₀²) Yₙ − n! d pₙ − (0, F/m) δₙ₀
        rₙ = 3 y₀ yₙ + Σ yᵢ yₙ₋ᵢ,   pₙ = Σ yᵢ rₙ₋ᵢ
 
-   Terms are summed from the middle outwards: the newest coefficients come last. Parts of the sums
-   are computed two degrees ahead, so that the processor need not wait for them. */
+   as sₙ = 2 y₀ yₙ + Σ yᵢ yₙ₋ᵢ. Terms are summed from the middle outwards: the newest coefficients
+   come last. Parts of the sums are computed two degrees ahead, so that the processor need not wait
+   for them. */
 
 #ifndef FIVTUI_EXPANSION_H
 #define FIVTUI_EXPANSION_H
@@ -20,7 +21,8 @@
 #include "exponential.h"
 #include "tables.h"
 
-/* a, b, the diagonal of C, d and F/m in the mode of the step. */
+/* a, b, the diagonal of C, d and F/m in the mode of the step, as in the equation above: `damping_x`
+   is the factor of ẋ in ẍ, hence negative, and `load` is F/m. */
 typedef struct {
     V a_x, a_y, b_x, b_y, damping_x, damping_y, d_x, d_y, load;
 } Field;
@@ -28,9 +30,10 @@ typedef struct {
 /* State of the recurrence: factors of the field, derivatives Zₙ, the pairs (yₙ, rₙ) and (rₙ, yₙ),
    yₙ, rₙ, the parts of Σ yᵢ yₙ₋ᵢ and Σ yᵢ rₙ₋ᵢ that are computed ahead, 3 y₀ and 2 y₁. */
 typedef struct {
-    Pair a, b, damping, minus_d, derivative[FEWER_ROWS], yr[FEWER_ROWS], ry[FEWER_ROWS];
-    V y[FEWER_ROWS], r[FEWER_ROWS], square_ahead[FEWER_ROWS], product_ahead[FEWER_ROWS], triple_y0,
-        double_y1;
+    Pair a, b, damping, minus_d, derivative[MAX_TERMS_WITHOUT_LAW], yr[MAX_TERMS_WITHOUT_LAW],
+        ry[MAX_TERMS_WITHOUT_LAW];
+    V y[MAX_TERMS_WITHOUT_LAW], r[MAX_TERMS_WITHOUT_LAW], square_ahead[MAX_TERMS_WITHOUT_LAW],
+        product_ahead[MAX_TERMS_WITHOUT_LAW], triple_y0, double_y1;
 } Terms;
 
 /* Factor of all derivatives, see above. */
@@ -91,6 +94,8 @@ INLINE void add_square(Terms *s, int n)
         s->r[n] = vfma(s->triple_y0, s->y[n], vfma(s->double_y1, s->y[n - 1], s->square_ahead[n]));
     s->yr[n] = make_pair(s->y[n], s->r[n]);
     s->ry[n] = make_pair(s->r[n], s->y[n]);
+    /* Sums of index n + 2 enter the coefficient of degree n + 4, which is at most MAX_ORDER + 1.
+       Those up to index 3 have no part that is computed ahead. */
     if (n > 1 && n + 2 < MAX_ORDER)
         sum_ahead(s, n + 2);
 }
@@ -108,7 +113,7 @@ INLINE void add_term(Terms *s, int n, int cubic)
         add_square(s, n);
 }
 
-/* Store the coefficients of the degrees n + 2 to n + 5. */
+/* Store the coefficients of the degrees n + 2 to n + 5; `expand` has set degree 2. */
 INLINE void add_terms(Terms *s, int n, int cubic, V *x, V *y)
 {
     if (n > 0)

@@ -7,16 +7,19 @@
 #include "expansion.h"
 #include "polynomial.h"
 
-/* Constants of `fivtui.taylor.belt`: largest change of v/v_s over a step and its growth with v/v_s,
-   v/v_s at which e is negligible, and the factor by which a step is shortened. */
+/* Equal to `_MAX_CHANGE` and so on in `fivtui.taylor.belt`: largest change of v/v_s over a step and
+   its growth with v/v_s, v/v_s at which e is negligible, and the factor by which a step is
+   shortened. */
 #define MAX_CHANGE 12.0
 #define GROWTH 0.09
 #define NEGLIGIBLE 37.0
 #define SHRINK_FACTOR 0.75
-/* From this v/v_s on, e is negligible over a whole step of the largest change. */
+/* From this v/v_s on, v/v_s stays above NEGLIGIBLE over a full step: E − (MAX_CHANGE + GROWTH
+   E) ≥ NEGLIGIBLE, solved for E. So e is negligible there. */
 #define FAR_EXPONENT ((NEGLIGIBLE + MAX_CHANGE) / (1.0 - GROWTH))
-#define LAW_ROWS (MAX_LAW_ORDER + 2)
-/* Factors n of the terms of a derivative, from n = 2 on. */
+#define MAX_LAW_TERMS (MAX_LAW_ORDER + 2)
+/* Factors n of the terms n cₙ tⁿ⁻¹ of a slope, from n = 2 on: `limit_step` bounds the change of ẋ
+   by them. */
 static const double DEGREES[MAX_LAW_ORDER] = {
     2.0,  3.0,  4.0,  5.0,  6.0,  7.0,  8.0,  9.0,  10.0, 11.0,
     12.0, 13.0, 14.0, 15.0, 16.0, 17.0, 18.0, 19.0, 20.0, 21.0,
@@ -26,43 +29,51 @@ static const double DEGREES[MAX_LAW_ORDER] = {
 /* Friction falls with the speed, is constant, or holds the slider at the speed of the belt. */
 typedef enum { FRICTION_FALLS, FRICTION_CONSTANT, FRICTION_STICKS } FrictionKind;
 
-/* A friction law in a mode: sign of friction (0 without sliding), μ, the fall μ_s − μ, 1/v_s (0 for
-   constant friction), and k2/m (0 without contact). */
+/* A friction law in a mode: sign of friction (0 without sliding), μ, μ_s − μ (`mu_drop`), 1/v_s (0
+   for constant friction), and k2/m (0 without contact). */
 typedef struct {
-    V sign, mu, fall, per_speed, contact;
+    V sign, mu, mu_drop, per_speed, contact;
 } Law;
 
 /* State of the recurrence. z has (xₙ, yₙ), w their accelerations (uₙ, vₙ), e the coefficients of
-   exp(−v/v_s), p those of P/m, and rₙ = −d (3 y₀ yₙ + Σ yᵢ yₙ₋ᵢ); sums are over 0 < i < n.
-   `y_pairs` has (rₙ, −d yₙ), whose products with y sum to Σ rᵢ yₙ₋ᵢ and −d Σ yᵢ yₙ₋ᵢ. `e_pairs` has
-   (pₙ, uₙ₋₁), whose products with e sum to Σ pᵢ eₙ₋ᵢ and Σ uᵢ₋₁ eₙ₋ᵢ. Parts of these sums are
-   computed two degrees ahead, so that the processor need not wait for them; `pairs` sums all four
-   side by side. Factors:
+   exp(−v/v_s), p those of P/m, where P is the contact force, and rₙ = −d (3 y₀ yₙ + Σ yᵢ yₙ₋ᵢ):
+   that of `expansion.h` times −d. Sums are over 0 < i < n. `y_pairs` has (rₙ, −d yₙ), whose
+   products with y sum to Σ rᵢ yₙ₋ᵢ and −d Σ yᵢ yₙ₋ᵢ. `e_pairs` has (pₙ, uₙ₋₁), whose products with
+   e sum to Σ pᵢ eₙ₋ᵢ and Σ uᵢ₋₁ eₙ₋ᵢ. Parts of these sums are computed two degrees ahead, so that
+   the processor need not wait for them; `pairs` sums all four side by side.
+
+   The n-th coefficient of friction over m has the x-part of contact_factors pₙ. Its rest is mu_drop
+   (p₀ eₙ + Σ pᵢ eₙ₋ᵢ), where `mu_drop` has the sign of friction. n times the rest is f, apart from
+   a term with uₙ₋₁, which is added to `damping`:
 
        (pₙ, rₙ) = factors yₙ + Σ y_pairsᵢ yₙ₋ᵢ
        (uₙ, vₙ) = a xₙ + b yₙ + contact_factors pₙ + (damping (uₙ₋₁, vₙ₋₁) + (f, 0))/n
        n eₙ = first_factor uₙ₋₁ + last_factor eₙ₋₁ + rate Σ uᵢ₋₁ eₙ₋ᵢ
-       f = force_factor eₙ₋₁ + force_rate Σ uᵢ₋₁ eₙ₋ᵢ + n fall Σ pᵢ eₙ₋ᵢ
+       f = force_factor eₙ₋₁ + force_rate Σ uᵢ₋₁ eₙ₋ᵢ + n mu_drop Σ pᵢ eₙ₋ᵢ
 
-   The factors include the first terms of the sums with e; `force_factor` grows with n. */
+   In the last two lines sums are over 1 < i < n: `last_factor` and `force_factor` include the terms
+   of i = 1. Hence force_factor = force_rate u₀ + n mu_drop p₁ grows with n by
+   `force_factor_step`. */
 typedef struct {
-    Pair z[LAW_ROWS], w[LAW_ROWS], y_pairs[LAW_ROWS], e_pairs[LAW_ROWS], y_sums_ahead[LAW_ROWS],
-        e_sums_ahead[LAW_ROWS];
-    Four pairs[LAW_ROWS], pair_factors[LAW_ROWS];
-    V y[LAW_ROWS], v[LAW_ROWS], e[LAW_ROWS];
+    Pair z[MAX_LAW_TERMS], w[MAX_LAW_TERMS], y_pairs[MAX_LAW_TERMS], e_pairs[MAX_LAW_TERMS],
+        y_sums_ahead[MAX_LAW_TERMS], e_sums_ahead[MAX_LAW_TERMS];
+    Four pairs[MAX_LAW_TERMS], pair_factors[MAX_LAW_TERMS];
+    V y[MAX_LAW_TERMS], v[MAX_LAW_TERMS], e[MAX_LAW_TERMS];
     Pair a, b, contact_factors, factors, damping;
-    V minus_d, first_factor, last_factor, rate, force_factor, force_factor_step, force_rate, fall;
+    V minus_d, first_factor, last_factor, rate, force_factor, force_factor_step, force_rate,
+        mu_drop;
 } SlideTerms;
 
-/* Body of a function: Σ aᵢ bₙ₋ᵢ over 2 < i < n − 1, summed from the middle outwards. `type` is that
-   of the elements of a, `product` and `fma` are the operations on it. */
+/* Body of a function: Σ aᵢ bₙ₋ᵢ over 2 < i < n − 1, summed from the middle outwards. If n is even,
+   there is one term less below the middle than above it. `type` is that of the elements of a,
+   `product` and `fma` are the operations on it. */
 #define SUM_AHEAD(type, product, fma)                                                             \
-    int low = (n + 1) / 2;                                                                        \
-    type sum = product(a[low], b[n - low]);                                                       \
-    UNROLL for (int i = 1; i < n - low - 1; i++) {                                                \
-        if (low - i > 2)                                                                          \
-            sum = fma(a[low - i], b[n - low + i], sum);                                           \
-        sum = fma(a[low + i], b[n - low - i], sum);                                               \
+    int middle = (n + 1) / 2;                                                                     \
+    type sum = product(a[middle], b[n - middle]);                                                 \
+    UNROLL for (int i = 1; i < n - middle - 1; i++) {                                             \
+        if (middle - i > 2)                                                                       \
+            sum = fma(a[middle - i], b[n - middle + i], sum);                                     \
+        sum = fma(a[middle + i], b[n - middle - i], sum);                                         \
     }                                                                                             \
     return sum;
 INLINE Pair pairs_ahead(const Pair *a, const V *b, int n)
@@ -114,7 +125,7 @@ INLINE Pair sums_with_e(const SlideTerms *s, int n)
     return pair_fma_by(s->e_pairs[n - 1], e[1], sums);
 }
 
-/* Store eₙ; returns damping (uₙ₋₁, vₙ₋₁) + (f, 0). */
+/* Store eₙ; returns damping (uₙ₋₁, vₙ₋₁) + (f, 0). `add_sliding_term` has set force_factor_step. */
 INLINE Pair add_exponential_term(SlideTerms *s, int n)
 {
     V u = PAIR_X(s->w[n - 1]);
@@ -128,7 +139,7 @@ INLINE Pair add_exponential_term(SlideTerms *s, int n)
         Pair sums = sums_with_e(s, n);
         next = vfma(s->last_factor, last_e, PAIR_Y(sums) * s->rate);
         f = vfma(s->force_factor, last_e,
-                 vfma(PAIR_Y(sums), s->force_rate, PAIR_X(sums) * (s->fall * (double)n)));
+                 vfma(PAIR_Y(sums), s->force_rate, PAIR_X(sums) * (s->mu_drop * (double)n)));
     }
     s->e[n] = vfma(s->first_factor, u, next) * (1.0 / n);
     return pair_fma(s->damping, s->w[n - 1], make_pair(f, splat(0.0)));
@@ -144,7 +155,7 @@ INLINE void add_sliding_term(SlideTerms *s, int n, int cubic, FrictionKind kind)
         factors = pair_fma_by(s->factors, y, sums_with_y(s, n));
     V p = PAIR_X(factors);
     if (n == 1 && kind == FRICTION_FALLS)
-        s->force_factor_step = s->fall * p;
+        s->force_factor_step = s->mu_drop * p;
     s->y_pairs[n] = make_pair(PAIR_Y(factors), y * s->minus_d);
     s->e_pairs[n] = make_pair(p, PAIR_X(s->w[n - 1]));
     Pair drag = kind == FRICTION_FALLS ? add_exponential_term(s, n)
@@ -210,9 +221,10 @@ INLINE void add_sliding_terms(SlideTerms *s, int n, int cubic, FrictionKind kind
 #endif
 }
 
-/* Compute the coefficients of x and y from the first two. `f` has no contact terms but d of ÿ, `e`
-   is exp(−v/v_s) at the start. Constant friction has the same bits as a fall of 0. Without
-   `to_max_order` the order is at most 20. */
+/* Compute the coefficients of x and y from the first two; `e` is exp(−v/v_s) at the start. Contact
+   and friction follow from `law` and from d_y of `f`: its b_x is that without contact, its b_y and
+   d_x are not used. With mu_drop = 0 FRICTION_FALLS gives the same bits as FRICTION_CONSTANT.
+   Without `to_max_order` the order is at most 20. */
 INLINE void expand_slide(V *x, V *y, const Field *f, const Law *law, V e, int order,
                          int to_max_order, int cubic, FrictionKind kind)
 {
@@ -225,13 +237,15 @@ INLINE void expand_slide(V *x, V *y, const Field *f, const Law *law, V e, int or
         p = vfma(s.minus_d, square * y0, p);
         s.factors = make_pair(vfma(triple, square, stiffness), triple * y0);
     }
+    /* Without contact y enters ÿ by the coupling (k3/2) (x − y)/m alone: with the factor −a_y. */
     s.a = make_pair(f->a_x, f->a_y), s.b = make_pair(f->b_x, -f->a_y);
     s.contact_factors = make_pair(sign * law->mu, splat(1.0));
     s.damping = make_pair(f->damping_x, f->damping_y);
     if (kind == FRICTION_FALLS) {
-        s.rate = sign * law->per_speed, s.fall = sign * law->fall;
+        s.rate = sign * law->per_speed, s.mu_drop = sign * law->mu_drop;
         s.e[0] = e;
-        s.contact_factors = make_pair(vfma(s.fall, s.e[0], PAIR_X(s.contact_factors)), splat(1.0));
+        s.contact_factors =
+            make_pair(vfma(s.mu_drop, s.e[0], PAIR_X(s.contact_factors)), splat(1.0));
     }
     s.y[0] = y0, s.z[1] = make_pair(x[1], y[1]);
     Pair force = pair_fma_by(s.b, y0, pair_times(s.a, x[0]));
@@ -241,8 +255,9 @@ INLINE void expand_slide(V *x, V *y, const Field *f, const Law *law, V e, int or
     s.y[1] = y[1], s.y[2] = PAIR_Y(s.z[2]), s.v[0] = PAIR_Y(s.w[0]);
     if (kind == FRICTION_FALLS) {
         s.first_factor = s.rate * s.e[0], s.last_factor = s.rate * PAIR_X(s.w[0]);
-        s.force_rate = s.fall * p * s.rate, s.force_factor = s.fall * p * s.last_factor;
-        s.damping = make_pair(vfma(s.fall * p, s.first_factor, f->damping_x), f->damping_y);
+        s.force_rate = s.mu_drop * p * s.rate, s.force_factor = s.mu_drop * p * s.last_factor;
+        /* The term first_factor uₙ₋₁ of n eₙ makes friction act as damping. */
+        s.damping = make_pair(vfma(s.mu_drop * p, s.first_factor, f->damping_x), f->damping_y);
     }
     add_sliding_terms(&s, 0, cubic, kind, x, y);
     add_sliding_terms(&s, 4, cubic, kind, x, y);
@@ -326,7 +341,7 @@ INLINE void expand_by_law(V *x, V *y, const Field *f, const Law *law, V v_belt,
     V exponent = sliding_exponent(law, v_belt, x[1]);
     M falls = (law->per_speed > 0.0) & mask_not(exponent > FAR_EXPONENT);
     Law step_law = *law;
-    step_law.fall = choose(falls, law->fall, splat(0.0));
+    step_law.mu_drop = choose(falls, law->mu_drop, splat(0.0));
     if (mask_bits(falls))
         expand_falling(x, y, f, &step_law, exponential_at(exponent, computed), order, cubic);
     else
@@ -341,9 +356,10 @@ INLINE V limit_step(V h, const V *x, const Law *law, V speed, int groups, M *kee
     V exponent = vmax(speed * law->per_speed, splat(0.0));
     V allowed = vmax(exponent * GROWTH + MAX_CHANGE, exponent - NEGLIGIBLE);
     for (;;) {
-        V change = weighted_bound(DEGREES, x, groups, h);
-        M too_far = change * law->per_speed > allowed * h;
-        *keeps_sliding = change < speed * h;
+        /* Bound of the change of ẋ over the step, times h. */
+        V change_times_h = weighted_bound(DEGREES, x, groups, h);
+        M too_far = change_times_h * law->per_speed > allowed * h;
+        *keeps_sliding = change_times_h < speed * h;
         if (!mask_bits(too_far))
             return h;
         h = choose(too_far, h * SHRINK_FACTOR, h);

@@ -1,39 +1,42 @@
-/* Many runs side by side, on belts that are always faster than the slider. */
+/* Many runs side by side, on belts that are always faster than the slider. LIBRARY_NAME adds the
+   instruction set to exported names (`variant.h`). */
 
 #define LANES 8
-#define FINITE 0
+#define FINITE_BELT 0
 #include "lanes.h"
 #include "rest.h"
 #include "variant.h"
 
 /* Bytes of `work`, which must be zero at first and aligned to 64 bytes. */
-EXPORT int64_t NAME(batch_size)(void) { return sizeof(LaneWork); }
+EXPORT int64_t LIBRARY_NAME(batch_size)(void) { return sizeof(LaneWork); }
 
 /* Continue until all `count` runs have ended or `budget` steps of all lanes have been taken.
 
-   Rows of `parameters` are parameter sets, all with k_nl > 0 (`cubic`) or all with k_nl = 0; rows
-   of `starts` are states (x, ẋ, y, ẏ), and `results` receives the results. The flags select
-   extremes of y (`amplitude`), all extremes (`peak`), and those of y in the second half (`steady`).
-   Returns the number of ended runs plus the computed fractions of the others. */
-EXPORT double NAME(batch_advance)(LaneWork *work, const double *parameters,
-                                  const uint8_t *separation,
-                                  const double *starts, double *results, int64_t count,
-                                  double t_end, double tol, double max_steps, int64_t order,
-                                  int64_t cubic, int64_t amplitude, int64_t peak, int64_t steady,
-                                  int64_t budget)
+   Rows of `parameters` are parameter sets. All have a cubic contact spring, k_nl > 0 (`cubic`), or
+   all have k_nl = 0. `separation` is 0 for runs whose contact never breaks; rows of `starts` are
+   states (x, ẋ, y, ẏ), and `results` receives the results. The flags select extremes of y
+   (`amplitude`), all extremes (`peak`), and those of y in the second half (`steady`). Returns the
+   number of ended runs plus the computed fractions of the others. */
+EXPORT double LIBRARY_NAME(batch_advance)(LaneWork *work, const double *parameters,
+                                          const uint8_t *separation, const double *starts,
+                                          double *results, int64_t count, double t_end, double tol,
+                                          double max_steps, int64_t order, int64_t cubic,
+                                          int64_t amplitude, int64_t peak, int64_t steady,
+                                          int64_t budget)
 {
+    /* Such belts have no friction law. */
     const Batch batch = {parameters, starts, separation, results, count, t_end, tol, max_steps,
                          (int)order, cubic != 0, amplitude != 0, peak != 0, steady != 0,
-                         0};
+                         .by_law = 0};
     return advance_batch(work, &batch, budget);
 }
 
 /* Number of runs that have ended. */
-EXPORT int64_t NAME(batch_ended)(const LaneWork *work) { return work->ended_count; }
+EXPORT int64_t LIBRARY_NAME(batch_ended)(const LaneWork *work) { return work->ended_count; }
 
 /* States at rest at the equilibria for μ = 0; infinite without one. */
-EXPORT void NAME(static_starts)(const double *parameters, const uint8_t *separation,
-                                double *starts, int64_t count)
+EXPORT void LIBRARY_NAME(static_starts)(const double *parameters, const uint8_t *separation,
+                                        double *starts, int64_t count)
 {
     for (int64_t i = 0; i < count; i++)
         resting_state(parameters + i * PARAMETERS, separation[i], starts + STATE * i);

@@ -5,8 +5,8 @@
    lanes in a queue until there are LANES of them.
 
    A slot is a lane of one of the blocks; its number is block · LANES + lane, and sets of slots are
-   bits. A source file defines FINITE as 1 for belts of finite speed, and as 0 for belts that are
-   always faster. LANES is 8. */
+   bits. A source file defines FINITE_BELT as 1 for belts of finite speed, and as 0 for belts that
+   are always faster. LANES is 8. */
 
 #ifndef FIVTUI_LANES_H
 #define FIVTUI_LANES_H
@@ -23,14 +23,16 @@
 
 /* Quantities whose extremes are searched. */
 enum { OF_X, OF_Y, OF_VX };
-/* Guards of finite belts: μ_s P + f is BACKWARD_SLIP, the others are FORWARD_SLIP. */
+/* Indices of guards of finite belts: of μ_s P + f BACKWARD_SLIP, of μ_s P − f FORWARD_SLIP. A
+   slider that slides has only the guard ±v_r, also at FORWARD_SLIP. */
 enum { FORWARD_SLIP, BACKWARD_SLIP, GUARDS };
 
 /* Steps that wait for a search, one in each lane: their slots, and for a quantity or guard its
-   polynomial, its value and slope at the end, and its ranges so far. In `x_lanes` and `y_lanes` the
-   value or slope at the end is that of the block, not of the polynomial. */
+   polynomial, its value and slope at the end, and its ranges so far. In a search for extremes
+   slopes are times h, in one for switches they are not. In `y_lanes` the value at the end is that
+   of the block, not of the polynomial; in `x_lanes` the slope is. */
 typedef struct {
-    V h, side, end, end_slope, error, c[ROWS + 2];
+    V h, side, end, end_slope, error, c[SERIES_LENGTH];
     Range full, second_half;
     int slot[LANES], quantity[LANES], count;
     unsigned full_lanes, second_half_lanes, x_lanes, y_lanes;
@@ -79,6 +81,7 @@ NOINLINE void move_problem(LaneWork *work, int source, int target)
     const V *from_rows = (const V *)from;
     V *to_rows = (V *)to;
     int source_lane = source % LANES, target_lane = target % LANES;
+    /* Constants, counts and extremes of the run, and the coefficients of its mode. */
     for (size_t n = 0; n < PERSISTENT_ROWS; n++)
         set_lane(to_rows + n, target_lane, get_lane(from_rows + n, source_lane));
     /* The state: the first two coefficients of x and y. */
@@ -97,10 +100,10 @@ NOINLINE void move_problem(LaneWork *work, int source, int target)
 INLINE void begin_next_problem(LaneWork *work, const Batch *batch, int slot)
 {
     int64_t next = work->begun_count++;
-    const double *p = batch->parameters + next * (FINITE ? BELT_PARAMETERS : PARAMETERS);
+    const double *p = batch->parameters + next * (FINITE_BELT ? BELT_PARAMETERS : PARAMETERS);
     Block *w = block_at(work, slot);
     begin_problem(w, slot % LANES, p, batch->separation[next], batch->starts + next * STATE);
-    if (FINITE) {
+    if (FINITE_BELT) {
         begin_belt(work->belt + slot, w, slot % LANES, p, 1);
         set_lane_belt(belts_at(work, slot), slot % LANES, work->belt + slot, p);
     }
@@ -109,7 +112,7 @@ INLINE void begin_next_problem(LaneWork *work, const Batch *batch, int slot)
 }
 
 /* Begin problems in free slots. Without further problems, move the others into as few blocks as
-   possible. */
+   possible: from the last slot on, each to the first free slot if that is in an earlier block. */
 NOINLINE void refill(LaneWork *work, const Batch *batch)
 {
     while (work->occupied != ALL_SLOTS && work->begun_count < batch->count)
@@ -200,7 +203,8 @@ INLINE void queue_guard(LaneWork *work, int groups, int slot, int kind, Guard *g
         search_queued_guards(work, groups);
 }
 
-/* Cut the steps in which a guard falls to zero before y = 0, which `cut` has; returns the slots. */
+/* Cut the steps in which a guard falls to zero first; `cut` has the slots that y = 0 has cut
+   already. Returns the slots. */
 NOINLINE uint64_t find_falls(LaneWork *work, int groups, int blocks, uint64_t cut)
 {
     uint64_t sliding = 0, sticking = 0, by_guard = 0;
@@ -231,14 +235,14 @@ NOINLINE uint64_t find_falls(LaneWork *work, int groups, int blocks, uint64_t cu
         int slot = __builtin_ctzll(remaining);
         V *h = &block_at(work, slot)->h;
         const double *fall_times = work->fall_times[slot];
-        double fall = sliding >> slot & 1
-                          ? fall_times[FORWARD_SLIP]
-                          : first_release_time(fall_times[FORWARD_SLIP], fall_times[BACKWARD_SLIP],
-                                               work->next_modes + slot);
-        StepCut cause = cut >> slot & 1 ? CUT_AT_SWITCH : NOT_CUT;
-        if (!ends_step(fall, get_lane(h, slot % LANES), cause))
+        double fall_time = sliding >> slot & 1
+            ? fall_times[FORWARD_SLIP]
+            : first_release_time(fall_times[FORWARD_SLIP], fall_times[BACKWARD_SLIP],
+                                 work->next_modes + slot);
+        StepCut cause = cut >> slot & 1 ? CUT_AT_ZERO_HEIGHT : NOT_CUT;
+        if (!ends_step(fall_time, get_lane(h, slot % LANES), cause))
             continue;
-        set_lane(h, slot % LANES, fall);
+        set_lane(h, slot % LANES, fall_time);
         by_guard |= SLOT_BIT(slot);
     }
     for (int i = 0; i < blocks; i++) {
@@ -250,11 +254,11 @@ NOINLINE uint64_t find_falls(LaneWork *work, int groups, int blocks, uint64_t cu
 }
 
 /* Count short steps to the zero of a guard, and creeping steps, as `accept_belt_step` does.
-   `before` are the counts before the step; `stalled` are bits of lanes, which are returned
-   updated. */
+   `before` are the counts before the step; `stalled` are bits of lanes; those of the lanes with
+   such steps are returned by the new counts, the others as they are. */
 INLINE unsigned count_stalled(Block *w, V before, M guard_lanes, M is_creeping, unsigned stalled)
 {
-    M is_short = (guard_lanes & (w->h < w->max_step * (SHORTEST_FLIGHT / LONGEST_STEP)))
+    M is_short = (guard_lanes & (w->h < w->max_step * SHORTEST_CUT_RATIO))
         | is_creeping;
     w->stalled = choose(is_short, before + 1.0, w->stalled);
     unsigned lanes = mask_bits(is_short);
@@ -295,7 +299,7 @@ NOINLINE void search_queued_extremes(LaneWork *work, int groups)
     /* At a switch y is exactly zero. */
     search.ends.end = choose(mask_from_bits(queue->y_lanes), queue->end, search.ends.end);
     /* A slider that reaches the speed of the belt has exactly that speed. */
-    if (FINITE)
+    if (FINITE_BELT)
         search.ends.end_slope =
             choose(mask_from_bits(queue->x_lanes), queue->end_slope, search.ends.end_slope);
     find_extrema(queue->c, groups, &search);
@@ -330,6 +334,7 @@ INLINE void queue_extreme(LaneWork *work, int groups, int slot, int quantity, in
     queue->full_lanes |= (unsigned)in_full << item;
     queue->second_half_lanes |= (unsigned)in_second_half << item;
     set_lane(&queue->h, item, get_lane(&w->h, lane));
+    /* Ranges that no value extends; those to be searched are replaced below. */
     set_lane(&queue->full.low, item, -infinity), set_lane(&queue->full.high, item, infinity);
     set_lane(&queue->second_half.low, item, -infinity);
     set_lane(&queue->second_half.high, item, infinity);
@@ -345,7 +350,7 @@ INLINE void queue_extreme(LaneWork *work, int groups, int slot, int quantity, in
         const V *high = quantity == OF_X ? &extremes->x_high : &extremes->y_high;
         set_lane(&queue->full.low, item, get_lane(low, lane));
         set_lane(&queue->full.high, item, get_lane(high, lane));
-        if (FINITE && quantity == OF_X) {
+        if (FINITE_BELT && quantity == OF_X) {
             queue->x_lanes |= 1u << item;
             set_lane(&queue->end_slope, item, get_lane(&w->vx, lane) * get_lane(&w->h, lane));
         }
@@ -379,7 +384,7 @@ INLINE void observe_extremes(LaneWork *work, const Batch *batch, int groups, uin
         second_half_slots |= slots_of(search.second_half_lanes, block);
         if (batch->peak) {
             x_slots |= slots_of(search_in_x(w, lanes).full_lanes, block);
-            V limit = FINITE ? speed_limits(work->belts + block) : splat(INFINITE);
+            V limit = FINITE_BELT ? speed_limits(work->belts + block) : splat(INFINITE);
             vx_slots |= slots_of(may_exceed_max_vx(w, groups, limit, lanes), block);
         }
     }
@@ -402,7 +407,7 @@ INLINE void observe_extremes(LaneWork *work, const Batch *batch, int groups, uin
 INLINE void expand_all(LaneWork *work, const Batch *batch, int groups, int blocks)
 {
     Block *first = work->blocks, *end = first + blocks;
-    if (FINITE) {
+    if (FINITE_BELT) {
         for (int i = 0; i < blocks; i++)
             expand_on_belts(first + i, work->belts + i, batch->order, batch->cubic, batch->by_law);
         for (int i = 0; i < blocks; i++)
@@ -413,7 +418,7 @@ INLINE void expand_all(LaneWork *work, const Batch *batch, int groups, int block
     for (Block *w = first; w < end; w++)
         expand_field(w, &w->field, batch->order, batch->cubic);
     for (Block *w = first; w < end; w++) {
-        balance_at_switch(w);
+        balance_vertical_forces(w);
         set_step_length(w, batch->tol, groups);
     }
 }
@@ -441,9 +446,9 @@ INLINE void step_lanes(LaneWork *work, const Batch *batch, int groups)
     for (Block *b = w; b < end; b++)
         evaluate_end_y(b, groups);
     for (int i = 0; i < blocks; i++)
-        candidates |= slots_of(mask_bits(may_switch(w + i)), i);
+        candidates |= slots_of(mask_bits(may_reach_zero_height(w + i)), i);
     uint64_t cut = find_switches(work, groups, candidates & work->occupied);
-    if (FINITE) {
+    if (FINITE_BELT) {
         for (Block *b = w; b < end; b++)
             evaluate_end_x(b, groups, 1);
         by_guard = find_falls(work, groups, blocks, cut);
@@ -453,13 +458,14 @@ INLINE void step_lanes(LaneWork *work, const Batch *batch, int groups)
         clipped |= slots_of(mask_bits(clip_at_horizon(w + i, batch->t_end, groups)), i);
     cut &= ~clipped, by_guard &= ~clipped;
     for (Block *b = w; b < end; b++)
-        evaluate_end_x(b, groups, FINITE || batch->peak);
+        evaluate_end_x(b, groups, FINITE_BELT || batch->peak);
     for (int i = 0; i < blocks; i++)
         finite |= slots_of(mask_bits(is_finite_step(w + i)), i);
     finite &= work->occupied;
-    if (FINITE)
+    if (FINITE_BELT)
         for (int i = 0; i < blocks; i++) {
-            /* There and where it sticks, the slider has exactly the speed of the belt. */
+            /* Where a guard ends slip or stick, and while it sticks, the slider has exactly the
+               speed of the belt. */
             M has_belt_speed = mask_from_bits(lanes_of(by_guard, i));
             has_belt_speed |= work->belts[i].stick > 0.0;
             w[i].vx = choose(has_belt_speed, work->belts[i].v_belt, w[i].vx);
@@ -473,19 +479,19 @@ INLINE void step_lanes(LaneWork *work, const Batch *batch, int groups)
         M guard_lanes = mask_from_bits(falling), ended_lanes = cut_lanes | guard_lanes;
         V stalled_before = w[i].stalled;
         M is_creeping = mask_from_bits(0);
-        if (FINITE)
+        if (FINITE_BELT)
             is_creeping = finite_lanes & (work->belts[i].law.per_speed > 0.0)
                 & (w[i].h < w[i].t * UNRESOLVED);
         StepEnd step_end = find_step_end(w + i, batch->t_end, ended_lanes);
         StepFlags flags = accept_step(w + i, &step_end, cut_lanes, finite_lanes, batch->max_steps);
-        if (FINITE && (falling || mask_bits(is_creeping)))
+        if (FINITE_BELT && (falling || mask_bits(is_creeping)))
             flags.stalled =
                 count_stalled(w + i, stalled_before, guard_lanes, is_creeping, flags.stalled);
         done |= slots_of(flags.finished, i);
         stalled |= slots_of(flags.stalled, i);
         over_limit |= slots_of(flags.over_limit, i);
     }
-    if (FINITE)
+    if (FINITE_BELT)
         change_modes(work, (cut | by_guard) & finite, by_guard);
     uint64_t leaving = work->occupied & (~finite | done | stalled | over_limit);
     for (; leaving; leaving &= leaving - 1) {
@@ -510,12 +516,12 @@ INLINE double advance_batch(LaneWork *work, const Batch *batch, int64_t budget)
             refill(work, batch);
         if (!work->occupied)
             break;
-        step_lanes(work, batch, batch->order / 4);
+        step_lanes(work, batch, batch->order / GROUP_SIZE);
     }
     double progress = (double)work->ended_count;
     for (uint64_t remaining = work->occupied; remaining; remaining &= remaining - 1) {
         int slot = __builtin_ctzll(remaining);
-        progress += LANE(block_at(work, slot), t, slot % LANES) / batch->t_end;
+        progress += get_lane(&block_at(work, slot)->t, slot % LANES) / batch->t_end;
     }
     return progress;
 }

@@ -13,23 +13,29 @@
 #include "field.h"
 #include "polynomial.h"
 
-/* `Status` in `fivtui.kernel.runs`. */
+/* `Status` in `fivtui.kernel.runs`, which explains them; `vary.c` sets UNBOUNDED. */
 enum { DONE, OVERFLOW, STALLED, STEP_LIMIT, NO_START, RUNNING, UNBOUNDED };
 
 /* Entries of a state (x, ẋ, y, ẏ) in m and m/s. */
 enum { S_X, S_VX, S_Y, S_VY, STATE };
 
-/* Constants of `fivtui.taylor.stepper`: longest step and shortest flight in √(m/stiffness), number
-   of stalled steps, smallest relative scale of a coordinate, correction of a power of two. */
+/* Equal to the constants of these names in `fivtui.taylor.stepper`. LONGEST_STEP is in
+   √(m/stiffness), and so is SHORTEST_CUT_STEP: shorter steps that end at a switch count as stalled.
+   A run ends after more than MAX_STALLED stalled steps in a row. MIN_SCALE_RATIO is the smallest
+   scale of a coordinate relative to the larger one of x and y. */
 #define LONGEST_STEP 1e3
-#define SHORTEST_FLIGHT 0x1p-30
+#define SHORTEST_CUT_STEP 0x1p-30
+/* Shortest cut step over `max_step`, which is LONGEST_STEP in s. */
+#define SHORTEST_CUT_RATIO (SHORTEST_CUT_STEP / LONGEST_STEP)
 #define MAX_STALLED 64.0
 #define MIN_SCALE_RATIO 0x1p-30
+/* `number_from_bits` replaces 2ᶠ, 0 ≤ f < 1, by 1 + f, whose logarithm is greater than f by 0 to
+   0.086. To subtract half of this centres the error. */
 #define EXP2_BIAS 0.043
-/* Constants of `fivtui.model.slider_belt`: sums of forces that are zero to rounding, relative to
-   their terms and absolute. */
-#define BALANCED 0x1p-49
-#define LEAST 1e-280
+/* Equal to the constants of these names in `fivtui.model.slider_belt`: sums of forces are zero
+   below BALANCE_TOL times the sizes of their terms, or below MIN_FORCE, N or N/s. */
+#define BALANCE_TOL 0x1p-49
+#define MIN_FORCE 1e-280
 #define INFINITE __builtin_inf()
 
 /* Extremes over a run, and of y in the second half of the run. */
@@ -37,15 +43,21 @@ typedef struct {
     V x_low, x_high, y_low, y_high, vx_high, second_half_low, second_half_high;
 } Extremes;
 
-/* The runs of all lanes. Constants of a run: `contact_…` and `separated_…` are coefficients of the
-   field that depend on the mode; `deflection` |F|/stiffness and `frequency` √(stiffness/m) are the
-   scales of the motion; `separation` is 0 if separation is ignored.
+/* The runs of all lanes. `field` has the coefficients of the motion in the current mode,
 
-   State: `field` belongs to the mode, `side` is 1 off the belt and −1 in contact, `remainder` is
-   the exact time less t, `stalled` counts consecutive steps that did not advance the motion.
+       ẍ = a_x x + b_x y + damping_x ẋ − d_x y³,  ÿ = a_y x + b_y y + damping_y ẏ − d_y y³ − load
+
+   Constants of a run: `contact_…` and `separated_…` are the coefficients that depend on the mode;
+   `coupling` is k3/2, N/m, and `preload` F, N; `deflection` |F|/stiffness and `frequency`
+   √(stiffness/m) are the scales of the motion; `max_step` is LONGEST_STEP in s; `separation` is 0
+   if separation is ignored.
+
+   State: `side` is 1 off the belt and −1 in contact, `remainder` is the exact time less t,
+   `stalled` counts consecutive steps that did not advance the motion.
 
    Step: xs and ys are Taylor coefficients in the time since its start, so xs[0] and xs[1] are x and
-   ẋ there; h is its length; x, vx, y, vy and the bounds for `Ends` are at its end. */
+   ẋ there; h is its length; x, vx, y and vy are the state at its end. `x_error` and `y_error` bound
+   how far x and y are from their cubics over the step (`polynomial.h`). */
 typedef struct {
     Field field;
     V contact_b_x, contact_b_y, contact_d_x, contact_d_y, separated_b_x, separated_b_y;
@@ -54,7 +66,7 @@ typedef struct {
     V separated_remainder, first_switch, last_switch;
     Extremes extremes;
     V h, x, vx, y, vy, x_error, y_error;
-    V xs[ROWS + 2], ys[ROWS + 2];
+    V xs[SERIES_LENGTH], ys[SERIES_LENGTH];
 } Block;
 
 /* Rows of a block that persist from step to step. */
@@ -71,8 +83,8 @@ INLINE void set_step_length(Block *w, double tol, int groups)
     V min_scale = scale * MIN_SCALE_RATIO;
     V allowed_x = vmax(scale_x, min_scale) * tol, allowed_y = vmax(scale_y, min_scale) * tol;
     M limits_x = allowed_x > 0.0, limits_y = allowed_y > 0.0;
-    /* Exponents of powers of two are in units of 2⁻⁵², see `bit_difference`. */
-    const double no_limit = 200.0 * 0x1p52, min_exponent = -1000.0 * 0x1p52;
+    /* Exponents of 2 in the unit of `bit_difference`. */
+    const double no_limit = 200.0 * EXPONENT_ONE, min_exponent = -1000.0 * EXPONENT_ONE;
     V exponents[2];
     for (int i = 0; i < 2; i++) {
         int n = 4 * groups + 1 - i;
@@ -85,27 +97,28 @@ INLINE void set_step_length(Block *w, double tol, int groups)
     V exponent = vmin(exponents[0], exponents[1]);
     /* Limit the exponent. If coefficients overflow, the end of the step is not finite either. */
     exponent = choose(exponent > min_exponent, exponent, splat(min_exponent));
-    V h = number_from_bits(exponent, BITS_OF_ONE - (int64_t)(EXP2_BIAS * 0x1p52));
+    V h = number_from_bits(exponent, BITS_OF_ONE - (int64_t)(EXP2_BIAS * EXPONENT_ONE));
     w->h = vmin(h, w->max_step);
 }
 
-/* The force that lifts the slider at y = 0; zero where its parts balance up to rounding. */
+/* The upward force (k3/2) x − F, N, on a slider at rest at y = 0; zero where its parts balance up
+   to rounding. `coupling` is k3/2, N/m. */
 INLINE V lifting_force(V coupling, V preload, V x)
 {
     V spring_force = coupling * x, force = spring_force - preload;
-    V rounding = (vabs(spring_force) + vabs(preload)) * BALANCED;
-    return choose(vabs(force) > vmax(rounding, splat(LEAST)), force, splat(0.0));
+    V rounding = (vabs(spring_force) + vabs(preload)) * BALANCE_TOL;
+    return choose(vabs(force) > vmax(rounding, splat(MIN_FORCE)), force, splat(0.0));
 }
 
-/* Where the forces balance at a switch, use the acceleration of the damper alone: a rounding error
-   of random sign would cause repeated switches. */
-INLINE void balance_at_switch(Block *w)
+/* Where coupling and preload balance at y = 0, use the acceleration of the damper alone: a rounding
+   error of random sign would cause repeated switches. */
+INLINE void balance_vertical_forces(Block *w)
 {
     V *y = w->ys;
-    M at_switch = (y[0] == 0.0) & (w->separation > 0.0);
-    if (!mask_bits(at_switch))
+    M at_zero_height = (y[0] == 0.0) & (w->separation > 0.0);
+    if (!mask_bits(at_zero_height))
         return;
-    M balanced = at_switch & (lifting_force(w->coupling, w->preload, w->xs[0]) == 0.0);
+    M balanced = at_zero_height & (lifting_force(w->coupling, w->preload, w->xs[0]) == 0.0);
     if (!mask_bits(balanced))
         return;
     const Field *f = &w->field;
@@ -115,7 +128,8 @@ INLINE void balance_at_switch(Block *w)
     y[3] = choose(balanced, jerk * (1.0 / 6.0), y[3]);
 }
 
-/* Evaluate y and ẏ at the end of the step, and the distance of y from its cubic. */
+/* Evaluate y and ẏ at the end of the step, and bound the distance of y from its cubic
+   (`polynomial.h`). */
 INLINE void evaluate_end_y(Block *w, int groups)
 {
     Tangent end = tangent_at(w->ys, groups, w->h);
@@ -123,8 +137,9 @@ INLINE void evaluate_end_y(Block *w, int groups)
     w->y_error = weighted_bound(CUBIC_BOUND, w->ys, groups, w->h);
 }
 
-/* Cut the steps that go beyond the horizon, and return which: a switch in one of them lies beyond
-   it. The motion up to the horizon does not depend on the horizon, to the last bit. */
+/* Shorten the steps, which already end at their switches, to the horizon. Returns which: their
+   switches lie beyond it, and the caller drops them. The motion up to the horizon does not depend
+   on the horizon, to the last bit. */
 INLINE M clip_at_horizon(Block *w, double t_end, int groups)
 {
     V remaining = (t_end - w->t) - w->remainder;
@@ -139,7 +154,8 @@ INLINE M clip_at_horizon(Block *w, double t_end, int groups)
     return beyond;
 }
 
-/* Evaluate x and ẋ at the end of the step and, if `bounded`, the distance of x from its cubic. */
+/* Evaluate x and ẋ at the end of the step and, if `bounded`, bound the distance of x from its
+   cubic. */
 INLINE void evaluate_end_x(Block *w, int groups, int bounded)
 {
     Tangent end = tangent_at(w->xs, groups, w->h);
@@ -148,16 +164,17 @@ INLINE void evaluate_end_x(Block *w, int groups, int bounded)
         w->x_error = weighted_bound(CUBIC_BOUND, w->xs, groups, w->h);
 }
 
-/* Runs whose steps may have a switch: whose y may reach zero, by bounds over the step. */
-INLINE M may_switch(const Block *w)
+/* Runs whose y may reach zero in the step, by bounds over the step. */
+INLINE M may_reach_zero_height(const Block *w)
 {
     V slope = w->ys[1] * w->h, end_slope = w->vy * w->h;
     Ends ends = {w->ys[0], w->y, slope, end_slope, w->y_error, w->y_error};
     Range y = value_range(&ends);
     M is_separated = w->side > 0.0;
     M stays_beyond_zero = choose(is_separated, y.low, -y.high) > 0.0;
-    /* After a switch y starts at zero; instead of y bound y/θ with θ = time/h: its cubic is a
-       parabola with the Bernstein coefficients `slope`, `middle` and y at the end. */
+    /* After a switch y starts at zero: bound y/θ, θ = time/h, in place of y. The cubic of y,
+       divided by θ, is a parabola with the Bernstein coefficients `slope`, `middle` and y at the
+       end. DIVIDED_BOUND times the error of y bounds that of y/θ. */
     V middle = w->y * 1.5 - end_slope * 0.5;
     V bottom = vmin(vmin(slope, w->y), middle), top = vmax(vmax(slope, w->y), middle);
     M moves_away = choose(is_separated, bottom, -top) > w->y_error * DIVIDED_BOUND;
@@ -175,17 +192,20 @@ INLINE M is_finite_step(const Block *w)
 }
 
 /* 1 if the motion continues off the belt from y = 0, −1 if in contact: the sign of the first of
-   four derivatives of y that is not zero (Eqs. 3 and 4). */
+   four derivatives of y that is not zero (Eqs. 3 and 4 of the paper). */
 INLINE V side_after(const Block *w, V x, V vx, V vy)
 {
     V force = lifting_force(w->coupling, w->preload, x);
     V force_rate = w->coupling * vx;
-    V jerk_or_next = choose(vabs(force_rate) > LEAST, force_rate, -(w->coupling * x));
+    /* If ẋ = 0 as well, the fourth derivative has the sign of ẍ and hence of −x: at y = 0 there is
+       no friction, and only springs act on x. */
+    V jerk_or_next = choose(vabs(force_rate) > MIN_FORCE, force_rate, -(w->coupling * x));
     V direction = choose(vy != 0.0, vy, choose(force != 0.0, force, jerk_or_next));
     return choose(direction > 0.0, splat(1.0), splat(-1.0));
 }
 
-/* The mode of a run on a belt that is always faster than the slider. */
+/* The mode of a run on a belt that is always faster than the slider. On belts of finite speed there
+   are further modes (`belt.h`). */
 INLINE int mode_in_lane(const Block *w, int lane)
 {
     return get_lane(&w->side, lane) < 0.0 ? CONTACT : SEPARATED;
@@ -215,13 +235,14 @@ INLINE void change_side(Block *w, V end, V side)
     set_field(w);
 }
 
-/* Change the side of the runs whose steps are `cut` at a switch at the time `end`. */
+/* Change the side of the runs whose steps are `cut` at y = 0 at the time `end`. */
 INLINE void change_mode(Block *w, V end, M cut)
 {
     change_side(w, end, choose(cut, side_after(w, w->x, w->vx, w->vy), w->side));
 }
 
-/* Times at the ends of steps. */
+/* Times at the ends of steps: t, the exact time less t (`remainder`), and whether it is the end of
+   the run. */
 typedef struct {
     V t, remainder;
     M at_horizon;
@@ -244,11 +265,11 @@ typedef struct {
     unsigned finished, stalled, over_limit;
 } StepFlags;
 
-/* Continue the runs with a `finite` end from the ends of their steps, of which some are `cut` at a
-   switch. */
+/* Continue the runs with a `finite` end from the ends of their steps, of which some are `cut` at
+   y = 0. */
 INLINE StepFlags accept_step(Block *w, const StepEnd *step_end, M cut, M finite, double max_steps)
 {
-    M is_short = cut & (w->h < w->max_step * (SHORTEST_FLIGHT / LONGEST_STEP));
+    M is_short = cut & (w->h < w->max_step * SHORTEST_CUT_RATIO);
     V added = choose((w->side > 0.0) & finite, w->h, splat(0.0)) + w->separated_remainder;
     V total = w->separated_time + added;
     w->separated_remainder = added - (total - w->separated_time);

@@ -1,6 +1,6 @@
 /* A periodic orbit near a guess by shooting and Newton's method, with its monodromy matrix and the
-   tangent of the curve of orbits. Runs are computed one at a time: LANES is 1. NAME gives exported
-   functions their prefix and suffix, see variant.h.
+   tangent of the curve of orbits. Runs are computed one at a time: LANES is 1. LIBRARY_NAME gives
+   exported functions their prefix and suffix, see variant.h.
 
    The unknowns are the state at the start, the period and one or two varied parameters, each in its
    own unit (`scales`). A period is computed by `vary.c`, with its derivatives by state and varied
@@ -142,12 +142,12 @@ static int compute_period(void *memory, const OrbitRequest *request, const doubl
         parameters[request->columns[i]] = value;
         seeds[STATE + i][STATE + request->columns[i]] = 1.0;
     }
-    NAME(vary_begin)(memory, parameters, request->separation, start, seeds[0], seed_count, t_end,
-                     request->tol, request->order);
+    LIBRARY_NAME(vary_begin)(memory, parameters, request->separation, start, seeds[0], seed_count,
+                             t_end, request->tol, request->order);
     int64_t remaining = request->budget, status = RUNNING;
     while (status == RUNNING && remaining > 0) {
-        status = NAME(vary_advance)(memory, crossings, MAX_CROSSINGS, remaining, result,
-                                    period->derivatives, extremes);
+        status = LIBRARY_NAME(vary_advance)(memory, crossings, MAX_CROSSINGS, remaining, result,
+                                            period->derivatives, extremes);
         remaining = request->budget - (int64_t)result[R_STEPS];
     }
     if (status != DONE)
@@ -246,8 +246,8 @@ static int complete_orbit(const OrbitRequest *request, const Period *period, con
 }
 
 /* Bytes of both structs. */
-EXPORT int64_t NAME(orbit_request_size)(void) { return sizeof(OrbitRequest); }
-EXPORT int64_t NAME(orbit_found_size)(void) { return sizeof(Orbit); }
+EXPORT int64_t LIBRARY_NAME(orbit_request_size)(void) { return sizeof(OrbitRequest); }
+EXPORT int64_t LIBRARY_NAME(orbit_found_size)(void) { return sizeof(Orbit); }
 
 /* Find the periodic orbit near a guess of the unknowns.
 
@@ -256,9 +256,10 @@ EXPORT int64_t NAME(orbit_found_size)(void) { return sizeof(Orbit); }
    component in the direction `heading`. It is normal to the flow if `is_normal_to_flow`, else to
    the first of `normals`. `memory` is a buffer of `vary_size` bytes that a run with derivatives
    overwrites. Returns FOUND or NOT_FOUND. */
-EXPORT int64_t NAME(orbit_solve)(void *memory, const OrbitRequest *request, const double *guess,
-                                 const double *normals, const double *heading,
-                                 int64_t is_normal_to_flow, Orbit *orbit)
+EXPORT int64_t LIBRARY_NAME(orbit_solve)(void *memory, const OrbitRequest *request,
+                                         const double *guess, const double *normals,
+                                         const double *heading, int64_t is_normal_to_flow,
+                                         Orbit *orbit)
 {
     const int count = STATE + 1 + (int)request->varied_count;
     double unknowns[MAX_UNKNOWNS] = {0.0}, min_residual = INFINITE, best_scale = 0.0;

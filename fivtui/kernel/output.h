@@ -1,4 +1,5 @@
-/* Output of a single run: samples and segments. LANES is 1. */
+/* Output of a single run: samples and segments. LANES is 1. `groups` is the order of expansion
+   divided by 4 (`polynomial.h`). */
 
 #ifndef FIVTUI_OUTPUT_H
 #define FIVTUI_OUTPUT_H

@@ -1,7 +1,10 @@
 /* Values and bounds of polynomials on a step.
 
    A polynomial is c₀ + c₁ t + t² G(t). G has `groups` groups of four terms, which are summed as
-   four polynomials in t⁴: term 4 k + j of G belongs to polynomial j. */
+   four polynomials in t⁴: term 4 k + j of G belongs to polynomial j. So groups is the order of
+   expansion divided by GROUP_SIZE.
+
+   "The cubic" of a polynomial is the one with the same values and slopes at both ends of a step. */
 
 #ifndef FIVTUI_POLYNOMIAL_H
 #define FIVTUI_POLYNOMIAL_H
@@ -9,9 +12,11 @@
 #include "tables.h"
 #include "vector.h"
 
-/* A polynomial at both ends of a step of length h: its values, and its slopes times h. `error` and
-   `slope_error` bound how far it and its slope times h are from the cubic with these values and
-   slopes. */
+#define GROUP_SIZE 4
+
+/* A polynomial at both ends of a step of length h: its values, and its slopes times h. `error`
+   bounds the distance of the polynomial from its cubic, `slope_error` that of their slopes, times
+   h. */
 typedef struct {
     V start, end, start_slope, end_slope, error, slope_error;
 } Ends;
@@ -21,21 +26,25 @@ typedef struct {
     V value, slope;
 } Tangent;
 
-/* Factors of the four polynomials in t⁴ in the derivatives below: 2 + j for the slope, (1 + j)
-   (2 + j)/2 and 14 + 4 j for half the second derivative. */
+/* Factors in derivatives of the four parts t²⁺ʲ p of G, where p = pⱼ(t⁴) and ′ is the derivative by
+   t⁴. The slope of a part, and half its second derivative, are
+
+       t¹⁺ʲ ((2 + j) p + 4 t⁴ p′)
+       tʲ ((1 + j) (2 + j)/2 p + (14 + 4 j) t⁴ p′ + 8 t⁸ p″) */
 static const double SLOPE_FACTORS[4] = {2.0, 3.0, 4.0, 5.0};
 static const double ZEROS[4];
 static const double SECOND_FACTORS[4] = {1.0, 3.0, 6.0, 10.0};
 static const double MIXED_FACTORS[4] = {14.0, 18.0, 22.0, 26.0};
 
-/* Value and slope at t; with polynomials pⱼ(t⁴) the slope is c₁ + Σ tʲ⁺¹ ((2 + j) pⱼ + 4 t⁴
-   pⱼ'). */
+/* Value and slope at t. */
 INLINE Tangent tangent_at(const V *c, int groups, V t)
 {
     V square = t * t, fourth = square * square;
+    /* The polynomials in t⁴ and their derivatives d by t⁴ (Horner). */
     Four p = load_four(c + 4 * groups - 2), d = p;
     p = four_fma_by(p, fourth, load_four(c + 4 * groups - 6));
     for (int k = groups - 3; k >= 0; k--) {
+        /* With p before its own update. */
         d = four_fma_by(d, fourth, p);
         p = four_fma_by(p, fourth, load_four(c + 4 * k + 2));
     }
@@ -52,7 +61,8 @@ typedef struct {
 INLINE Curve curve_at(const V *c, int groups, V t)
 {
     V square = t * t, fourth = square * square;
-    /* The polynomials in t⁴, their first and half their second derivatives by t⁴ (Horner). */
+    /* The polynomials in t⁴, their derivatives d by t⁴ and half their second derivatives e
+       (Horner). With e = p″/2 the factor 8 of p″ above is 16. */
     Four p = load_four(c + 4 * groups - 2), d = p, e = four_times(p, ZEROS);
     p = four_fma_by(p, fourth, load_four(c + 4 * groups - 6));
     for (int k = groups - 3; k >= 0; k--) {
@@ -111,7 +121,8 @@ INLINE M is_monotone(const Ends *ends)
     return (lowest > ends->slope_error) | (highest < -ends->slope_error);
 }
 
-/* Whether the slope rises or falls throughout for certain. */
+/* Whether the slope rises or falls over the full step for certain. The second derivative differs
+   from its mean, which is the change of the slope, by no more than the bound. */
 INLINE M has_monotone_slope(const Ends *ends, const V *c, int groups, V h)
 {
     V change = ends->end_slope - ends->start_slope;

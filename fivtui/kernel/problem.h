@@ -9,16 +9,16 @@
 #include "field.h"
 #include "motion.h"
 
-/* Columns of a result: `RunColumns` in `fivtui.kernel.runs`. R_SECOND_HALF_MIN
-   and R_SECOND_HALF_MAX are extremes of y in the second half of the run. */
+/* Columns of a result: `RunColumns` in `fivtui.kernel.runs`. R_SECOND_HALF_MIN and
+   R_SECOND_HALF_MAX are extremes of y in the second half of the run. */
 enum {
     R_X, R_VX, R_Y, R_VY, R_T, R_STATUS, R_STEPS, R_SEPARATIONS, R_REATTACHMENTS,
     R_SEPARATED_TIME, R_FIRST_SWITCH, R_LAST_SWITCH, R_X_MIN, R_Y_MIN, R_X_MAX, R_Y_MAX, R_VX_MAX,
     R_SECOND_HALF_MIN, R_SECOND_HALF_MAX, RESULTS
 };
 
-/* The number of one lane in a member of a block, as a variable. */
-#define LANE(w, member, lane) (((double *)&(w)->member)[lane])
+/* The number of one lane in a member of a block, to be assigned. */
+#define MEMBER(w, member, lane) (((double *)&(w)->member)[lane])
 
 /* Clear a lane; without a problem it computes steps in which nothing moves. */
 INLINE void clear_lane(Block *w, int lane)
@@ -28,45 +28,47 @@ INLINE void clear_lane(Block *w, int lane)
         set_lane(rows + n, lane, 0.0);
     for (int n = 0; n < 2; n++)
         set_lane(w->xs + n, lane, 0.0), set_lane(w->ys + n, lane, 0.0);
-    LANE(w, max_step, lane) = 1.0;
+    MEMBER(w, max_step, lane) = 1.0;
 }
 
-/* Start a problem in a lane: Eqs. 2 and 5 divided by the mass. */
+/* Start a problem in a lane. `contact` and `separated` have the coefficients of Eqs. 2 and 5 of the
+   paper, divided by the mass: `cubic` is k_nl/m, `load` F/m. */
 INLINE void begin_problem(Block *w, int lane, const double *p, int separation, const double *start)
 {
     const double m = p[P_M], stiffness = total_stiffness(p);
     const Coefficients contact = contact_coefficients(p), separated = separated_coefficients(p);
     clear_lane(w, lane);
-    LANE(w, field.a_x, lane) = contact.xx;
-    LANE(w, field.a_y, lane) = contact.yx;
-    LANE(w, field.damping_x, lane) = contact.xvx;
-    LANE(w, field.damping_y, lane) = contact.yvy;
-    LANE(w, field.load, lane) = contact.load;
-    LANE(w, contact_b_x, lane) = contact.xy;
-    LANE(w, contact_b_y, lane) = contact.yy;
-    LANE(w, contact_d_x, lane) = contact.friction * contact.cubic;
-    LANE(w, contact_d_y, lane) = contact.cubic;
-    LANE(w, separated_b_x, lane) = separated.xy;
-    LANE(w, separated_b_y, lane) = separated.yy;
-    LANE(w, coupling, lane) = coupling_stiffness(p);
-    LANE(w, preload, lane) = load_of(p);
-    LANE(w, deflection, lane) = __builtin_fabs(load_of(p)) / stiffness;
-    LANE(w, frequency, lane) = 1.0 / __builtin_sqrt(m / stiffness);
-    LANE(w, max_step, lane) = LONGEST_STEP / LANE(w, frequency, lane);
-    LANE(w, separation, lane) = separation;
-    LANE(w, first_switch, lane) = LANE(w, last_switch, lane) = __builtin_nan("");
-    LANE(w, extremes.x_low, lane) = LANE(w, extremes.y_low, lane) = INFINITE;
-    LANE(w, extremes.x_high, lane) = LANE(w, extremes.y_high, lane) = -INFINITE;
-    LANE(w, extremes.vx_high, lane) = -INFINITE;
-    LANE(w, extremes.second_half_low, lane) = INFINITE;
-    LANE(w, extremes.second_half_high, lane) = -INFINITE;
+    MEMBER(w, field.a_x, lane) = contact.xx;
+    MEMBER(w, field.a_y, lane) = contact.yx;
+    MEMBER(w, field.damping_x, lane) = contact.xvx;
+    MEMBER(w, field.damping_y, lane) = contact.yvy;
+    MEMBER(w, field.load, lane) = contact.load;
+    MEMBER(w, contact_b_x, lane) = contact.xy;
+    MEMBER(w, contact_b_y, lane) = contact.yy;
+    /* Friction is μ times the contact force, and so is its cubic term. */
+    MEMBER(w, contact_d_x, lane) = contact.friction * contact.cubic;
+    MEMBER(w, contact_d_y, lane) = contact.cubic;
+    MEMBER(w, separated_b_x, lane) = separated.xy;
+    MEMBER(w, separated_b_y, lane) = separated.yy;
+    MEMBER(w, coupling, lane) = coupling_stiffness(p);
+    MEMBER(w, preload, lane) = load_of(p);
+    MEMBER(w, deflection, lane) = __builtin_fabs(load_of(p)) / stiffness;
+    MEMBER(w, frequency, lane) = 1.0 / __builtin_sqrt(m / stiffness);
+    MEMBER(w, max_step, lane) = LONGEST_STEP / MEMBER(w, frequency, lane);
+    MEMBER(w, separation, lane) = separation;
+    MEMBER(w, first_switch, lane) = MEMBER(w, last_switch, lane) = __builtin_nan("");
+    MEMBER(w, extremes.x_low, lane) = MEMBER(w, extremes.y_low, lane) = INFINITE;
+    MEMBER(w, extremes.x_high, lane) = MEMBER(w, extremes.y_high, lane) = -INFINITE;
+    MEMBER(w, extremes.vx_high, lane) = -INFINITE;
+    MEMBER(w, extremes.second_half_low, lane) = INFINITE;
+    MEMBER(w, extremes.second_half_high, lane) = -INFINITE;
     set_lane(w->xs, lane, start[S_X]), set_lane(w->xs + 1, lane, start[S_VX]);
     set_lane(w->ys, lane, start[S_Y]), set_lane(w->ys + 1, lane, start[S_VY]);
     V sides_from_zero = side_after(w, w->xs[0], w->xs[1], w->ys[1]);
     double side = get_lane(&sides_from_zero, lane);
     if (start[S_Y] != 0.0)
         side = start[S_Y] > 0.0 ? 1.0 : -1.0;
-    LANE(w, side, lane) = separation ? side : -1.0;
+    MEMBER(w, side, lane) = separation ? side : -1.0;
     set_field(w);
 }
 

@@ -5,8 +5,9 @@
 
 #include "problem.h"
 
-/* The root y, m, of α y³ + β y + F: Newton's method from beyond the root, until |y| no longer
-   decreases. */
+/* The root y, m, of α y³ + β y + F with α, β ≥ 0: Newton's method from beyond the root, until |y|
+   no longer decreases. Each term alone bounds |y|: |F|/β, and for α > 0 the cube root of |F|/α,
+   which is at most max(1, |F|/α). */
 INLINE double resting_height(double alpha, double beta, double force)
 {
     double y = -force / beta;
@@ -22,8 +23,8 @@ INLINE double resting_height(double alpha, double beta, double force)
     }
 }
 
-/* The state at rest at the equilibrium for μ = 0 (Eq. 6). It is infinite if F < 0 lifts the slider
-   off the belt and no spring holds it. */
+/* The state at rest at the equilibrium for μ = 0 (Eq. 6 of the paper). It is infinite if F < 0
+   lifts the slider off the belt and no spring holds it. */
 INLINE void resting_state(const double *p, int separation, double *state)
 {
     const double load = load_of(p), stiffness = suspension_stiffness(p);

@@ -34,7 +34,7 @@ NOINLINE void expand_block(Block *w, int order, int cubic)
 }
 
 /* Shorten the step to its first switch; returns whether there is one. */
-NOINLINE int cut_at_switch(Block *w, int groups)
+NOINLINE int cut_at_zero_height(Block *w, int groups)
 {
     const unsigned lanes = 1;
     if (!find_first_switch(w->ys, groups, w->side, &w->h, w->y, w->vy, w->y_error, lanes))
@@ -61,7 +61,7 @@ NOINLINE void update_extremes_y(Block *w, int groups, ExtremaSearch search)
 
 NOINLINE void update_max_vx(Block *w, int groups)
 {
-    V velocity[ROWS + 2] = {0.0};
+    V velocity[SERIES_LENGTH] = {0.0};
     set_velocity(w->xs, groups, velocity);
     ExtremaSearch search = {.h = w->h, .ends = ends_of(velocity, groups, w->h),
                             .full = {-INFINITE, w->extremes.vx_high},
@@ -70,8 +70,8 @@ NOINLINE void update_max_vx(Block *w, int groups)
     w->extremes.vx_high = search.full.high;
 }
 
-/* Extend the extremes by the step. The second half of the run begins at `half_time`; ẋ never
-   exceeds `speed_limit`. */
+/* Extend the extremes by the step. The second half of the run begins at `half_time`. The greatest ẋ
+   of the step is at one of its ends, or at most `speed_limit`. */
 INLINE void observe_extremes(Block *w, int groups, double half_time, double speed_limit)
 {
     const unsigned lanes = 1;
@@ -91,12 +91,12 @@ INLINE void observe_extremes(Block *w, int groups, double half_time, double spee
 INLINE int compute_step(Run *run, StepEnd *step_end, int *cut)
 {
     Block *w = &run->w;
-    const int order = (int)run->order, groups = order / 4;
+    const int order = (int)run->order, groups = order / GROUP_SIZE;
     expand_block(w, order, run->cubic != 0 && w->side < 0.0);
-    balance_at_switch(w);
+    balance_vertical_forces(w);
     set_step_length(w, run->tol, groups);
     evaluate_end_y(w, groups);
-    *cut = may_switch(w) && cut_at_switch(w, groups);
+    *cut = may_reach_zero_height(w) && cut_at_zero_height(w, groups);
     if (mask_bits(clip_at_horizon(w, run->t_end, groups)))
         *cut = 0;
     evaluate_end_x(w, groups, 1);

@@ -1,9 +1,9 @@
 /* First switches and extreme values of steps, exact to rounding.
 
-   A switch is a root of y. Bounds over a step (`Ends` in `polynomial.h`) decide most steps.
-   Halley's and Newton's method are used where there is exactly one root or extremum; the few other
-   steps are searched one by one by `roots.h`. `lanes` are bits: bit n stands for the run in lane
-   n. */
+   A switch is a root of y, or of another guard (`belt.h`). Bounds over a step (`Ends` in
+   `polynomial.h`) decide most steps. Halley's and Newton's method are used where there is exactly
+   one root or extremum; the few other steps are searched one by one by `roots.h`. `lanes` are bits:
+   bit n stands for the run in lane n. */
 
 #ifndef FIVTUI_SEARCH_H
 #define FIVTUI_SEARCH_H
@@ -12,8 +12,11 @@
 #include "roots.h"
 
 #define MAX_ITERATIONS 100
-/* Relative change of a root below which a step that Newton's method would not make is rejected. */
+/* A step of Halley's method shorter than half of Newton's is rejected unless it changes the root by
+   more than this, relative to the root. */
 #define MIN_HALLEY_CHANGE 1e-6
+/* Changes of a root below this fraction of the one before are taken to shrink cubically. */
+#define CUBIC_CONVERGENCE 1e-3
 /* Tolerance of the time of an extremum, relative to the step. */
 #define EXTREMUM_TOLERANCE 4e-6
 
@@ -21,7 +24,7 @@
 INLINE void scale_polynomial(const V *c, int groups, int lane, double h, double *scaled)
 {
     double power = 1.0;
-    for (int n = 0; n < ROWS_OF(groups); n++) {
+    for (int n = 0; n < TERMS_OF(groups); n++) {
         scaled[n] = n < 4 * groups + 2 ? get_lane(c + n, lane) * power : 0.0;
         power *= h;
     }
@@ -44,20 +47,23 @@ INLINE V refine_first_root(const V *y, int groups, V h, V side, M from_zero, V g
         Curve curve = curve_at(y, groups, t);
         M before_root = side * curve.value > 0.0;
         left = choose(before_root, t, left), right = choose(before_root, right, t);
-        /* The slope of y/t is this over t². */
+        /* For y/t the value, slope and half the second derivative below are those of y/t times t,
+           t² and t³; so `step` is the step over t. */
         V divided_slope = curve.slope * t - curve.value;
         V slope = choose(from_zero, divided_slope, curve.slope);
         V half_d2 = choose(from_zero, curve.half_d2 * (t * t) - divided_slope, curve.half_d2);
         V step = curve.value * slope / (slope * slope - curve.value * half_d2);
         V new = t - choose(from_zero, t, splat(1.0)) * step;
         V change = vabs(new - t);
-        /* Halley's method also stops at an extremum, where Newton's method would not. */
+        /* Halley's step vanishes with the slope at an extremum, too, where there is no root. So
+           test that it is at least half of Newton's, value/slope. */
         M is_near = vabs(curve.value) <= vabs(step * slope) * 2.0;
         M is_inside = (new > left) & (new < right) & (is_near | (change > t * MIN_HALLEY_CHANGE));
         M converged = is_near & (change <= t * ROOT_TOLERANCE);
         /* Changes shrink cubically: the next one is about change (change/last)². */
         M negligible = change * change * change <= last_change * last_change * (t * ROOT_TOLERANCE);
-        M is_root = converged | (is_near & is_inside & (change < last_change * 1e-3) & negligible);
+        M is_root = converged | (is_near & is_inside & (change < last_change * CUBIC_CONVERGENCE)
+                                 & negligible);
         V middle = (left + right) * 0.5;
         M is_halved = mask_not(is_inside | converged);
         M is_stuck = (curve.value == 0.0) | (is_halved & ((middle <= left) | (middle >= right)));
@@ -74,12 +80,12 @@ INLINE V refine_first_root(const V *y, int groups, V h, V side, M from_zero, V g
 /* Time of the first switch of one run by isolation of roots; negative without one. */
 NOINLINE double isolate_switch(const V *y, int groups, int lane, double h, double side)
 {
-    double scaled[ROWS], root, final = 0.0;
-    const int rows = ROWS_OF(groups);
+    double scaled[MAX_TERMS], root, final = 0.0;
+    const int terms = TERMS_OF(groups);
     scale_polynomial(y, groups, lane, h, scaled);
-    for (int n = 0; n < rows; n++)
+    for (int n = 0; n < terms; n++)
         final += scaled[n];
-    if (find_roots(scaled, rows, 1, &root) > 0)
+    if (find_roots(scaled, terms, 1, &root) > 0)
         return root * h;
     /* Rounding moved the root out of the step: use the end of the step. */
     return side * final <= 0.0 ? h : -1.0;
@@ -92,7 +98,8 @@ INLINE unsigned find_first_switch(const V *y, int groups, V side, V *h, V end_y,
                                   unsigned lanes)
 {
     V start_slope = y[1] * *h, end_slope = end_vy * *h;
-    /* After a switch these are the ends of y/θ, for which the bounds of y suffice. */
+    /* After a switch these are the ends of y/θ. The bounds of y suffice: the terms of y/θ have one
+       degree less, and the bound of a term grows with its degree (`tables.h`). */
     M from_zero = y[0] == 0.0;
     Ends ends;
     ends.start = choose(from_zero, start_slope, y[0]);
@@ -111,7 +118,9 @@ INLINE unsigned find_first_switch(const V *y, int groups, V side, V *h, V end_y,
     unsigned single_root = lanes & mask_bits(crosses & monotone);
     unsigned undecided = lanes & ~single_root & ~mask_bits(has_no_root);
     if (undecided) {
-        /* A convex or concave curve lies between its chord and the tangents at its ends. */
+        /* A convex or concave curve lies between its chord and the tangents at its ends. It stays
+           on its side if it moves away from zero at first, if these tangents meet on that side, or
+           if its slope keeps its sign. */
         M is_convex_or_concave = has_monotone_slope(&ends, y, groups, *h);
         V tangents_meet = ends.start + ends.start_slope
             * ((change - ends.end_slope) / (ends.start_slope - ends.end_slope));
@@ -179,10 +188,11 @@ INLINE V cubic_extremum(V slope, V square, V cube, V sign)
     V scale = choose(size < 0x1p-400, splat(0x1p600), splat(1.0));
     slope = slope * scale, square = square * scale, cube = cube * scale;
     V root = vsqrt(vmax(square * square - cube * slope * 3.0, splat(0.0)));
-    /* Of two equal forms, use the one without cancellation. */
-    M is_minimum = square * sign > 0.0;
-    V numerator = choose(is_minimum, -(square + sign * root), vabs(slope));
-    V denominator = choose(is_minimum, cube * 3.0, root - square * sign);
+    /* θ = −(square + sign root)/(3 cube) = sign slope/(root − sign square), where sign slope is
+       |slope|. Use the form that adds numbers of equal sign: no digits cancel. */
+    M adds_in_first = square * sign > 0.0;
+    V numerator = choose(adds_in_first, -(square + sign * root), vabs(slope));
+    V denominator = choose(adds_in_first, cube * 3.0, root - square * sign);
     return numerator / denominator;
 }
 
@@ -241,9 +251,9 @@ INLINE void find_extrema(const V *c, int groups, ExtremaSearch *search)
     }
     for (unsigned remaining = lanes & ~single_extremum; remaining; remaining &= remaining - 1) {
         int lane = __builtin_ctz(remaining);
-        double scaled[ROWS], low = INFINITE, high = -INFINITE;
+        double scaled[MAX_TERMS], low = INFINITE, high = -INFINITE;
         scale_polynomial(c, groups, lane, get_lane(&search->h, lane), scaled);
-        include_extrema(scaled, ROWS_OF(groups), &low, &high);
+        include_extrema(scaled, TERMS_OF(groups), &low, &high);
         unsigned lane_bit = 1u << lane;
         widen_range(&search->full, splat(low), splat(high), search->full_lanes & lane_bit);
         widen_range(&search->second_half, splat(low), splat(high),
@@ -254,7 +264,8 @@ INLINE void find_extrema(const V *c, int groups, ExtremaSearch *search)
 /* The range that no value exceeds: that of a search that is not needed. */
 #define UNLIMITED ((Range){splat(-INFINITE), splat(INFINITE)})
 
-/* Bounds of x and of y over the step of a block. */
+/* Bounds of x and of y over the step of a block. The last number is a placeholder: `find_extrema`
+   sets `slope_error` before it is used. */
 INLINE Ends ends_of_x(const Block *w)
 {
     return (Ends){w->xs[0], w->x, w->xs[1] * w->h, w->vx * w->h, w->x_error, w->x_error};
@@ -295,7 +306,8 @@ INLINE ExtremaSearch search_in_y(Block *w, unsigned full_lanes, unsigned second_
     return search;
 }
 
-/* Lanes whose ẋ may exceed its greatest value so far within the step; ẋ never exceeds `limit`. */
+/* Lanes whose ẋ may exceed its greatest value so far within the step. The greatest ẋ of the step is
+   at one of its ends, or at most `limit`. */
 INLINE unsigned may_exceed_max_vx(Block *w, int groups, V limit, unsigned lanes)
 {
     w->extremes.vx_high = choose(mask_from_bits(lanes),
@@ -322,7 +334,7 @@ INLINE Ends ends_of(const V *c, int groups, V h)
    y. `split` is the time from the start of the step to the start of the second half. */
 NOINLINE void observe_split_step(Block *w, int groups, V split, unsigned lanes)
 {
-    V y[ROWS + 2];
+    V y[SERIES_LENGTH];
     memcpy(y, w->ys, sizeof y);
     /* Taylor shift: coefficients in the time since `split`. */
     for (int start = 0; start < 4 * groups + 1; start++)

@@ -14,11 +14,11 @@ typedef struct {
 enum { R_SWITCHES = RESULTS, R_SEGMENTS, R_SAMPLES };
 
 /* Bytes of a run. */
-EXPORT int64_t NAME(run_size)(void) { return sizeof(SampledRun); }
+EXPORT int64_t LIBRARY_NAME(run_size)(void) { return sizeof(SampledRun); }
 
 /* Begin a run; `separation` is 0 if it is ignored, `start` is (x, ẋ, y, ẏ). */
-EXPORT void NAME(run_begin)(SampledRun *self, const double *parameters, int64_t separation,
-                            const double *start, double t_end, double tol, int64_t order)
+EXPORT void LIBRARY_NAME(run_begin)(SampledRun *self, const double *parameters, int64_t separation,
+                                    const double *start, double t_end, double tol, int64_t order)
 {
     begin_run(&self->run, parameters, separation, start, t_end, tol, order);
     self->sampled = 0;
@@ -29,14 +29,14 @@ EXPORT void NAME(run_begin)(SampledRun *self, const double *parameters, int64_t 
    `times` are ascending sample times; `samples` receives x, ẋ, y, ẏ in columns, `modes` the modes.
    `segments` may be NULL. `result` receives the columns of a result, and the numbers of switches,
    segments and samples. Returns the status. */
-EXPORT int64_t NAME(run_advance)(SampledRun *self, double *switches, int64_t max_switches,
-                                 const double *times, int64_t time_count, double *samples,
-                                 int8_t *modes, double *segments, int64_t max_segments,
-                                 int64_t budget, double *result)
+EXPORT int64_t LIBRARY_NAME(run_advance)(SampledRun *self, double *switches, int64_t max_switches,
+                                         const double *times, int64_t time_count, double *samples,
+                                         int8_t *modes, double *segments, int64_t max_segments,
+                                         int64_t budget, double *result)
 {
     Run *run = &self->run;
     Block *w = &run->w;
-    const int groups = (int)run->order / 4;
+    const int groups = (int)run->order / GROUP_SIZE;
     const int64_t columns = SEGMENT_HEAD + 2 * (run->order + 2);
     int64_t switch_count = 0, stored = 0, sampled = self->sampled;
     int status = RUNNING, cut;

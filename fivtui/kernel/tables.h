@@ -1,25 +1,32 @@
 /* Constants of the expansion and of the bounds; tests/kernel/test_loading.py checks them.
 
+   A friction law, in which friction falls with the sliding speed, needs belts of finite speed. A
+   source file for such belts defines FINITE_BELT as 1.
+
    Bounds have a number for each term from degree 2 on. */
 
 #ifndef FIVTUI_TABLES_H
 #define FIVTUI_TABLES_H
 
-/* Greatest orders of expansion without and with a friction law; x and y have one degree more. */
+/* Greatest orders of expansion without and with a friction law. The degree of the polynomials of x
+   and y is one more than the order. */
 #define MAX_ORDER 20
 #define MAX_LAW_ORDER 24
-/* ROWS is the greatest number of coefficients; FEWER_ROWS is that without a friction law. ROWS_OF
-   is that of a polynomial with two coefficients and `groups` of four, filled up with zeros. A
-   source file defines FINITE as 1 for belts of finite speed. */
-#define FEWER_ROWS (MAX_ORDER + 2)
-#if FINITE
-#define ROWS (MAX_LAW_ORDER + 2)
+/* Greatest numbers of terms of a polynomial: without a friction law, and in this source file. */
+#define MAX_TERMS_WITHOUT_LAW (MAX_ORDER + 2)
+#if FINITE_BELT
+#define MAX_TERMS (MAX_LAW_ORDER + 2)
 #else
-#define ROWS FEWER_ROWS
+#define MAX_TERMS MAX_TERMS_WITHOUT_LAW
 #endif
-#define ROWS_OF(groups) (4 * (groups) > MAX_ORDER ? ROWS : FEWER_ROWS)
+/* Length of an array of coefficients: MAX_TERMS filled up to a multiple of four numbers. */
+#define SERIES_LENGTH (MAX_TERMS + 2)
+/* The smallest of both numbers of terms that holds a polynomial of the order 4 · `groups`; zeros
+   fill up its coefficients. */
+#define TERMS_OF(groups) (4 * (groups) > MAX_ORDER ? MAX_TERMS : MAX_TERMS_WITHOUT_LAW)
 
-/* max |θⁿ − H(θ)| on [0, 1], where H is the cubic with the values and slopes of θⁿ at both ends. */
+/* max |θⁿ − H(θ)| on [0, 1], where H is the cubic with the values and slopes of θⁿ at both ends. So
+   Σ |cₙ| times these numbers bounds how far a polynomial Σ cₙ θⁿ is from its cubic. */
 static const double CUBIC_BOUND[MAX_LAW_ORDER] = {
     0.0, 0.0, 0.06250625, 0.15704024335438865, 0.26979597204473393, 0.393635358620683,
     0.5245412267097724, 0.6601151194746927, 0.7988613551320906, 0.9398157374838204,
@@ -45,14 +52,15 @@ static const double CURVATURE_BOUND[MAX_LAW_ORDER] = {
     255.0, 288.0, 323.0, 360.0, 399.0, 440.0, 483.0, 528.0, 575.0,
 };
 
-/* Factor of a bound by CUBIC_BOUND for the polynomial and the cubic, both divided by θ. */
+/* max |(θⁿ − H(θ))/θ| is at most this times the number of θⁿ in CUBIC_BOUND. So the factor turns a
+   bound of the distance of a polynomial from its cubic into one of their distance divided by θ. */
 static const double DIVIDED_BOUND = 2.370370264397934;
 
-/* Bernstein coefficients on [0, 1] for both greatest degrees: row n has those of θⁿ, filled up with
-   zeros to full vectors. */
-#define PADDED 24
-#define PADDED_BY_LAW 32
-static const double TO_BERNSTEIN[FEWER_ROWS][PADDED] = {
+/* Bernstein coefficients on [0, 1] of polynomials of MAX_TERMS_WITHOUT_LAW terms, and of those of
+   the greatest order with a law. Row n has those of θⁿ, filled up with zeros to full vectors. */
+#define PADDED_TERMS 24
+#define PADDED_TERMS_WITH_LAW 32
+static const double TO_BERNSTEIN[MAX_TERMS_WITHOUT_LAW][PADDED_TERMS] = {
     {
         1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0,
         1.0, 1.0, 1.0, 0.0, 0.0,
@@ -177,7 +185,7 @@ static const double TO_BERNSTEIN[FEWER_ROWS][PADDED] = {
         0.0, 0.0, 1.0, 0.0, 0.0,
     },
 };
-static const double TO_BERNSTEIN_BY_LAW[MAX_LAW_ORDER + 2][PADDED_BY_LAW] = {
+static const double TO_BERNSTEIN_WITH_LAW[MAX_LAW_ORDER + 2][PADDED_TERMS_WITH_LAW] = {
     {
         1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0,
         1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0,

@@ -1,5 +1,6 @@
-/* Exported names of the functions of one instruction set: fivtui_NAME_VARIANT. The build defines
-   VARIANT as its name. */
+/* Names of exported functions. The library has each of them once for each instruction set; the
+   build defines VARIANT as the name of the set, and LIBRARY_NAME(run_size) is
+   fivtui_run_size_VARIANT. */
 
 #ifndef FIVTUI_VARIANT_H
 #define FIVTUI_VARIANT_H
@@ -10,7 +11,7 @@
 /* The extra level expands VARIANT before names are joined. */
 #define JOINED(name, variant) fivtui_##name##_##variant
 #define EXPANDED(name, variant) JOINED(name, variant)
-#define NAME(name) EXPANDED(name, VARIANT)
+#define LIBRARY_NAME(name) EXPANDED(name, VARIANT)
 
 #ifdef _WIN32
 #define EXPORT __declspec(dllexport)

@@ -30,16 +30,16 @@ typedef struct {
 /* Time in [first_time, h] at which `sign` times a polynomial is greatest. */
 NOINLINE double extremum_time(const V *c, int groups, double first_time, double h, double sign)
 {
-    double scaled[ROWS], slope[ROWS] = {0.0}, candidates[ROWS];
+    double scaled[MAX_TERMS], slope[MAX_TERMS] = {0.0}, candidates[MAX_TERMS];
     scale_polynomial(c, groups, 0, h, scaled);
-    for (int n = 1; n < ROWS; n++)
+    for (int n = 1; n < MAX_TERMS; n++)
         slope[n - 1] = n * scaled[n];
-    int count = find_roots(slope, ROWS, ROWS - 1, candidates);
+    int count = find_roots(slope, MAX_TERMS, MAX_TERMS - 1, candidates);
     candidates[count++] = 1.0;
     double start = first_time / h, theta = start,
-        greatest_value = sign * polynomial_value(scaled, ROWS, start);
+        greatest_value = sign * polynomial_value(scaled, MAX_TERMS, start);
     for (int i = 0; i < count; i++) {
-        double value = sign * polynomial_value(scaled, ROWS, candidates[i]);
+        double value = sign * polynomial_value(scaled, MAX_TERMS, candidates[i]);
         if (candidates[i] > start && value > greatest_value)
             theta = candidates[i], greatest_value = value;
     }
@@ -50,7 +50,7 @@ NOINLINE double extremum_time(const V *c, int groups, double first_time, double 
 static unsigned changed_extremes(const VariedRun *v, const Extremes *before, double *times)
 {
     const Block *w = &v->run.w;
-    const int groups = (int)v->run.order / 4;
+    const int groups = (int)v->run.order / GROUP_SIZE;
     const double *old_values = (const double *)before, *new_values = (const double *)&w->extremes;
     /* Time from the start of the step to the start of the second half. */
     double half_time = maximum((0.5 * v->run.t_end - w->t) - w->remainder, 0.0);
@@ -58,7 +58,7 @@ static unsigned changed_extremes(const VariedRun *v, const Extremes *before, dou
     for (int i = 0; i < EXTREMES; i++) {
         if (old_values[i] == new_values[i])
             continue;
-        V velocity[ROWS + 2] = {0.0};
+        V velocity[SERIES_LENGTH] = {0.0};
         const V *c = QUANTITY[i] == OF_Y ? w->ys : w->xs;
         if (QUANTITY[i] == OF_VX) {
             set_velocity(w->xs, groups, velocity);
@@ -83,7 +83,7 @@ INLINE Eight deviation_of(const Deviation *d, int quantity)
 static int advance_deviations(VariedRun *v, unsigned changed, const double *times)
 {
     const Block *w = &v->run.w;
-    const int groups = (int)v->run.order / 4, vectors = (int)v->vectors;
+    const int groups = (int)v->run.order / GROUP_SIZE, vectors = (int)v->vectors;
     const int cubic = w->side < 0.0 && v->cubic;
     const FieldChange *change = v->changes[mode_in_lane(w, 0)];
     double covered = 0.0;
@@ -91,8 +91,10 @@ static int advance_deviations(VariedRun *v, unsigned changed, const double *time
         Motion motion;
         Series series[MAX_VECTORS];
         Tangent x = tangent_at(w->xs, groups, covered), y = tangent_at(w->ys, groups, covered);
+        /* Deviations need short substeps, each with the motion expanded about its own start;
+           `Motion` has zeros before y. */
         motion.x[0] = x.value, motion.x[1] = x.slope;
-        motion.y[PADDED] = y.value, motion.y[PADDED + 1] = y.slope;
+        motion.y[PADDED_TERMS] = y.value, motion.y[PADDED_TERMS + 1] = y.slope;
         expand_motion(&motion, &w->field, cubic);
         for (int i = 0; i < vectors; i++)
             expand_deviations(series + i, v->deviations + i, &motion, &w->field, change + i, cubic);
@@ -117,7 +119,8 @@ static int advance_deviations(VariedRun *v, unsigned changed, const double *time
     return RUNNING;
 }
 
-/* Accept a step, and apply the switch if it is `cut`; the guard is y, without parameters. */
+/* Accept a step, and apply the switch to the deviations if the step is `cut` at y = 0. The guard is
+   y: its gradient in the state is that of y, and no parameter changes it. */
 static int finish_varied_step(VariedRun *v, const StepEnd *step_end, int cut)
 {
     Block *w = &v->run.w;
@@ -148,11 +151,11 @@ static void write_deviations(const VariedRun *v, double *rows)
 }
 
 /* Bytes of a run with derivatives. */
-EXPORT int64_t NAME(vary_size)(void) { return sizeof(VariedRun); }
+EXPORT int64_t LIBRARY_NAME(vary_size)(void) { return sizeof(VariedRun); }
 
-EXPORT void NAME(vary_begin)(void *memory, const double *parameters, int64_t separation,
-                             const double *start, const double *seeds, int64_t count, double t_end,
-                             double tol, int64_t order)
+EXPORT void LIBRARY_NAME(vary_begin)(void *memory, const double *parameters, int64_t separation,
+                                     const double *start, const double *seeds, int64_t count,
+                                     double t_end, double tol, int64_t order)
 {
     VariedRun *v = memory;
     memset(v, 0, sizeof *v);
@@ -172,9 +175,9 @@ EXPORT void NAME(vary_begin)(void *memory, const double *parameters, int64_t sep
     }
 }
 
-EXPORT int64_t NAME(vary_advance)(void *memory, double *crossings, int64_t max_crossings,
-                                  int64_t budget, double *result, double *deviations,
-                                  double *extremes)
+EXPORT int64_t LIBRARY_NAME(vary_advance)(void *memory, double *crossings, int64_t max_crossings,
+                                          int64_t budget, double *result, double *deviations,
+                                          double *extremes)
 {
     VariedRun *v = memory;
     Block *w = &v->run.w;

@@ -39,6 +39,8 @@ typedef union {
 
 /* The bits of 1.0, read as an integer. Adding n 2⁵² to the bits of a number multiplies it by 2ⁿ. */
 #define BITS_OF_ONE (1023LL << 52)
+/* The exponent 1 of a power of 2 as `bit_difference` and `number_from_bits` count exponents. */
+#define EXPONENT_ONE 0x1p52
 
 INLINE double minimum(double a, double b) { return a < b ? a : b; }
 INLINE double maximum(double a, double b) { return a > b ? a : b; }
@@ -61,7 +63,7 @@ INLINE V vsqrt(V a) { return __builtin_sqrt(a); }
 INLINE double get_lane(const V *a, int lane) { (void)lane; return *a; }
 INLINE void set_lane(V *a, int lane, double value) { (void)lane; *a = value; }
 
-/* About 2⁵² log₂(a/b) for positive numbers: the difference of their bits as integers. */
+/* About EXPONENT_ONE log₂(a/b) for positive numbers: the difference of their bits as integers. */
 INLINE V bit_difference(V a, V b)
 {
     Bits first = {a}, second = {b};

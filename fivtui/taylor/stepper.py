@@ -54,7 +54,7 @@ EXP2_BIAS: Final = 0.043
 _SMALL: Final = 1e30
 # Steps cut by a switch below this multiple of √(m/stiffness) count as stalled. More than
 # MAX_STALLED in a row are chatter below the spacing of floats.
-SHORTEST_FLIGHT: Final = 2.0**-30
+SHORTEST_CUT_STEP: Final = 2.0**-30
 MAX_STALLED: Final = 64
 
 
@@ -293,7 +293,7 @@ class TaylorStepper:
 
     def _check_progress(self, _mode: Mode, start: float, duration: float, *, cut: bool) -> None:
         # Raises `ComputationError` if many steps in a row did not advance the motion.
-        self._count_stalled(start, short=cut and duration < SHORTEST_FLIGHT * self._time_scale)
+        self._count_stalled(start, short=cut and duration < SHORTEST_CUT_STEP * self._time_scale)
 
     def _count_stalled(self, start: float, *, short: bool) -> None:
         self._stalled = self._stalled + 1 if short or self._time == start else 0

@@ -2,7 +2,7 @@
 
    `m` is the motion, whose flags and counts are doubles as in saved states. `w` has the kernel's
    variables in it: `w->side` is −1 in contact and 1 off the belt, `w->t` is a rounded time and
-   `w->remainder` the exact time less it. `groups` counts groups of ORDER_GROUP coefficients of a
+   `w->remainder` the exact time less it. `groups` counts groups of GROUP_SIZE coefficients of a
    polynomial. INFINITE as an argument means no limit. */
 
 #include "stepping.h"
@@ -22,9 +22,6 @@
 /* A slider whose speed differs from the new speed of the belt by less than this, relative to the
    scale of the speeds, moves with the belt: the speed at the end of a ramp has rounding errors. */
 #define SPEED_TOLERANCE 0x1p-36
-
-/* The kernel evaluates polynomials in groups of this many coefficients. */
-#define ORDER_GROUP 4
 
 /* A block of the kernel has one lane here, for one run. */
 #define ONLY_LANE 0
@@ -53,9 +50,9 @@ INLINE void expand_sliding(Motion *m, int order)
         const int in_contact = w->side < 0.0;
         expand_block(w, order, m->cubic != 0.0 && in_contact);
         /* If the forces balance at y = 0, rounding errors must not cause repeated switches. */
-        balance_at_switch(w);
+        balance_vertical_forces(w);
     }
-    set_step_length(w, m->tol, order / ORDER_GROUP);
+    set_step_length(w, m->tol, order / GROUP_SIZE);
 }
 
 /* Expand the step on a belt of finite speed; returns whether the slider certainly keeps sliding. */
@@ -73,7 +70,7 @@ INLINE int expand_on_belt(Motion *m, int order)
 NOINLINE int compute_motion_step(Motion *m)
 {
     Block *w = &m->w;
-    const int order = (int)m->order, groups = order / ORDER_GROUP;
+    const int order = (int)m->order, groups = order / GROUP_SIZE;
     StepCut cut = NOT_CUT;
     /* Set by `cut_step` if the step ends a stick, else unused. */
     int64_t next_mode = STICK;
@@ -84,8 +81,8 @@ NOINLINE int compute_motion_step(Motion *m)
     } else {
         expand_sliding(m, order);
         evaluate_end_y(w, groups);
-        if (may_switch(w) && cut_at_switch(w, groups))
-            cut = CUT_AT_SWITCH;
+        if (may_reach_zero_height(w) && cut_at_zero_height(w, groups))
+            cut = CUT_AT_ZERO_HEIGHT;
         /* Without a bound of x: only the zeros of y end steps here. */
         evaluate_end_x(w, groups, 0);
     }
@@ -143,7 +140,7 @@ static int finish_motion_step(Motion *m)
         return flags.stalled ? STALLED : RUNNING;
     }
     w->preload = m->force.value + m->force.slope * (m->end - m->ramp_start);
-    /* On this belt `cut` is NOT_CUT, 0, or CUT_AT_SWITCH, 1. */
+    /* On this belt `cut` is NOT_CUT, 0, or CUT_AT_ZERO_HEIGHT, 1. */
     const int is_cut = (int)m->cut, is_finite = 1;
     return accept_step(w, &step_end, is_cut, is_finite, INFINITE).stalled ? STALLED : RUNNING;
 }
@@ -156,7 +153,7 @@ static void state_at(const Motion *m, double t, double *state)
         state[S_Y] = w->ys[0], state[S_VY] = w->ys[1];
         return;
     }
-    const int groups = (int)m->order / ORDER_GROUP;
+    const int groups = (int)m->order / GROUP_SIZE;
     const double elapsed = (t - w->t) - w->remainder;
     Tangent x = tangent_at(w->xs, groups, elapsed), y = tangent_at(w->ys, groups, elapsed);
     state[S_X] = x.value, state[S_VX] = x.slope, state[S_Y] = y.value, state[S_VY] = y.slope;

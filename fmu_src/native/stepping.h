@@ -7,7 +7,7 @@
 #define FIVTUI_FMU_STEPPING_H
 
 #define LANES 1
-#define FINITE 1
+#define FINITE_BELT 1
 #include "driven.h"
 
 /* Hidden: other libraries of the process may have functions of the same names. */

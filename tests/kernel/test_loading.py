@@ -174,7 +174,7 @@ def test_the_tabulated_bounds_hold_and_are_tight() -> None:
 
 # Greatest degree of the polynomials: 21 for constant friction, 25 with a friction law.
 @pytest.mark.parametrize(
-    ("name", "degree", "padded_size"), [("TO_BERNSTEIN", 21, 24), ("TO_BERNSTEIN_BY_LAW", 25, 32)]
+    ("name", "degree", "padded_size"), [("TO_BERNSTEIN", 21, 24), ("TO_BERNSTEIN_WITH_LAW", 25, 32)]
 )
 def test_the_bernstein_tables_hold_ratios_of_binomials(
     name: str, degree: int, padded_size: int
