@@ -1,6 +1,8 @@
 /* The brake actuator: τ dF/dt = command + gain (command − P) − F, solved exactly over a step.
 
-   `i` is the instance; `v` are the values of its variables and `d` their changes, by reference. */
+   `i` is the instance, `i->s` its state; `v` are the values of its variables and `d` their changes
+   in directional derivatives, by reference. The actuator has one mode, hence no switches, and
+   nothing is computed ahead. */
 
 #include <math.h>
 
@@ -31,7 +33,8 @@ static const char *advance_motion(Instance *i, double from, double *end, int *sw
     const double t = *end;
     const double *v = i->s.values, *slopes = i->s.slopes;
     const double target_slope = slopes[V_command] + v[V_gain] * (slopes[V_command] - slopes[V_P]);
-    /* F decays towards the target force minus its lag, tau times its slope. */
+    /* With a target force of constant slope, F approaches exponentially the target less
+       τ · slope. */
     const double lagged_start = target_force(v) - v[V_tau] * target_slope;
     const double lagged_end = lagged_start + target_slope * (t - from);
     const double force = lagged_end + (i->s.states[0] - lagged_start) * exp((from - t) / v[V_tau]);
@@ -75,9 +78,9 @@ static int update_mode(Instance *i)
 static void differentiate(const Instance *i, double *d)
 {
     const double *v = i->s.values;
-    const double target_slope = d[V_command] + v[V_gain] * (d[V_command] - d[V_P])
-                        + d[V_gain] * (v[V_command] - v[V_P]);
-    d[V_F_rate] = (target_slope - d[V_F] - v[V_F_rate] * d[V_tau]) / v[V_tau];
+    const double target_change = d[V_command] + v[V_gain] * (d[V_command] - d[V_P])
+        + d[V_gain] * (v[V_command] - v[V_P]);
+    d[V_F_rate] = (target_change - d[V_F] - v[V_F_rate] * d[V_tau]) / v[V_tau];
 }
 
 static void differentiate_start(const Instance *i, double *d)
@@ -86,6 +89,7 @@ static void differentiate_start(const Instance *i, double *d)
     d[V_F] = d[V_F_start];
 }
 
+/* The motion is the state F alone, which is saved with all states. */
 static void pack(const Instance *i, double *numbers) { (void)i, (void)numbers; }
 
 static int unpack(Instance *i, const double *numbers)

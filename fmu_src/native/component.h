@@ -1,5 +1,9 @@
 /* A component is the model in an FMU: its variables, its motion in co-simulation, its equations in
-   model exchange. The FMI functions call it through `COMPONENT`. */
+   model exchange. The FMI functions call it through `COMPONENT`.
+
+   A mode of the motion, such as contact, has its own equations; it ends at a switch. In
+   co-simulation the component computes the motion in steps of its own (Taylor steps of the
+   slider-belt), which may end long after the communication step. */
 
 #ifndef FIVTUI_FMU_COMPONENT_H
 #define FIVTUI_FMU_COMPONENT_H
@@ -42,21 +46,24 @@ typedef struct {
     uint32_t state_count, indicator_count;
     /* Begins the motion from the values, at the start time. */
     const char *(*begin)(struct Instance *i);
-    /* A warning about the fixed values, or NULL. Optional. */
+    /* A warning about initial values that have no effect, or NULL. Optional. */
     const char *(*find_warning)(struct Instance *i);
-    /* Checks a new value of an input that is in its range against other values. Called after the
-       motion has begun. Optional. */
+    /* Checks a new value of an input against the values of other variables, after the range in its
+       row of the table. Called after the motion has begun. Optional. */
     const char *(*check_input)(struct Instance *i, uint32_t reference, double value);
     /* Advances to t with inputs that follow their slopes from the time `from` on. Unless `switched`
        is NULL, stops at the first switch up to t, sets t to its time and `switched` to 1. */
     const char *(*advance)(struct Instance *i, double from, double *t, int *switched);
-    /* The time up to which the motion is computed, if its inputs do not change. */
+    /* End of the step of the motion that has been computed: until then the motion is known if its
+       inputs do not change. */
     double (*computed_until)(const struct Instance *i);
-    /* End of the step of the motion after the current time, under held inputs. */
+    /* End of the step of the motion that contains the current time, or begins there, under held
+       inputs; computes this step if needed. */
     double (*motion_step_end)(struct Instance *i);
     /* Computes the outputs from the motion, in model exchange from the states. */
     void (*compute_outputs)(struct Instance *i);
-    /* Model exchange: computes event indicators; updates the mode, returns whether it changed. */
+    /* Model exchange: computes event indicators; updates the mode of the motion, returns whether it
+       changed. */
     void (*event_indicators)(const struct Instance *i, double *indicators);
     int (*update_mode)(struct Instance *i);
     /* Directional derivatives; `changes` has the change of each variable, by value reference.

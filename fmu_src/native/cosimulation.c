@@ -16,8 +16,9 @@ static int is_same_time(double time, double reference)
     return fabs(time - reference) <= fmax(TIME_TOLERANCE, ROUNDING * fabs(reference));
 }
 
-/* The input after `change`. If it exceeds its bound only by rounding, it is set to the bound: the
-   importer may have computed it from larger values. */
+/* The input after `change`. If it exceeds its bound only by rounding, it is set to the bound. The
+   importer may have computed its slope from values up to the nominal one, whose rounding errors are
+   greater than those of a small input. */
 static double extrapolate_input(const Variable *v, double value, double change)
 {
     const double end_value = value + change;
@@ -62,13 +63,14 @@ fmi2Status check_step(Instance *i, double current, double h)
     const double end = current + h;
     if (!is_same_time(current, s->t))
         return discard_step(i, set_reason(i, "current time = %s s: the FMU is at %s s",
-                                          number(current).text, number(s->t).text));
+                                          format_number(current).text, format_number(s->t).text));
     if (!(h > 0.0 && h < INFINITY && end > s->t))
         return discard_step(i, set_reason(i, "step size = %s: must be a positive number of seconds "
-                                             "that changes the time", number(h).text));
+                                             "that changes the time", format_number(h).text));
     if (end > s->stop_time && !is_same_time(end, s->stop_time))
         return discard_step(i, set_reason(i, "the step ends at %s s, after the stop time %s s",
-                                          number(end).text, number(s->stop_time).text));
+                                          format_number(end).text,
+                                          format_number(s->stop_time).text));
     return fmi2OK;
 }
 
@@ -88,24 +90,25 @@ fmi2Status advance_to(Instance *i, double end, int *switched)
     if (s->has_slopes)
         for (uint32_t r = 0; r < COMPONENT.variable_count; r++)
             s->values[r] = end_values[r], s->slopes[r] = 0.0;
-    s->t = end, s->has_outputs = s->has_slopes = 0, s->inputs_unchanged = 1;
+    s->t = end, s->has_outputs = s->has_slopes = 0, s->has_inputs_of_step = 1;
     s->fast_until = s->switch_pending ? -INFINITY : fmin(COMPONENT.computed_until(i), s->stop_time);
     return s->last_step = fmi2OK;
 }
 
 /* Slow path of a communication step, kept out of line. */
-static __attribute__((noinline)) fmi2Status do_computed_step(Instance *c, double current, double h,
+static __attribute__((noinline)) fmi2Status do_computed_step(Instance *i, double current, double h,
                                                              int *switched)
 {
-    REQUIRE("do_step", fmi2CoSimulation, IN(STEPPING));
-    const fmi2Status status = check_step(c, current, h);
-    return status == fmi2OK ? advance_to(c, current + h, switched) : status;
+    REQUIRE(i, "do_step", fmi2CoSimulation, IN(STEPPING));
+    const fmi2Status status = check_step(i, current, h);
+    return status == fmi2OK ? advance_to(i, current + h, switched) : status;
 }
 
 fmi2Status do_communication_step(Instance *i, double current, double h, int *switched)
 {
     const double end = current + h;
-    /* Fast path: most steps end inside a step of the motion, and need no computation now. */
+    /* Fast path: most communication steps end inside a step of the motion that has been computed.
+       Outputs are computed when they are read. */
     const int is_fast = i && end > i->s.t && end < i->s.fast_until && h > 0.0
                         && fabs(current - i->s.t) <= TIME_TOLERANCE;
     if (__builtin_expect(!is_fast, 0))
@@ -125,7 +128,7 @@ fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference
                                        const fmi2Integer order[], const fmi2Real value[])
 {
     Instance *i = c;
-    REQUIRE("set_real_input_derivatives", fmi2CoSimulation,
+    REQUIRE(i, "set_real_input_derivatives", fmi2CoSimulation,
             IN(INSTANTIATED) | IN(INITIALIZATION) | IN(STEPPING));
     if (count > 0 && (!r || !order || !value))
         return report(i, fmi2Error, "value references, orders and values must be given");
@@ -142,7 +145,7 @@ fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference
     }
     for (size_t n = 0; n < count; n++)
         i->s.slopes[r[n]] = value[n];
-    i->s.has_slopes = i->s.inputs_unchanged = i->s.has_outputs = 0, i->s.fast_until = -INFINITY;
+    i->s.has_slopes = i->s.has_inputs_of_step = i->s.has_outputs = 0, i->s.fast_until = -INFINITY;
     for (uint32_t reference = 0; reference < COMPONENT.variable_count; reference++)
         i->s.has_slopes |= i->s.slopes[reference] != 0.0;
     return fmi2OK;
@@ -163,10 +166,10 @@ fmi2Status fmi2CancelStep(fmi2Component c)
 }
 
 /* Refuse a call for a status that does not exist. */
-static fmi2Status check_status(Instance *c, int exists)
+static fmi2Status check_status(Instance *i, int exists)
 {
-    REQUIRE("get_status", fmi2CoSimulation, IN(STEPPING));
-    return exists ? fmi2OK : report(c, fmi2Discard, "get_status: there is no such status");
+    REQUIRE(i, "get_status", fmi2CoSimulation, IN(STEPPING));
+    return exists ? fmi2OK : report(i, fmi2Discard, "get_status: there is no such status");
 }
 
 fmi2Status fmi2GetStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Status *value)

@@ -1,7 +1,8 @@
 /* Exact directional derivatives of unknowns with respect to knowns, at the current time and in the
-   current mode. Unknowns are outputs and state derivatives; knowns are inputs, states and Real
-   parameters, in initialization mode without the states: initial values depend on the others alone.
-   `changes` has the change of each variable, by value reference. */
+   current mode. Unknowns are all Real variables that cannot be set: outputs, states and state
+   derivatives. Knowns are inputs, Real parameters and states. In initialization mode states are not
+   known: their initial values depend on inputs and parameters. `changes` has the change of each
+   variable, by value reference. */
 
 #include <math.h>
 
@@ -49,7 +50,7 @@ static fmi2Status check_seeds(Instance *i, const fmi2ValueReference r[], size_t 
     for (size_t n = 0; n < count; n++)
         if (!isfinite(seeds[n]))
             return report(i, fmi2Discard, "seed of %s = %s: must be a finite number",
-                          COMPONENT.variables[r[n]].name, number(seeds[n]).text);
+                          COMPONENT.variables[r[n]].name, format_number(seeds[n]).text);
     return fmi2OK;
 }
 
@@ -76,7 +77,7 @@ fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueReferenc
 {
     Instance *i = c;
     double changes[MAX_VARIABLES] = {0.0};
-    REQUIRE("get_directional_derivative", ANY_TYPE, READABLE);
+    REQUIRE(i, "get_directional_derivative", ANY_TYPE, READABLE);
     if ((unknown_count > 0 && (!unknowns || !result)) || (known_count > 0 && (!knowns || !seeds)))
         return report(i, fmi2Error, "value references and values must be given");
     fmi2Status status = check_references(i, unknowns, unknown_count, knowns, known_count);
@@ -99,7 +100,7 @@ fmi2Status get_adjoint_derivative(Instance *c, const fmi2ValueReference unknowns
 {
     Instance *i = c;
     double sums[MAX_VARIABLES];
-    REQUIRE("get_adjoint_derivative", ANY_TYPE, READABLE);
+    REQUIRE(i, "get_adjoint_derivative", ANY_TYPE, READABLE);
     if ((unknown_count > 0 && (!unknowns || !seeds)) || (known_count > 0 && (!knowns || !result)))
         return report(i, fmi2Error, "value references and values must be given");
     fmi2Status status = check_references(i, unknowns, unknown_count, knowns, known_count);

@@ -10,7 +10,7 @@
 fmi2Status fmi2EnterEventMode(fmi2Component c)
 {
     Instance *i = c;
-    REQUIRE("enter_event_mode", fmi2ModelExchange, EXCHANGE_PHASES);
+    REQUIRE(i, "enter_event_mode", fmi2ModelExchange, EXCHANGE_PHASES);
     i->s.phase = EVENTS;
     return fmi2OK;
 }
@@ -18,11 +18,12 @@ fmi2Status fmi2EnterEventMode(fmi2Component c)
 fmi2Status fmi2NewDiscreteStates(fmi2Component c, fmi2EventInfo *info)
 {
     Instance *i = c;
-    REQUIRE("new_discrete_states", fmi2ModelExchange, IN(EVENTS));
+    REQUIRE(i, "new_discrete_states", fmi2ModelExchange, IN(EVENTS));
     if (!info)
         return report(i, fmi2Error, "a pointer to the result must be given");
     memset(info, 0, sizeof *info);
-    /* At a switch the states change: the importer must restart its solver. */
+    /* At a switch the equations change, and states are set to their exact values there: the
+       importer must restart its solver. */
     info->valuesOfContinuousStatesChanged = COMPONENT.update_mode(i) ? fmi2True : fmi2False;
     i->s.has_outputs = 0;
     return fmi2OK;
@@ -31,7 +32,7 @@ fmi2Status fmi2NewDiscreteStates(fmi2Component c, fmi2EventInfo *info)
 fmi2Status fmi2EnterContinuousTimeMode(fmi2Component c)
 {
     Instance *i = c;
-    REQUIRE("enter_continuous_time_mode", fmi2ModelExchange, IN(EVENTS));
+    REQUIRE(i, "enter_continuous_time_mode", fmi2ModelExchange, IN(EVENTS));
     i->s.phase = CONTINUOUS;
     return fmi2OK;
 }
@@ -41,7 +42,7 @@ fmi2Status fmi2CompletedIntegratorStep(fmi2Component c, fmi2Boolean no_way_back,
 {
     Instance *i = c;
     (void)no_way_back;
-    REQUIRE("completed_integrator_step", fmi2ModelExchange, IN(CONTINUOUS));
+    REQUIRE(i, "completed_integrator_step", fmi2ModelExchange, IN(CONTINUOUS));
     if (!enter_event_mode || !terminate)
         return report(i, fmi2Error, "pointers to the results must be given");
     *enter_event_mode = *terminate = fmi2False;
@@ -51,7 +52,7 @@ fmi2Status fmi2CompletedIntegratorStep(fmi2Component c, fmi2Boolean no_way_back,
 fmi2Status fmi2SetTime(fmi2Component c, fmi2Real time)
 {
     Instance *i = c;
-    REQUIRE("set_time", fmi2ModelExchange, EXCHANGE_PHASES);
+    REQUIRE(i, "set_time", fmi2ModelExchange, EXCHANGE_PHASES);
     if (!isfinite(time))
         return report(i, fmi2Error, "time = %g: must be a finite number of seconds", time);
     i->s.t = time, i->s.has_outputs = 0;
@@ -69,7 +70,7 @@ static fmi2Status check_count(Instance *i, const void *numbers, size_t count, ui
 fmi2Status fmi2SetContinuousStates(fmi2Component c, const fmi2Real x[], size_t count)
 {
     Instance *i = c;
-    REQUIRE("set_continuous_states", fmi2ModelExchange, IN(CONTINUOUS));
+    REQUIRE(i, "set_continuous_states", fmi2ModelExchange, IN(CONTINUOUS));
     fmi2Status status = check_count(i, x, count, COMPONENT.state_count);
     for (size_t n = 0; n < count && status == fmi2OK; n++)
         if (!isfinite(x[n]))
@@ -85,8 +86,9 @@ fmi2Status fmi2SetContinuousStates(fmi2Component c, const fmi2Real x[], size_t c
 fmi2Status fmi2GetContinuousStates(fmi2Component c, fmi2Real x[], size_t count)
 {
     Instance *i = c;
-    REQUIRE("get_continuous_states", fmi2ModelExchange, READABLE);
+    REQUIRE(i, "get_continuous_states", fmi2ModelExchange, READABLE);
     fmi2Status status = check_count(i, x, count, COMPONENT.state_count);
+    /* Begins the motion, if it has not begun: this sets the states. */
     status = status == fmi2OK ? update_outputs(i) : status;
     if (status == fmi2OK)
         memcpy(x, i->s.states, count * sizeof *x);
@@ -96,7 +98,7 @@ fmi2Status fmi2GetContinuousStates(fmi2Component c, fmi2Real x[], size_t count)
 fmi2Status fmi2GetNominalsOfContinuousStates(fmi2Component c, fmi2Real x[], size_t count)
 {
     Instance *i = c;
-    REQUIRE("get_nominals_of_continuous_states", fmi2ModelExchange, IN(INSTANTIATED) | READABLE);
+    REQUIRE(i, "get_nominals_of_continuous_states", fmi2ModelExchange, IN(INSTANTIATED) | READABLE);
     fmi2Status status = check_count(i, x, count, COMPONENT.state_count);
     for (size_t n = 0; n < count && status == fmi2OK; n++)
         x[n] = COMPONENT.variables[COMPONENT.states[n]].nominal;
@@ -106,7 +108,7 @@ fmi2Status fmi2GetNominalsOfContinuousStates(fmi2Component c, fmi2Real x[], size
 fmi2Status fmi2GetDerivatives(fmi2Component c, fmi2Real derivatives[], size_t count)
 {
     Instance *i = c;
-    REQUIRE("get_derivatives", fmi2ModelExchange, READABLE);
+    REQUIRE(i, "get_derivatives", fmi2ModelExchange, READABLE);
     fmi2Status status = check_count(i, derivatives, count, COMPONENT.state_count);
     status = status == fmi2OK ? update_outputs(i) : status;
     for (size_t n = 0; n < count && status == fmi2OK; n++) {
@@ -130,7 +132,7 @@ fmi2Status compute_indicators(Instance *i, double *indicators)
 fmi2Status fmi2GetEventIndicators(fmi2Component c, fmi2Real indicators[], size_t count)
 {
     Instance *i = c;
-    REQUIRE("get_event_indicators", fmi2ModelExchange, READABLE);
+    REQUIRE(i, "get_event_indicators", fmi2ModelExchange, READABLE);
     const fmi2Status status = check_count(i, indicators, count, COMPONENT.indicator_count);
     return status == fmi2OK ? compute_indicators(i, indicators) : status;
 }

@@ -8,7 +8,7 @@ fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean with_tolerance, fmi2
                                fmi2Real start, fmi2Boolean with_stop, fmi2Real stop)
 {
     Instance *i = c;
-    REQUIRE("setup_experiment", ANY_TYPE, IN(INSTANTIATED));
+    REQUIRE(i, "setup_experiment", ANY_TYPE, IN(INSTANTIATED));
     State *s = &i->s;
     if (!isfinite(start))
         return report(i, fmi2Error, "start time = %g: must be a finite number of seconds", start);
@@ -18,6 +18,7 @@ fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean with_tolerance, fmi2
         return report(i, fmi2Error, "tolerance = nan: must be from %g to %g", LEAST_TOLERANCE,
                       GREATEST_TOLERANCE);
     s->start_time = start, s->stop_time = with_stop ? stop : INFINITY;
+    /* The motion must begin anew under these settings. */
     s->is_set_up = 1, s->has_motion = 0;
     if (!with_tolerance)
         return fmi2OK;
@@ -31,7 +32,7 @@ fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean with_tolerance, fmi2
 fmi2Status fmi2EnterInitializationMode(fmi2Component c)
 {
     Instance *i = c;
-    REQUIRE("enter_initialization_mode", ANY_TYPE, IN(INSTANTIATED));
+    REQUIRE(i, "enter_initialization_mode", ANY_TYPE, IN(INSTANTIATED));
     if (!i->s.is_set_up)
         return report(i, fmi2Error,
                       "enter_initialization_mode is not allowed before setup_experiment");
@@ -42,7 +43,7 @@ fmi2Status fmi2EnterInitializationMode(fmi2Component c)
 fmi2Status fmi2ExitInitializationMode(fmi2Component c)
 {
     Instance *i = c;
-    REQUIRE("exit_initialization_mode", ANY_TYPE, IN(INITIALIZATION));
+    REQUIRE(i, "exit_initialization_mode", ANY_TYPE, IN(INITIALIZATION));
     const fmi2Status status = update_outputs(i);
     if (status != fmi2OK)
         return status;

@@ -1,8 +1,9 @@
 /* FMI 3.0: instances, modes, steps and states, by the functions of FMI 2.0 where both agree.
 
-   If the importer uses event mode and allows early return, a co-simulation step ends at every
-   switch, and mode and counts change in the following event mode; otherwise steps continue over
-   switches. Both give the same motion. */
+   A switch is the end of a mode of the motion, such as contact. If the importer uses event mode and
+   allows early return, a co-simulation step ends at every switch; the outputs for the mode of the
+   motion and the counts of switches change when the importer then enters event mode. Otherwise
+   steps continue over switches. Both give the same motion. */
 
 #include <math.h>
 
@@ -14,12 +15,12 @@
         if (!(given))                                                                     \
             return (fmi3Status)report(i, fmi2Error, "pointers to results must be given");  \
     } while (0)
-/* `REQUIRE` for the instance `i` of a function of FMI 3.0. */
-#define REQUIRE3(call, type, phases)                              \
-    do {                                                          \
-        fmi2Status status_ = check_call(i, call, type, phases);   \
-        if (status_ != fmi2OK)                                    \
-            return (fmi3Status)status_;                           \
+/* `REQUIRE` for a function of FMI 3.0. */
+#define REQUIRE3(instance, call, type, phases)                           \
+    do {                                                                 \
+        fmi2Status status_ = check_call(instance, call, type, phases);   \
+        if (status_ != fmi2OK)                                           \
+            return (fmi3Status)status_;                                  \
     } while (0)
 
 const char *fmi3GetVersion(void) { return fmi3Version; }
@@ -102,12 +103,14 @@ fmi3Status fmi3ExitInitializationMode(fmi3Instance c)
 fmi3Status fmi3EnterEventMode(fmi3Instance c)
 {
     Instance *i = c;
-    REQUIRE3("enter_event_mode", ANY_TYPE, IN(STEPPING) | IN(CONTINUOUS));
+    REQUIRE3(i, "enter_event_mode", ANY_TYPE, IN(STEPPING) | IN(CONTINUOUS));
     if (i->type == fmi2ModelExchange)
         return (fmi3Status)fmi2EnterEventMode(c);
     if (!i->uses_events)
         return (fmi3Status)report(i, fmi2Error, "enter_event_mode: the instance was created "
                                                 "without event mode");
+    /* Compute the outputs again: without a pending switch, mode and counts are those after it. The
+       next step is not a fast one: it checks the phase. */
     i->s.phase = EVENTS, i->s.switch_pending = i->s.has_outputs = 0, i->s.fast_until = -INFINITY;
     return (fmi3Status)update_outputs(i);
 }
@@ -115,7 +118,7 @@ fmi3Status fmi3EnterEventMode(fmi3Instance c)
 fmi3Status fmi3EnterStepMode(fmi3Instance c)
 {
     Instance *i = c;
-    REQUIRE3("enter_step_mode", fmi2CoSimulation, IN(EVENTS));
+    REQUIRE3(i, "enter_step_mode", fmi2CoSimulation, IN(EVENTS));
     i->s.phase = STEPPING;
     return fmi3OK;
 }
@@ -125,7 +128,7 @@ fmi3Status fmi3UpdateDiscreteStates(fmi3Instance c, fmi3Boolean *more, fmi3Boole
                                     fmi3Boolean *with_time, fmi3Float64 *time)
 {
     Instance *i = c;
-    REQUIRE3("update_discrete_states", ANY_TYPE, IN(EVENTS));
+    REQUIRE3(i, "update_discrete_states", ANY_TYPE, IN(EVENTS));
     REQUIRE_POINTERS(more && terminate && nominals && values && with_time && time);
     fmi2EventInfo info = {0};
     if (i->type == fmi2ModelExchange)
@@ -139,7 +142,7 @@ fmi3Status fmi3UpdateDiscreteStates(fmi3Instance c, fmi3Boolean *more, fmi3Boole
 fmi3Status fmi3EvaluateDiscreteStates(fmi3Instance c)
 {
     Instance *i = c;
-    REQUIRE3("evaluate_discrete_states", ANY_TYPE, IN(EVENTS));
+    REQUIRE3(i, "evaluate_discrete_states", ANY_TYPE, IN(EVENTS));
     return fmi3OK;
 }
 
@@ -214,7 +217,7 @@ fmi3Status fmi3GetEventIndicators(fmi3Instance c, fmi3Float64 indicators[], size
 fmi3Status fmi3GetNumberOfEventIndicators(fmi3Instance c, size_t *count)
 {
     Instance *i = c;
-    REQUIRE3("get_number_of_event_indicators", fmi2ModelExchange, ~0u);
+    REQUIRE3(i, "get_number_of_event_indicators", fmi2ModelExchange, ~0u);
     REQUIRE_POINTERS(count);
     *count = COMPONENT.indicator_count;
     return fmi3OK;
@@ -223,7 +226,7 @@ fmi3Status fmi3GetNumberOfEventIndicators(fmi3Instance c, size_t *count)
 fmi3Status fmi3GetNumberOfContinuousStates(fmi3Instance c, size_t *count)
 {
     Instance *i = c;
-    REQUIRE3("get_number_of_continuous_states", fmi2ModelExchange, ~0u);
+    REQUIRE3(i, "get_number_of_continuous_states", fmi2ModelExchange, ~0u);
     REQUIRE_POINTERS(count);
     *count = COMPONENT.state_count;
     return fmi3OK;

@@ -27,6 +27,7 @@ fmi3Status fmi3GetFloat64(fmi3Instance c, const fmi3ValueReference r[], size_t c
     status = status == fmi3OK ? (fmi3Status)check_readable(i) : status;
     for (size_t n = 0; n < count && r && values && status == fmi3OK; n++) {
         if (r[n] == TIME) {
+            /* `t` is set when the motion begins. */
             values[n] = i->s.has_motion ? i->s.t : i->s.start_time;
         } else if (r[n] >= FIRST_INDICATOR && r[n] - FIRST_INDICATOR < COMPONENT.indicator_count) {
             double indicators[MAX_INDICATORS];
@@ -39,6 +40,7 @@ fmi3Status fmi3GetFloat64(fmi3Instance c, const fmi3ValueReference r[], size_t c
     }
     if (status != fmi3OK || (r && values))
         return status;
+    /* A pointer is missing: fmi2GetReal refuses it. */
     return (fmi3Status)fmi2GetReal(c, r, count, values);
 }
 
@@ -110,18 +112,22 @@ fmi3Status fmi3SetBoolean(fmi3Instance c, const fmi3ValueReference r[], size_t c
                              fmi3##Type values[], size_t value_count)                         \
     {                                                                                         \
         (void)r, (void)values, (void)value_count;                                             \
-        return count == 0 || !c ? (c ? fmi3OK : fmi3Error)                                    \
-                                : (fmi3Status)report(c, fmi2Error, "no variable is of type "  \
-                                                                   #Type);                    \
+        if (!c)                                                                               \
+            return fmi3Error;                                                                 \
+        return count == 0 ? fmi3OK                                                            \
+                          : (fmi3Status)report(c, fmi2Error, "no variable is of type "        \
+                                                             #Type);                          \
     }
 #define NO_SETTER(Type)                                                                       \
     fmi3Status fmi3Set##Type(fmi3Instance c, const fmi3ValueReference r[], size_t count,      \
                              const fmi3##Type values[], size_t value_count)                   \
     {                                                                                         \
         (void)r, (void)values, (void)value_count;                                             \
-        return count == 0 || !c ? (c ? fmi3OK : fmi3Error)                                    \
-                                : (fmi3Status)report(c, fmi2Error, "no variable of type "     \
-                                                                   #Type " can be set");      \
+        if (!c)                                                                               \
+            return fmi3Error;                                                                 \
+        return count == 0 ? fmi3OK                                                            \
+                          : (fmi3Status)report(c, fmi2Error, "no variable of type " #Type     \
+                                                             " can be set");                  \
     }
 #define NO_ACCESS(Type) NO_GETTER(Type) NO_SETTER(Type)
 

@@ -27,24 +27,26 @@ const char *fmi2GetVersion(void) { return fmi2Version; }
 void clear_state(State *s)
 {
     memset(s, 0, sizeof *s);
+    /* −INFINITY: nothing is computed ahead. */
     s->stop_time = INFINITY, s->tolerance = DEFAULT_TOLERANCE, s->fast_until = -INFINITY;
     for (uint32_t r = 0; r < COMPONENT.variable_count; r++)
         s->values[r] = COMPONENT.variables[r].start;
 }
 
-Number number(double value)
+Number format_number(double value)
 {
-    Number n = {"nan"};
+    Number number = {"nan"};
     if (isnan(value))
-        return n;
+        return number;
+    /* Doubles have 15 digits for certain, and need at most 17 to be read back. */
     for (int digits = 15; digits <= 17; digits++) {
-        snprintf(n.text, sizeof n.text, "%.*g", digits, value);
-        if (strtod(n.text, NULL) == value)
+        snprintf(number.text, sizeof number.text, "%.*g", digits, value);
+        if (strtod(number.text, NULL) == value)
             break;
     }
-    if (isfinite(value) && !strpbrk(n.text, ".,e"))
-        strcat(n.text, ".0");
-    return n;
+    if (isfinite(value) && !strpbrk(number.text, ".,e"))
+        strcat(number.text, ".0");
+    return number;
 }
 
 static void log_text(Instance *i, fmi2Status status, const char *text)
@@ -125,7 +127,8 @@ fmi2Status update_outputs(Instance *i)
         if (reason)
             return report(i, fmi2Error, "%s", reason);
         s->t = s->start_time, s->has_motion = 1, s->has_outputs = 0;
-        s->inputs_unchanged = !s->has_slopes;
+        /* The motion has begun with these inputs; slopes change them from the next step on. */
+        s->has_inputs_of_step = !s->has_slopes;
     }
     if (!s->has_outputs) {
         COMPONENT.compute_outputs(i);
@@ -165,7 +168,8 @@ fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, f
                               const fmi2CallbackFunctions *callbacks, fmi2Boolean visible,
                               fmi2Boolean logging)
 {
-    /* There are no debug messages; refusals are always logged. */
+    /* There are no debug messages that `logging` could select. Refusals are logged, until
+       fmi2SetDebugLogging switches their category off. */
     (void)resources, (void)visible, (void)logging;
     if (!callbacks || (type != fmi2CoSimulation && type != fmi2ModelExchange))
         return NULL;
@@ -211,7 +215,7 @@ fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean on, size_t count,
 fmi2Status fmi2Terminate(fmi2Component c)
 {
     Instance *i = c;
-    REQUIRE("terminate", ANY_TYPE, INITIALIZED);
+    REQUIRE(i, "terminate", ANY_TYPE, INITIALIZED);
     i->s.phase = TERMINATED, i->s.fast_until = -INFINITY;
     return fmi2OK;
 }
@@ -219,7 +223,7 @@ fmi2Status fmi2Terminate(fmi2Component c)
 fmi2Status fmi2Reset(fmi2Component c)
 {
     Instance *i = c;
-    REQUIRE("reset", ANY_TYPE, ~IN(INTERMEDIATE));
+    REQUIRE(i, "reset", ANY_TYPE, ~IN(INTERMEDIATE));
     clear_state(&i->s);
     return fmi2OK;
 }

@@ -46,13 +46,14 @@ typedef struct {
     /* Whether the motion has begun, with the parameters and inputs in `values`; whether the outputs
        in `values` are those at `t`. */
     int has_motion, has_outputs;
-    /* Whether an input has a slope, and whether no input was set since the last step. */
-    int has_slopes, inputs_unchanged;
-    /* Whether there is a switch at `t`, the end of a mode of the motion, and event mode has not yet
-       been entered. */
+    /* Whether an input has a slope; whether the inputs are those at the end of the last
+       communication step: none has been set since. */
+    int has_slopes, has_inputs_of_step;
+    /* Whether the last step ended at a switch (`component.h`) and the importer has not yet entered
+       event mode there: until then mode and counts stay those before the switch. */
     int switch_pending;
     /* Times, s; `t` is the current one. Up to `fast_until` the motion is computed already: steps
-       that end before it only advance `t`. */
+       that end before it only advance `t`. It is −INFINITY where the next step must check more. */
     double start_time, stop_time, tolerance, t, fast_until;
     /* Values of all variables; slopes of inputs over the next communication step. */
     double values[MAX_VARIABLES], slopes[MAX_VARIABLES];
@@ -137,20 +138,20 @@ const char *step_limit_reason(Instance *i, double t);
 typedef struct {
     char text[40];
 } Number;
-Number number(double value);
+Number format_number(double value);
 
 /* A set of one phase; sets are joined by |. */
 #define IN(phase) (1u << (phase))
 /* The phases after initialization, and all phases in which outputs can be computed. */
 #define INITIALIZED (IN(STEPPING) | IN(EVENTS) | IN(CONTINUOUS))
 #define READABLE (IN(INITIALIZATION) | INITIALIZED | IN(TERMINATED))
-/* Return from an FMI function with a failure, unless its component `c` is of a type (or ANY_TYPE)
-   and in one of some phases. */
-#define REQUIRE(call, type, phases)                               \
-    do {                                                          \
-        fmi2Status status_ = check_call(c, call, type, phases);   \
-        if (status_ != fmi2OK)                                    \
-            return status_;                                       \
+/* Return from an FMI function with a failure, unless the instance is of a type (or ANY_TYPE) and in
+   one of some phases. */
+#define REQUIRE(instance, call, type, phases)                            \
+    do {                                                                 \
+        fmi2Status status_ = check_call(instance, call, type, phases);   \
+        if (status_ != fmi2OK)                                           \
+            return status_;                                              \
     } while (0)
 /* Both co-simulation and model exchange. */
 enum { ANY_TYPE = -1 };

@@ -1,9 +1,10 @@
 /* FMI 3.0: communication steps with intermediate updates.
 
-   The step is divided into parts that end with the steps of the motion. Before each part the
-   importer, if it sets inputs, is asked for those at the end of the part; they are interpolated.
-   After the part it can read outputs. In both updates it may request an early return. If inputs do
-   not change, the motion has the bits of a step without updates. */
+   A communication step is divided into parts that end with the steps in which the component
+   computes the motion (`component.h`). Before each part the importer, if it sets inputs, is asked
+   for those at the end of the part; they are interpolated. After the part it can read outputs. In
+   both updates it may request an early return. If inputs do not change, the motion equals that
+   without updates to the last bit. */
 
 #include <math.h>
 #include <string.h>
@@ -66,13 +67,13 @@ static void ask_for_inputs(Instance *i, double end, double *stop)
         s->slopes[r] = i->is_updated[r] ? (s->values[r] - before[r]) / (end - s->t) : 0.0;
         s->has_slopes |= s->slopes[r] != 0.0;
     }
+    /* The inputs reach the new values along their slopes, at the end of the part. */
     memcpy(s->values, before, sizeof before);
 }
 
 fmi2Status do_step_with_updates(Instance *i, double current, double h, int *switched, int *returned)
 {
-    Instance *c = i;
-    REQUIRE("do_step", fmi2CoSimulation, IN(STEPPING));
+    REQUIRE(i, "do_step", fmi2CoSimulation, IN(STEPPING));
     const fmi2Status status = check_step(i, current, h);
     if (status != fmi2OK)
         return status;

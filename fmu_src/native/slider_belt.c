@@ -2,7 +2,9 @@
 
    In all functions `i` is the instance, `s` its state, `v` the values of its variables by value
    reference, and `d` the changes of these values in directional derivatives. `p` are the parameters
-   in the kernel's columns (P_M to P_V_S), and `q` their changes. */
+   in the order of the kernel, `fivtui/kernel` (P_M to P_V_S), and `q` their changes. The kernel's
+   functions of `p`, such as `load_of` (the downward force F, N), are generated from
+   `fivtui/model/field.py`. */
 
 #include <float.h>
 #include <string.h>
@@ -13,12 +15,13 @@
 #include "rest.h"
 #include "slider_belt_table.h"
 
-/* An importer stops near a switch, on either side: its distance relative to the scale of motion. */
+/* Closer to a switch than this, relative to the scale of motion, the motion is at the switch: an
+   importer stops close to it, on either side. */
 #define SWITCH_TOLERANCE 1e-8
 /* An importer of low accuracy may overshoot v_r = 0 by this part of the typical speed. */
 #define OVERSHOOT_TOLERANCE 1e-2
-/* A motion that fails with smaller coordinates is too fast, not too large: `_SMALL` in
-   `fivtui.taylor.stepper`. */
+/* If all coordinates of a motion that overflows are smaller, m and m/s, its derivatives overflow:
+   the motion is too fast, not too large. `_SMALL` in `fivtui.taylor.stepper`. */
 #define OVERFLOW_SIZE 1e30
 /* Tolerance of one Taylor step, as part of the tolerance of a run: `local_tolerance` in
    `fivtui.taylor.stepper`. */
@@ -38,16 +41,18 @@ static const uint32_t DERIVATIVE_REFERENCES[STATES] = {V_vx, V_vy, V_ax, V_ay};
    keeps the slider from slipping forward and backward. */
 enum { HEIGHT, SLIDING_SPEED, FORWARD_MARGIN, BACKWARD_MARGIN, INDICATORS };
 
-/* What the state of an instance stores of the motion: mode, as in `fivtui.model.modes`, and counts
-   for the outputs, then the motion in Taylor steps. */
+/* What the state of an instance stores of the motion. */
 typedef struct {
+    /* Values of outputs: mode, as in `fivtui.model.modes`, counts, and time of the last switch, s.
+       In co-simulation they are read from `motion`. */
     double mode, separations, reattachments, switches, sticks, last_event;
-    /* 0 or 1. */
+    /* 0 or 1: counts as a stick. */
     double starts_in_stick;
     /* Speed of the belt at the last update of the mode in model exchange, m/s. */
     double update_speed;
     /* Acceleration of the belt for the outputs, m/s². */
     double belt_acceleration;
+    /* The motion in Taylor steps, which co-simulation advances. */
     Motion motion;
 } MotionRecord;
 
@@ -83,7 +88,7 @@ static double clipped_speed(const State *s, int variable)
     return speed < LEAST_SPEED ? 0.0 : speed;
 }
 
-/* Read the parameters in the kernel's columns: P_MU_S is -1 where static friction equals μ. */
+/* Read the parameters in the kernel's order: P_MU_S is -1 where static friction equals μ. */
 static void read_parameters(const State *s, double *p)
 {
     for (int n = 0; n < PARAMETERS; n++)
@@ -93,7 +98,7 @@ static void read_parameters(const State *s, double *p)
     p[P_MU_S] = mu_s > 0.0 ? mu_s : -1.0, p[P_V_S] = mu_s > 0.0 ? clipped_speed(s, V_v_s) : 0.0;
 }
 
-/* Read their changes from those of the variables. */
+/* Read the changes of the parameters from those of the variables. */
 static void read_parameter_changes(const double *d, double *q)
 {
     for (int n = 0; n < PARAMETERS; n++)
@@ -244,15 +249,18 @@ static double motion_step_end(Instance *i)
     double t = i->s.t;
     Motion *m = &motion_record(i)->motion;
     const Motion before = *m;
-    /* Ignore a failure: the step that follows reports it. */
+    /* To advance to the current time computes the step that begins there. Ignore a failure: the
+       step that follows reports it. */
     const double end = advance_motion(i, t, &t, NULL) ? INFINITE : m->end;
-    /* Do not count modes met while looking ahead. */
+    /* The importer sets inputs for this step, with which it is computed again. On a belt of finite
+       speed the mode may then be another: that under held inputs must not be counted. */
     if (i->updates_inputs && is_finite_belt(&i->s))
         *m = before;
     return end;
 }
 
-/* Read the state at the current time; also mode and counts unless a switch is pending. */
+/* Read the state at the current time; also mode and counts unless a switch is pending. `w` has the
+   kernel's state of the run, with its counts. */
 static void read_motion(Instance *i)
 {
     State *s = &i->s;
@@ -265,21 +273,22 @@ static void read_motion(Instance *i)
     if (s->switch_pending)
         return;
     record->mode = motion_mode(m);
-    record->last_event = is_finite_belt(s) ? m->last_change : w->last_switch;
+    record->last_event = is_finite_belt(s) ? m->last_belt_switch : w->last_switch;
     record->separations = w->separations, record->reattachments = w->reattachments;
-    record->switches = is_finite_belt(s) ? m->changes : w->separations + w->reattachments;
+    record->switches = is_finite_belt(s) ? m->belt_switches : w->separations + w->reattachments;
     record->sticks = m->sticks + record->starts_in_stick;
 }
 
-/* On a belt of finite speed, read the acceleration of the belt and the mode: of the last step, or
-   if an input was set after it, of the beginning of the next step. */
+/* On a belt of finite speed, read the acceleration of the belt and the mode. They are those of the
+   last step if no input was set after it. Otherwise they are those at the beginning of the next
+   step, with the new inputs and slopes. */
 static void read_belt_mode(Instance *i)
 {
     const State *s = &i->s;
     MotionRecord *record = motion_record(i);
     const Motion *m = &record->motion;
-    record->belt_acceleration = s->inputs_unchanged ? m->speed.slope : s->slopes[V_v_belt];
-    if (s->inputs_unchanged || s->switch_pending)
+    record->belt_acceleration = s->has_inputs_of_step ? m->speed.slope : s->slopes[V_v_belt];
+    if (s->has_inputs_of_step || s->switch_pending)
         return;
     const Motion before = *m;
     double t = s->t;
@@ -321,8 +330,10 @@ static void compute_outputs(Instance *i)
     double *v = i->s.values, x = states[X], y = states[Y], vx = states[VX], vy = states[VY];
     double p[BELT_PARAMETERS];
     read_parameters(&i->s, p);
+    /* Adding 0.0 makes −0.0 positive. */
     const double force = record->mode != SEPARATED ? spring_force(p, y) + 0.0 : 0.0;
     const double friction = friction_on_slider(i, p, force);
+    /* `switching` is the switching function: y, negative in contact. */
     v[V_x] = x, v[V_vx] = vx, v[V_y] = v[V_switching] = y, v[V_vy] = vy;
     v[V_P] = force;
     v[V_friction_slider] = friction, v[V_friction_belt] = -friction;
@@ -365,23 +376,26 @@ static void event_indicators(const Instance *i, double *indicators)
     }
 }
 
-/* Find the mode on a belt of finite speed at a state whose y is exact. If the sign of v_r is due to
-   rounding, or to an importer that overshot its zero, set vx to the speed of the belt. `scale` is
-   the typical speed of the motion, m/s. */
+/* Find the mode on a belt of finite speed at a state whose y has the right sign: `update_mode` has
+   set it to zero if it is zero to rounding. If the sign of v_r is due to rounding, or to an
+   importer that overshot its zero, set vx to the speed of the belt. `scale` is the typical speed of
+   the motion, m/s. */
 static double find_mode(const Instance *i, Block *w, double *p, double *state, double scale)
 {
     const MotionRecord *record = const_record(i);
     const double vx = state[S_VX], speed = p[P_V_BELT], v_r = speed - vx;
     const int has_overshot =
         (record->mode == FORWARD && v_r < 0.0) || (record->mode == BACKWARD && v_r > 0.0);
+    /* A new speed of the belt since the last update reverses v_r at once: this is no overshoot. */
     const double tolerance =
         has_overshot && speed == record->update_speed ? OVERSHOOT_TOLERANCE : SWITCH_TOLERANCE;
     Belt belt;
     if (vabs(v_r) <= tolerance * maximum(scale, speed))
         state[S_VX] = speed;
+    /* The kernel needs the value; `read_parameters` gives −1 for μ. */
     p[P_MU_S] = p[P_MU_S] < 0.0 ? p[P_MU] : p[P_MU_S];
-    begin_problem(w, 0, p, i->s.values[V_separation] != 0.0, state);
-    begin_belt(&belt, w, 0, p, 1);
+    begin_problem(w, ONLY_LANE, p, i->s.values[V_separation] != 0.0, state);
+    begin_belt(&belt, w, ONLY_LANE, p, 1);
     if (belt.mode == SEPARATED) {
         state[S_VX] = vx;
         return SEPARATED;
@@ -400,15 +414,17 @@ static int update_mode(Instance *i)
     double state[STATE] = {s->states[X], s->states[VX], s->states[Y], s->states[VY]};
     Block w;
     read_parameters(s, p);
-    begin_problem(&w, 0, p, s->values[V_separation] != 0.0, state);
+    /* The kernel's scales of the motion, and the side of y: `w.side`. */
+    begin_problem(&w, ONLY_LANE, p, s->values[V_separation] != 0.0, state);
     /* The scale of motion, m: of positions, and of speeds over the frequency. */
     const double speed = maximum(vabs(state[S_VX]), vabs(state[S_VY])) / w.frequency;
     const double position = maximum(vabs(state[S_X]), vabs(state[S_Y]));
     const double scale = maximum(w.deflection, maximum(position, speed));
     if (vabs(state[S_Y]) <= SWITCH_TOLERANCE * scale) {
-        /* The sign of y is due to rounding: the direction of the motion selects the mode. */
+        /* The sign of y is due to rounding. At y = 0 `begin_problem` sets the side by the direction
+           of the motion. */
         state[S_Y] = 0.0;
-        begin_problem(&w, 0, p, s->values[V_separation] != 0.0, state);
+        begin_problem(&w, ONLY_LANE, p, s->values[V_separation] != 0.0, state);
     }
     double mode = w.side > 0.0 ? SEPARATED : CONTACT;
     if (is_finite_belt(s)) {
@@ -475,6 +491,9 @@ static void differentiate_start(const Instance *i, double *d)
     double p[BELT_PARAMETERS], q[BELT_PARAMETERS];
     read_parameters(&i->s, p), read_parameter_changes(d, q);
     const double y = v[V_y], load_change = load_of_change(p, q);
+    /* The height of a slider off the belt is −F over the stiffness of k1 and k3 together. In
+       contact it is the root of a cubic, α y³ + β y + F: `rest_cubic` and `rest_linear` for
+       μ = 0. */
     if (v[V_separation] != 0.0 && load_of(p) < 0.0)
         d[V_y] = -(load_change + suspension_stiffness_change(p, q) * y) / suspension_stiffness(p);
     else
@@ -486,13 +505,14 @@ static void differentiate_start(const Instance *i, double *d)
     d[V_vx] = d[V_vy] = 0.0;
 }
 
-/* Indices of the numbers of a saved motion: the record, then the start of its Taylor step. */
+/* Indices of the numbers of a saved motion: members of `MotionRecord`, then the start of its Taylor
+   step, with the counts of `Motion` in `stepping.h`. */
 enum {
     N_MODE, N_SEPARATIONS, N_REATTACHMENTS, N_SWITCHES, N_STICKS, N_LAST_EVENT,
     N_STARTS_IN_STICK, N_UPDATE_SPEED,
     N_STEP_START, N_REMAINDER, N_STEP_SIDE, N_STALLED, N_STEP_SEPARATIONS, N_STEP_REATTACHMENTS,
     N_LAST_SWITCH, N_X, N_VX, N_Y, N_VY,
-    N_STEP_MODE, N_STEP_STICKS, N_SLIPS, N_REVERSALS, N_CHANGES, N_LAST_CHANGE,
+    N_STEP_MODE, N_STEP_STICKS, N_SLIPS, N_REVERSALS, N_BELT_SWITCHES, N_LAST_BELT_SWITCH,
     N_HAS_STEP, N_RAMP_START, N_F, N_F_SLOPE, N_MU, N_MU_SLOPE, N_SPEED, N_SPEED_SLOPE, NUMBERS
 };
 _Static_assert(NUMBERS <= MOTION_NUMBERS, "there is no room for the numbers");
@@ -516,8 +536,8 @@ static void pack(const Instance *i, double *numbers)
     numbers[N_Y] = w->ys[0], numbers[N_VY] = w->ys[1];
     numbers[N_STEP_MODE] = motion_mode(m), numbers[N_STEP_STICKS] = m->sticks;
     numbers[N_SLIPS] = m->slips;
-    numbers[N_REVERSALS] = m->reversals, numbers[N_CHANGES] = m->changes;
-    numbers[N_LAST_CHANGE] = m->last_change;
+    numbers[N_REVERSALS] = m->reversals, numbers[N_BELT_SWITCHES] = m->belt_switches;
+    numbers[N_LAST_BELT_SWITCH] = m->last_belt_switch;
     numbers[N_HAS_STEP] = m->has_step, numbers[N_RAMP_START] = m->ramp_start;
     numbers[N_F] = m->force.value, numbers[N_F_SLOPE] = m->force.slope;
     numbers[N_MU] = m->friction.value, numbers[N_MU_SLOPE] = m->friction.slope;
@@ -581,15 +601,18 @@ static int unpack(Instance *i, const double *numbers)
     w->stalled = numbers[N_STALLED];
     w->separations = numbers[N_STEP_SEPARATIONS], w->reattachments = numbers[N_STEP_REATTACHMENTS];
     w->last_switch = numbers[N_LAST_SWITCH];
+    /* The coefficients of the motion on the restored side. */
     set_field(w);
     m->belt.mode = (int64_t)numbers[N_STEP_MODE], m->sticks = numbers[N_STEP_STICKS];
     m->slips = numbers[N_SLIPS];
-    m->reversals = numbers[N_REVERSALS], m->changes = numbers[N_CHANGES];
-    m->last_change = numbers[N_LAST_CHANGE];
+    m->reversals = numbers[N_REVERSALS], m->belt_switches = numbers[N_BELT_SWITCHES];
+    m->last_belt_switch = numbers[N_LAST_BELT_SWITCH];
     m->ramp_start = numbers[N_RAMP_START], m->force.slope = numbers[N_F_SLOPE];
     m->friction.slope = numbers[N_MU_SLOPE], m->speed.slope = numbers[N_SPEED_SLOPE];
-    if (i->type == fmi2ModelExchange || numbers[N_HAS_STEP] == 0.0)
-        return i->type == fmi2ModelExchange || s->t == w->t;
+    if (i->type == fmi2ModelExchange)
+        return 1;
+    if (numbers[N_HAS_STEP] == 0.0)
+        return s->t == w->t;
     return stepping->recompute(m) == RUNNING && s->t >= w->t && s->t < m->end;
 }
 

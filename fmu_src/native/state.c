@@ -19,10 +19,11 @@ enum {
     VERSION_AT = MAGIC, COUNT_AT = VERSION_AT + INTEGER_SIZE, BUILD_AT = COUNT_AT + INTEGER_SIZE,
     NUMBERS_AT = BUILD_AT + BUILD
 };
-/* Indices of the numbers before the values of the variables, their slopes, states and motion. */
+/* Indices of the first numbers: type, and members of `State` in `instance.h`. The values of the
+   variables, their slopes, the states and the motion follow. */
 enum {
-    N_TYPE, N_PHASE, N_IS_SET_UP, N_HAS_MOTION, N_HAS_SLOPES, N_INPUTS_UNCHANGED, N_SWITCH_PENDING,
-    N_START_TIME, N_STOP_TIME, N_TOLERANCE, N_TIME, FIXED_COUNT
+    N_TYPE, N_PHASE, N_IS_SET_UP, N_HAS_MOTION, N_HAS_SLOPES, N_HAS_INPUTS_OF_STEP,
+    N_SWITCH_PENDING, N_START_TIME, N_STOP_TIME, N_TOLERANCE, N_TIME, FIXED_COUNT
 };
 
 static const char MAGIC_TEXT[MAGIC + 1] = "fivtuiFM";
@@ -36,7 +37,7 @@ typedef struct {
 fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *state)
 {
     Instance *i = c;
-    REQUIRE("get_fmu_state", ANY_TYPE, ~IN(INTERMEDIATE));
+    REQUIRE(i, "get_fmu_state", ANY_TYPE, ~IN(INTERMEDIATE));
     if (!state)
         return report(i, fmi2Error, "get_fmu_state: a pointer to the state must be given");
     Saved *saved = *state ? *state : malloc(sizeof *saved);
@@ -51,7 +52,7 @@ fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate state)
 {
     Instance *i = c;
     const Saved *saved = state;
-    REQUIRE("set_fmu_state", ANY_TYPE, ~IN(INTERMEDIATE));
+    REQUIRE(i, "set_fmu_state", ANY_TYPE, ~IN(INTERMEDIATE));
     if (!saved)
         return report(i, fmi2Error, "there is no such FMU state");
     if (saved->type != i->type)
@@ -113,12 +114,13 @@ static void pack(const Saved *saved, const Instance *i, double *numbers)
 {
     const State *s = &saved->s;
     const uint32_t count = COMPONENT.variable_count;
+    /* COMPONENT.pack reads the motion from an instance. */
     Instance scratch = *i;
     scratch.s = *s;
     memset(numbers, 0, number_count() * sizeof *numbers);
     numbers[N_TYPE] = saved->type, numbers[N_PHASE] = s->phase, numbers[N_IS_SET_UP] = s->is_set_up;
     numbers[N_HAS_MOTION] = s->has_motion, numbers[N_HAS_SLOPES] = s->has_slopes;
-    numbers[N_INPUTS_UNCHANGED] = s->inputs_unchanged;
+    numbers[N_HAS_INPUTS_OF_STEP] = s->has_inputs_of_step;
     numbers[N_SWITCH_PENDING] = s->switch_pending;
     numbers[N_START_TIME] = s->start_time, numbers[N_STOP_TIME] = s->stop_time;
     numbers[N_TOLERANCE] = s->tolerance, numbers[N_TIME] = s->t;
@@ -148,7 +150,7 @@ static int unpack(Instance *i, const double *numbers)
     if (numbers[N_TYPE] != i->type || !is_whole_number(numbers[N_PHASE], TERMINATED)
         || !is_whole_number(numbers[N_IS_SET_UP], 1) || !is_whole_number(numbers[N_HAS_MOTION], 1)
         || !is_whole_number(numbers[N_HAS_SLOPES], 1)
-        || !is_whole_number(numbers[N_INPUTS_UNCHANGED], 1)
+        || !is_whole_number(numbers[N_HAS_INPUTS_OF_STEP], 1)
         || !is_whole_number(numbers[N_SWITCH_PENDING], 1)
         || numbers[N_STOP_TIME] < numbers[N_START_TIME]
         || !(numbers[N_TOLERANCE] >= LEAST_TOLERANCE
@@ -156,7 +158,7 @@ static int unpack(Instance *i, const double *numbers)
         return 0;
     s->phase = (Phase)(int)numbers[N_PHASE], s->is_set_up = numbers[N_IS_SET_UP] != 0.0;
     s->has_motion = numbers[N_HAS_MOTION] != 0.0, s->has_slopes = numbers[N_HAS_SLOPES] != 0.0;
-    s->inputs_unchanged = numbers[N_INPUTS_UNCHANGED] != 0.0;
+    s->has_inputs_of_step = numbers[N_HAS_INPUTS_OF_STEP] != 0.0;
     s->switch_pending = numbers[N_SWITCH_PENDING] != 0.0;
     s->start_time = numbers[N_START_TIME], s->stop_time = numbers[N_STOP_TIME];
     s->tolerance = numbers[N_TOLERANCE], s->t = numbers[N_TIME];

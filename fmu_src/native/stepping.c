@@ -23,9 +23,6 @@
    scale of the speeds, moves with the belt: the speed at the end of a ramp has rounding errors. */
 #define SPEED_TOLERANCE 0x1p-36
 
-/* A block of the kernel has one lane here, for one run. */
-#define ONLY_LANE 0
-
 /* The inputs as a course of the kernel: linear functions of time from `ramp_start` on. P_MU_S < 0
    means that static friction follows μ. */
 static Course input_course(const Motion *m)
@@ -96,20 +93,20 @@ NOINLINE int compute_motion_step(Motion *m)
     return RUNNING;
 }
 
-/* Count a change of the mode at time t, if there is one; `before` is the mode before it. */
-static void count_change(Motion *m, int64_t before, double t)
+/* Count a switch at time t if the mode has changed; `before` is the mode before it. */
+static void count_switch(Motion *m, int64_t before, double t)
 {
     const int64_t mode = m->belt.mode;
     if (mode == before)
         return;
-    m->last_change = t, m->changes += 1.0;
+    m->last_belt_switch = t, m->belt_switches += 1.0;
     m->sticks += mode == STICK, m->slips += before == STICK;
     m->reversals += is_sliding(mode) && is_sliding(before);
 }
 
 static double switch_count(const Motion *m)
 {
-    return m->belt.finite ? m->changes : m->w.separations + m->w.reattachments;
+    return m->belt.finite ? m->belt_switches : m->w.separations + m->w.reattachments;
 }
 
 /* Advance to the end of a step on a belt of finite speed. */
@@ -136,7 +133,7 @@ static int finish_motion_step(Motion *m)
     if (m->belt.finite) {
         const int64_t before = m->belt.mode;
         const StepFlags flags = finish_belt_step(m, &step_end);
-        count_change(m, before, m->end);
+        count_switch(m, before, m->end);
         return flags.stalled ? STALLED : RUNNING;
     }
     w->preload = m->force.value + m->force.slope * (m->end - m->ramp_start);
@@ -204,7 +201,7 @@ static void begin_motion(Motion *m, const double *p, int separation, int finite_
     if (!finite_belt)
         m->p[P_MU_S] = -1.0;
     m->separation = separation, m->tol = tol, m->cubic = p[P_K_NL] > 0.0;
-    m->ramp_start = m->last_change = t;
+    m->ramp_start = m->last_belt_switch = t;
     m->force = (Ramp){p[P_F], 0.0}, m->friction = (Ramp){p[P_MU], 0.0};
     m->speed = (Ramp){finite_belt ? p[P_V_BELT] : 0.0, 0.0};
     /* `start_step` begins `belt` only if its speed is finite; ramps of inputs always need its
@@ -246,7 +243,7 @@ static void change_inputs(Motion *m, double t, Ramp force, Ramp friction, Ramp s
     w->reattachments = before.reattachments + (w->side < before.side);
     w->last_switch = w->side != before.side ? t : before.last_switch;
     if (m->belt.finite)
-        count_change(m, mode, t);
+        count_switch(m, mode, t);
 }
 
 static int are_equal(Ramp a, Ramp b) { return a.value == b.value && a.slope == b.slope; }

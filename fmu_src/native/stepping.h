@@ -1,11 +1,15 @@
 /* The motion, computed in Taylor steps, under inputs that may change at communication points.
 
-   A Taylor step covers many communication steps. It is used until its end or a change of inputs, so
-   the motion has the bits of `fivtui.simulate`, whatever the communication points. */
+   A Taylor step covers many communication steps. It is used until its end or a change of inputs. So
+   the motion equals that of `fivtui.simulate` to the last bit, whatever the communication points.
+
+   The kernel, in `fivtui/kernel`, computes the steps. Its `driven.h` has the motion under
+   parameters that change linearly with time. */
 
 #ifndef FIVTUI_FMU_STEPPING_H
 #define FIVTUI_FMU_STEPPING_H
 
+/* The kernel's functions for one run, also for belts of finite speed. */
 #define LANES 1
 #define FINITE_BELT 1
 #include "driven.h"
@@ -13,17 +17,22 @@
 /* Hidden: other libraries of the process may have functions of the same names. */
 #pragma GCC visibility push(hidden)
 
-/* The motion and its current Taylor step; a copy is a complete state.
+/* A block of the kernel has one lane here, for one run. */
+#define ONLY_LANE 0
+
+/* The motion and its current Taylor step; a copy is a complete state. Flags and counts are doubles:
+   a saved state consists of doubles.
 
    To restore a saved motion: call `begin` with `p` and the state at the start of the step, write
    back the saved numbers of `w`, slopes, `ramp_start`, `belt.mode` and counts, call `recompute`. */
 typedef struct {
-    /* The kernel's variables at the start of the step. */
+    /* The kernel's state of the run at the start of the step, and the polynomials of the step. */
     Block w;
     Belt belt;
     /* Whether `w` has the polynomials of the step and the state at its end. */
     double has_step;
-    /* The guard that ends the step, a `StepCut`; if the step is in stick, the mode after it. */
+    /* What ends the step, a `StepCut`: the zero of a guard, a function that is positive while a
+       mode lasts, or none. The mode after the step, if it ends stick. */
     double cut, next_mode;
     /* Time at the end of the step, s: rounded, and exact time less rounded time. */
     double end, end_remainder;
@@ -34,10 +43,10 @@ typedef struct {
     double ramp_start;
     /* Where the last advance failed: time, s, and largest coordinate of the state. */
     double failed_at, failed_size;
-    /* On a belt of finite speed: numbers of changes to stick, from stick, and between forward and
-       backward slip; number of all changes of the mode, and time of the last. Further counts are
-       w.separations and w.reattachments. */
-    double sticks, slips, reversals, changes, last_change;
+    /* On a belt of finite speed: numbers of switches to stick, from stick, and between forward and
+       backward slip; number of all switches, and time of the last. Further counts are w.separations
+       and w.reattachments: on other belts they are those of all switches. */
+    double sticks, slips, reversals, belt_switches, last_belt_switch;
     double p[BELT_PARAMETERS];
 } Motion;
 
@@ -57,8 +66,8 @@ INLINE int has_ramps(const Motion *m)
 /* The motion's functions, compiled for one instruction set. */
 typedef struct {
     /* Begins the motion at t. On a belt of finite speed (`finite_belt`) p has BELT_PARAMETERS
-       columns: P_MU_S is negative if static friction equals μ (else μ must not exceed it), P_V_S is
-       0 if friction does not depend on the speed. On other belts p has PARAMETERS columns. */
+       numbers: P_MU_S is negative if static friction equals μ (else μ must not exceed it), P_V_S is
+       0 if friction does not depend on the speed. On other belts p has PARAMETERS numbers. */
     void (*begin)(Motion *m, const double *p, int separation, int finite_belt, const double *state,
                   double t, double tol);
     /* Advances to t under inputs that apply from `from` on; with `switched`, to the first switch up

@@ -44,6 +44,7 @@ fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference r[], size_t cou
     fmi2Status status = prepare_reading(i, r, count, values);
     for (size_t n = 0; n < count && status == fmi2OK; n++)
         status = check_finite(i, COMPONENT.variables[r[n]].name, i->s.values[r[n]]);
+    /* After a failure all values are NaN, also for an importer that ignores the status. */
     for (size_t n = 0; n < count && values; n++)
         values[n] = status == fmi2OK ? i->s.values[r[n]] : NAN;
     return status;
@@ -133,7 +134,9 @@ static fmi2Status set_values(Instance *i, const fmi2ValueReference *r, size_t co
         if (s->values[r[n]] == value)
             continue;
         s->values[r[n]] = value;
-        s->has_outputs = s->inputs_unchanged = 0, s->fast_until = -INFINITY;
+        /* The motion that is computed already, under the old inputs, no longer holds. */
+        s->has_outputs = s->has_inputs_of_step = 0, s->fast_until = -INFINITY;
+        /* Let the motion begin anew with the new initial values. */
         if (is_initial)
             s->has_motion = 0;
     }
