@@ -102,7 +102,9 @@ def kind_of(path: Path) -> str:
         kind_name = _kind_of_json(path)
     else:
         header = read_header(path, "result").keys()
-        matching_kinds = (name for name, kind in studies() if kind.header and header >= kind.header)
+        matching_kinds = (
+            name for name, kind in studies() if kind.header_keys and header >= kind.header_keys
+        )
         # A trajectory written by another program has no header.
         kind_name = next(matching_kinds, "") if header else "run"
     if not kind_name or study(kind_name).load is None:

@@ -87,7 +87,7 @@ BOUNCE = StudyKind(
     as_json=True,
     stem=lambda _: "bounce",
     load=load_bounce,
-    header=frozenset({"bounce_of"}),
+    header_keys=frozenset({"bounce_of"}),
     command=lambda result: command_for("bounce", result),
     stored=Storage(".npz"),
 )
@@ -163,7 +163,7 @@ def test_every_study_declares_its_files_and_reads_stored_ones() -> None:
     stored_only = {name for name, kind in studies() if kind.stored is not None and not kind.load}
     # All stored studies can also be opened from files, except claims, which are recomputed.
     assert stored_only == {"claims"}
-    names = [name for name, kind in studies() if kind.header]
+    names = [name for name, kind in studies() if kind.header_keys]
     # The header of a map has the fewest keys, so other kinds must be recognised before it.
     assert names[-1] == "map"
 

@@ -222,8 +222,8 @@ class Chart:
         Tick labels of y = 0, 1, … in figures; if empty, ticks are numbers.
     stacked : bool
         Whether figures stack the areas of traces over the same x.
-    tight : bool
-        Whether the x axis ends where the data end, without margins.
+    x_margins : bool
+        Whether the x axis has margins; without them it ends where the data end.
     x_range, y_range : tuple of float, optional
         Limits before any zoom; if None, the axes fit the data.
     to_scale : bool
@@ -253,7 +253,7 @@ class Chart:
     x_axis: bool = True
     y_names: Sequence[str] = ()
     stacked: bool = False
-    tight: bool = True
+    x_margins: bool = False
     x_range: tuple[float, float] | None = None
     y_range: tuple[float, float] | None = None
     to_scale: bool = False
@@ -359,10 +359,10 @@ class View:
         parts = [trace.x for _, trace in self.visible_traces(chart)]
         if chart.backdrop is not None:
             parts.append(chart.backdrop.x)
-        if not self.log_x and chart.tight and parts and not chart.is_plane:
+        if not self.log_x and not chart.x_margins and parts and not chart.is_plane:
             # x ascends: the ends suffice.
             parts = [part[[0, -1]] for part in parts if part.size]
-        return axis_for(parts, log=self.log_x, tight=chart.tight)
+        return axis_for(parts, log=self.log_x, tight=not chart.x_margins)
 
     def _fitted_y(self, chart: Chart, x: Axis) -> Axis:
         if chart.y_range is not None and not self.log_y:

@@ -139,7 +139,7 @@ def _displayed_chart(chart: Chart, view: View) -> Chart:
         colour_scale=colours,
         y_names=(),
         stacked=False,
-        tight=False,
+        x_margins=True,
         log="x" * x.log + "y" * y.log,
         linear_within=0.0,
         legend="below",

@@ -563,7 +563,7 @@ def _set_scales(axes: Axes, chart: Chart) -> None:
 
 
 def _set_limits(axes: Axes, chart: Chart) -> None:
-    if chart.tight and not chart.is_plane and chart.traces:
+    if not (chart.x_margins or chart.is_plane) and chart.traces:
         axes.set_xlim(chart.traces[0].x[0], chart.traces[0].x[-1])
     if chart.linear_within:
         axes.set_xscale("symlog", linthresh=chart.linear_within)

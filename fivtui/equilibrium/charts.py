@@ -72,7 +72,7 @@ def plane_chart(result: Stability, scan: ModeScan | None) -> Chart:
         tuple(traces),
         guides=guides,
         # With margins beyond the outermost eigenvalues.
-        tight=False,
+        x_margins=True,
     )
 
 

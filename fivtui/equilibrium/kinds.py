@@ -34,7 +34,7 @@ STABILITY: Final = StudyKind(
     save=_save_modes,
     as_json=True,
     stem=lambda _study: "stability",
-    header=frozenset({"critical_mu"}),
+    header_keys=frozenset({"critical_mu"}),
     json_keys=frozenset({"eigenvalues", "critical_mu"}),
     command=lambda study: command_for("stability", study),
 )

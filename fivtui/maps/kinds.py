@@ -43,7 +43,7 @@ MAP: Final = StudyKind(
     as_json=True,
     stem=lambda result: f"map-{'-'.join(result.names)}",
     load=files.load_map,
-    header=frozenset({"parameters", "separation"}),
+    header_keys=frozenset({"parameters", "separation"}),
     json_keys=frozenset({"over", "values"}),
     command=_command,
     stored=Storage(".npz", size=_stored_size),

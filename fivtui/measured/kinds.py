@@ -12,8 +12,8 @@ def _command(scene_and_options: tuple[Any, ValidateOptions]) -> Command:
     # run, the options have the measured file and the tolerances.
     scene, options = scene_and_options
     # No option sets these two: error targets, and tables of parameters that change with time.
-    needed = {"accuracy": scene.accuracy, "over_time": scene.over_time}
-    return command_for("validate", scene, options, needed=needed)
+    scene_only = {"accuracy": scene.accuracy, "over_time": scene.over_time}
+    return command_for("validate", scene, options, scene_only=scene_only)
 
 
 VALIDATION: Final = StudyKind(
@@ -22,7 +22,7 @@ VALIDATION: Final = StudyKind(
     suffixes=TABLE_SUFFIXES,
     as_json=True,
     # The key by which the header of a saved table is recognised.
-    header=frozenset({"validation"}),
+    header_keys=frozenset({"validation"}),
     stem=lambda result: f"validation-{result.quantity}",
     command=_command,
 )

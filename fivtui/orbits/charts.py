@@ -85,13 +85,13 @@ def continuation_sheet(result: Continuation) -> Sheet:
             )
     largest = max((float(trace.y.max(initial=0.0)) for trace in traces), default=0.0)
     intervals = _coexistence_intervals(result)
-    # Margins for markers at the ends of the x axis (not `tight`), and in figures below y = 0.
+    # Margins for markers at the ends of the x axis, and in figures below y = 0.
     chart = Chart(
         axis_label(ALL_PARAMETERS[result.name]),
         Label("±y (m)", "Half peak-to-peak of $y$ (m)"),
         tuple(traces),
         strips=(Strip(label="coexist", meaning="coexistence", intervals=intervals),),
-        tight=False,
+        x_margins=True,
         figure_y=(-0.05 * largest, None),
     )
     return Sheet([[chart]], _FIGURE_SIZE, parameter_text(result.parameters, (result.name,)))

@@ -37,7 +37,7 @@ BRANCHES: Final = StudyKind(
     suffixes=TABLE_SUFFIXES,
     as_json=True,
     stem=lambda result: f"branches-{result.name}",
-    header=frozenset({"kinds"}),
+    header_keys=frozenset({"kinds"}),
     json_keys=frozenset({"points", "coexisting"}),
 )
 
@@ -47,7 +47,7 @@ BASIN: Final = StudyKind(
     suffixes=TABLE_SUFFIXES,
     as_json=True,
     stem=lambda result: f"basin-{'-'.join(result.names)}",
-    header=frozenset({"attractors"}),
+    header_keys=frozenset({"attractors"}),
     json_keys=frozenset({"reached", "over"}),
 )
 
@@ -68,7 +68,7 @@ BRANCH: Final = StudyKind(
     suffixes=TABLE_SUFFIXES,
     as_json=True,
     stem=lambda result: f"branch-{result.name}",
-    header=frozenset({"event_kinds"}),
+    header_keys=frozenset({"event_kinds"}),
     json_keys=frozenset({"parameter", "points", "events"}),
     load=branch_files.restore_branch,
     command=_branch_command,
@@ -85,6 +85,6 @@ BOUNDARY: Final = StudyKind(
     suffixes=TABLE_SUFFIXES,
     as_json=True,
     stem=lambda result: f"{result.kind}-{'-'.join(result.names)}",
-    header=frozenset({"curve_events"}),
+    header_keys=frozenset({"curve_events"}),
     json_keys=frozenset({"curve", "over", "curves"}),
 )

@@ -58,7 +58,7 @@ FIGURE: Final = StudyKind(
     suffixes=TABLE_SUFFIXES,
     save=lambda panel, path: data.save_data(panel.results.table(panel.key), path),
     stem=lambda panel: f"fig-{panel.number:02d}{panel.letter}",
-    header=frozenset({"figure"}),
+    header_keys=frozenset({"figure"}),
     command=lambda panel: Command("figures", arguments=[str(panel.number), "--out", "figures"]),
 )
 

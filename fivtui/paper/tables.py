@@ -16,7 +16,7 @@ from fivtui.equilibrium import (
 )
 from fivtui.model import ComputationError, Parameters, System, equilibrium
 from fivtui.scene import Scene
-from fivtui.transient import Transient, checked_trajectory
+from fivtui.transient import Transient, finite_trajectory
 
 from .amplitudes import Amplitude
 from .data import FigureData
@@ -98,7 +98,7 @@ def amplitude_columns(scenes: Iterable[Scene], amplitudes: Sequence[Amplitude]) 
 
 def motion_columns(panel: Panel, runs: Sequence[Transient]) -> Columns:
     """Case, time and the quantity that a panel shows."""
-    motions = [checked_trajectory(run) for run in runs]
+    motions = [finite_trajectory(run) for run in runs]
     sizes = [motion.t.size for motion in motions]
     return {
         SEPARATION: np.repeat([float(run.separation) for run in runs], sizes),

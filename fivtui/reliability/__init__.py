@@ -13,7 +13,7 @@ if TYPE_CHECKING:
         check_until,
         parse_inputs,
         scattered_study,
-        truncation_warnings,
+        truncated_distribution_warnings,
     )
     from .result import Uncertainty
     from .run import MembersFile, compute_uncertainty, uncertainty

@@ -1,6 +1,8 @@
 """Charts of uncertainty studies: histograms by region, Sobol indices, samples by region.
 
-A region has the samples with one outcome: no squeal, squeal after a knock, squeal by itself.
+A region has the samples with one outcome. No squeal: μ is below the safe μ. Squeal after a knock: μ
+is above it, and only a large disturbance makes the slider vibrate. Squeal by itself: the
+equilibrium is unstable.
 """
 
 import math
@@ -43,11 +45,12 @@ _ROLES: Final = ("safe region", "knock region", "squeal region")
 _QUANTILE_LEVELS: Final = ("0.05", "0.5", "0.95")
 _DIGITS: Final = 4
 _DOT_COUNT: Final = 2000
-# Half the distance of the two bars of an input, whose distance to the next input is 1.
+# Distance of the bars of an input, one above and one below, from its y = 0, 1, …
 _BAR_SHIFT: Final = 0.2
-# Greatest margin of the axis of Sobol indices around 0 to 1.
+# Axis of Sobol indices: greatest margin around 0 to 1, right end relative to the greatest value.
 _INDEX_MARGIN: Final = 0.2
-# Excess of an index over the range 0 to 1 from which the title explains it.
+_INDEX_END: Final = 1.04
+# The title explains indices that are further than this outside 0 to 1.
 _VISIBLE_EXCESS: Final = 0.005
 # Figures: panels in a row, characters in a line of a title, bins, and heights in inches.
 _PANELS_PER_ROW: Final = 3
@@ -62,6 +65,8 @@ _TITLE_HEIGHT: Final = 0.9
 _PANEL_DOTS: Final = 400
 _PANEL_BINS: Final = 20
 _MAX_INPUTS: Final = 6
+# Least height of the matrix in heights of a panel, for a single input.
+_LEAST_ROWS: Final = 1.3
 
 
 def probability_text(result: Uncertainty) -> str:
@@ -110,7 +115,7 @@ def samples_chart(result: Uncertainty, quantity: str) -> Chart | None:
 def uncertainty_sheet(result: Uncertainty) -> Sheet:
     """Histograms of outputs by region, Sobol indices with intervals, and inputs by region."""
     histograms = [
-        replace(chart, guides=(), tight=False, y_label=chart.y_label if index == 0 else "")
+        replace(chart, guides=(), x_margins=True, y_label=chart.y_label if index == 0 else "")
         for index, name in enumerate(name for name, values in result.quantiles.items() if values)
         if (chart := histogram_chart(result, name, _BIN_COUNT)) is not None
     ]
@@ -172,8 +177,8 @@ def index_chart(result: Uncertainty, output: str) -> Chart:
             for name, _ in rows
         ],
         title=title,
-        tight=False,
-        figure_x=(max(low, -_INDEX_MARGIN), min(1.04 * high, 1.0 + _INDEX_MARGIN)),
+        x_margins=True,
+        figure_x=(max(low, -_INDEX_MARGIN), min(_INDEX_END * high, 1.0 + _INDEX_MARGIN)),
     )
 
 
@@ -201,6 +206,7 @@ def _scatter(result: Uncertainty, x_name: str, y_name: str, count: int) -> Chart
     x, y = result.samples(x_name), result.samples(y_name)
     indices = np.linspace(0, x.size - 1, min(count, x.size)).astype(int)
     traces = []
+    # Two regions have the first two of the three marks.
     regions = zip(result.regions().items(), _MARKS, _region_roles(result), strict=False)
     for (region, inside), mark, role in regions:
         drawn = indices[inside[indices]]
@@ -228,9 +234,10 @@ def _panel_rows(charts: Sequence[Chart], height: float) -> Sheet:
     """Charts in rows of at most three, of equal length if possible."""
     rows = math.ceil(len(charts) / _PANELS_PER_ROW)
     columns = math.ceil(len(charts) / rows)
-    padded = [*charts, *[None] * (rows * columns - len(charts))]
+    # Charts in reading order, with gaps at the end of the last row; a sheet takes columns.
+    cells = [*charts, *[None] * (rows * columns - len(charts))]
     return Sheet(
-        [padded[column::columns] for column in range(columns)], (FIGURE_WIDTH, height * rows)
+        [cells[column::columns] for column in range(columns)], (FIGURE_WIDTH, height * rows)
     )
 
 
@@ -240,10 +247,10 @@ def _scatter_matrix(result: Uncertainty) -> Sheet:
     columns: list[list[Chart | None]] = []
     for column, x_name in enumerate(inputs):
         diagonal = replace(
-            _histogram(result, x_name, _label(x_name), _PANEL_BINS), y_label="", tight=False
+            _histogram(result, x_name, _label(x_name), _PANEL_BINS), y_label="", x_margins=True
         )
         cells = [_scatter(result, x_name, y_name, _PANEL_DOTS) for y_name in inputs[column + 1 :]]
         charts = [replace(chart, x_axis=False) for chart in (diagonal, *cells)]
         charts[-1] = replace(charts[-1], x_axis=True)
         columns.append([*[None] * column, *charts])
-    return Sheet(columns, (FIGURE_WIDTH, _PANEL_HEIGHT * max(len(inputs), 1.3)))
+    return Sheet(columns, (FIGURE_WIDTH, _PANEL_HEIGHT * max(len(inputs), _LEAST_ROWS)))

@@ -13,25 +13,30 @@ _BYTES_PER_NUMBER: Final = 20
 
 
 def _command(study: Any) -> Command:
+    # The command line that computes a study again.
     from .request import DEFAULT_OUTPUTS, STABILITY_OUTPUTS
-    from .result import scatter_of
+    from .result import scattered_design
 
-    design = scatter_of(study)
+    design = scattered_design(study)
+    # Every study has the outputs of stability, without an option.
     outputs = tuple(name for name in study.outputs if name not in STABILITY_OUTPUTS)
+    default_outputs = [name for name in DEFAULT_OUTPUTS if name not in STABILITY_OUTPUTS]
     options = UncertaintyOptions(
         varied=tuple(f"{name}~{axis}" for name, axis in design.axes.items()),
         samples=design.samples,
         design=design.kind,
         repeats=design.repeats,
         seed=design.seed,
+        # Where indices are possible, they are computed without an option (None).
         indices=None if design.indices else False,
-        outputs=() if set(outputs) == set(DEFAULT_OUTPUTS) - set(STABILITY_OUTPUTS) else outputs,
+        outputs=() if set(outputs) == set(default_outputs) else outputs,
     )
     return command_for(
         "uncertainty",
         study,
         options,
-        needed={"correlation": design.correlations},
+        scene_only={"correlation": design.correlations},
+        # A scattered study has one case: separation considered (True) or ignored.
         separation=study.cases[0],
         correlation=design.correlations,
     )
@@ -47,9 +52,9 @@ UNCERTAINTY: Final = StudyKind(
     as_json=True,
     stem=lambda result: f"uncertainty-{'-'.join(result.inputs)}",
     load=result.read_uncertainty,
-    header=frozenset({"sweep", "scattered"}),
+    header_keys=frozenset({"sweep", "scattered"}),
     json_keys=frozenset({"probabilities", "quantiles", "inputs"}),
-    json_refusal="does not have the samples; read the file of uncertainty --out",
+    json_refusal="has no samples; read the file that uncertainty --out wrote",
     command=_command,
     stored=Storage(
         ".csv",

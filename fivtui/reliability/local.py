@@ -1,4 +1,8 @@
-"""Local sensitivities: derivatives of outputs at the means of all inputs."""
+"""Local sensitivities: derivatives of outputs at the means of all inputs.
+
+Safe μ is the least μ of stable limit cycles on the branch from the Hopf point, or the critical μ if
+that is less.
+"""
 
 import math
 from collections.abc import Mapping
@@ -41,11 +45,11 @@ class LocalSensitivity:
 
 
 def local_sensitivities(study: Study) -> dict[str, dict[str, LocalSensitivity]]:
-    """Local sensitivities of a scattered study, by output and input.
+    """Local sensitivities of a study whose inputs follow distributions, by output and input.
 
-    Derivatives of the critical μ are exact, those of the safe μ come from the fold, and those of
-    transients from the variational equations. Inputs that are not parameters and outputs without
-    derivatives are left out.
+    Derivatives of the critical μ are exact. Those of the safe μ are those of the fold at which the
+    branch of limit cycles has its least μ, those of transients come from the variational equations.
+    Components of the start and outputs without derivatives are left out.
     """
     standard_deviations = {name: sd for name, (_, sd) in moments_of(study).items()}
     names = tuple(standard_deviations)
@@ -55,7 +59,7 @@ def local_sensitivities(study: Study) -> dict[str, dict[str, LocalSensitivity]]:
         derivatives_by_output = _derivatives(study, parameters_at_means(study), names)
     except ComputationError:
         return {}
-    # An output does not depend on a parameter that its derivatives lack.
+    # A parameter without a derivative, such as μ for safe μ, has no effect on the output.
     complete = {
         output: {name: derivatives.get(name, 0.0) for name in names}
         for output, derivatives in derivatives_by_output.items()
@@ -84,6 +88,7 @@ def _derivatives(
     study: Study, means: Parameters, names: tuple[str, ...]
 ) -> dict[str, Mapping[str, float]]:
     # Derivatives by output and input, without outputs that have none.
+    # A scattered study has one case: separation considered (True) or ignored.
     separation = study.cases[0]
     derivatives: dict[str, Mapping[str, float] | None] = {}
     if _CRITICAL_MU in study.outputs:

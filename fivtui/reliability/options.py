@@ -1,4 +1,7 @@
-"""Options of ``fivtui uncertainty``."""
+"""Options of ``fivtui uncertainty``.
+
+A piece (`PIECE`) is the number of members that are computed and written at once.
+"""
 
 from typing import TYPE_CHECKING
 
@@ -18,7 +21,7 @@ class UncertaintyOptions:
     varied: tuple[str, ...] = option(
         "--vary",
         "Scatter a parameter, or x0, vx0, y0, vy0 of the start; may be repeated. "
-        "uniform:LOW:HIGH, normal:MEAN:SD, lognormal:MEAN:SD (of the quantity itself), "
+        "uniform:LOW:HIGH, normal:MEAN:SD, lognormal:MEAN:SD (not of the logarithm), "
         "triangular:LOW:MODE:HIGH, beta:LOW:HIGH:A:B, or NAME:SHAPE:…:LOC:SCALE of scipy.stats; "
         "truncated at the bounds of the parameter.",
         metavar="NAME~DISTRIBUTION:…",
@@ -65,14 +68,15 @@ class UncertaintyOptions:
         "--indices/--no-indices",
         "Whether to compute Sobol indices.  [default: unless the scene correlates inputs]",
     )
+    # A flag: separation is considered without it.
     ignore_separation: bool = setting("separation")
     t_end: str | None = setting("t_end")
     tol: str | None = setting("tol")
     start: str | None = setting("start")
     outputs: tuple[str, ...] = option(
         "--output",
-        "Compute this output only, besides the growth rate (critical_mu, safe_mu, y_half_range, "
-        "P_max, …); may be repeated.",
+        "An output to compute besides the growth rate, in place of the default ones (critical_mu, "
+        "safe_mu, y_half_range, P_max); may be repeated.",
         metavar="NAME",
         multiple=True,
     )

@@ -1,4 +1,8 @@
-"""Console output of uncertainty studies."""
+"""Console output of uncertainty studies.
+
+Samples are the members that follow the distributions of the inputs; a study with Sobol indices has
+further members.
+"""
 
 import math
 
@@ -6,9 +10,9 @@ from fivtui.console import number, print_list, print_rows
 from fivtui.results import Row
 from fivtui.sweeps import OUTPUTS, SweepProgress
 
-from .request import SAFE_MU, truncation_warnings
+from .request import SAFE_MU, truncated_distribution_warnings
 from .result import EVENT_MEANINGS, Uncertainty
-from .statistics import SampleEstimate, add_remark, rank_inputs
+from .statistics import SampleEstimate, mark_sampling_error, rank_inputs
 
 _QUANTILE_LEVELS = ("0.05", "0.5", "0.95")
 _DIGITS = 4
@@ -22,7 +26,8 @@ class UncertaintyProgress(SweepProgress):
         self._estimates = ""
 
     def show_estimates(self, members: int, text: str) -> None:
-        """Show `text` beside the progress; a new number of members restarts the measured rate."""
+        """Show `text` beside the progress of a study with a number of members, which may grow."""
+        # Measure the rate, members per second, anew.
         if members != self._members:
             self._members, self._start = members, None
         self._estimates = text
@@ -39,7 +44,8 @@ def estimate_text(estimate: SampleEstimate, digits: int = _DIGITS) -> str:
         value_decade, error_decade = (
             math.floor(math.log10(abs(size))) for size in (estimate.value, estimate.error)
         )
-        digits = max(2, min(value_decade - error_decade + 2, 10))
+        digits_to_error = value_decade - error_decade + 1
+        digits = max(2, min(digits_to_error + 1, 10))
     return f"{number(estimate.value, digits)} ± {number(estimate.error, 2)}"
 
 
@@ -59,7 +65,7 @@ def uncertainty_rows(result: Uncertainty) -> list[Row]:
             rows.append(Row(name, value, f"{column.meaning}: median, 5 and 95 %"))
     for name, indices in result.indices.items():
         text = ", ".join(
-            f"{key} {add_remark(number(index.total.value, 2))}"
+            f"{key} {mark_sampling_error(number(index.total.value, 2))}"
             for key, index in rank_inputs(indices)
         )
         rows.append(Row(f"what drives {name}", text, "total Sobol indices"))
@@ -68,17 +74,18 @@ def uncertainty_rows(result: Uncertainty) -> list[Row]:
 
 def safe_mu_text(result: Uncertainty) -> str:
     """How the safe μ of the members was found."""
-    table = result.study.safe
+    safe_mu_table = result.study.safe
     if result.safe_mu_unknown_above is not None:
         return (
             f"not known above μ = {number(result.safe_mu_unknown_above, _DIGITS)}: a global search "
             "at the means of the inputs does not confirm the result of continuation"
         )
-    if table is None:
+    if safe_mu_table is None:
         return "by continuation from the Hopf point for each distinct member"
     return (
-        f"interpolated between {table.folds} branches from the Hopf point; error at most "
-        f"{number(table.usual_error, 2)} in 95 % of tests, {number(table.error, 2)} in all"
+        f"interpolated between {safe_mu_table.folds} values, each by continuation from the Hopf "
+        f"point; error at most {number(safe_mu_table.usual_error, 2)} at 95 % of the test values, "
+        f"{number(safe_mu_table.error, 2)} at all of them"
     )
 
 
@@ -138,7 +145,7 @@ def _print_sensitivities(output: str, result: Uncertainty) -> None:
         header += ["alone", "with others"]
         for input_name in inputs:
             for estimate in (indices[input_name].first, indices[input_name].total):
-                rows[input_name].append(add_remark(estimate_text(estimate, 2)))
+                rows[input_name].append(mark_sampling_error(estimate_text(estimate, 2)))
     if local:
         header += ["change per SD", "share if linear"]
         for input_name in inputs:
@@ -153,24 +160,28 @@ def _print_sensitivities(output: str, result: Uncertainty) -> None:
 
 def study_warning(result: Uncertainty) -> str | None:
     """The warning of a study in one sentence; None if there is none."""
-    parts = truncation_warnings(result.study)
+    parts = truncated_distribution_warnings(result.study)
     parts += [
         f"{count} members have no {name}: they are left out, and {name} has no Sobol indices"
         if result.scatter.indices
         else f"{count} members have no {name}: they are left out"
         for name, count in result.missing.items()
     ]
-    parts += [_unresolved_text(name, count, result) for name, count in result.unresolved.items()]
+    parts += [
+        _unresolved_text(name, effective_samples, result)
+        for name, effective_samples in result.unresolved.items()
+    ]
     return "; ".join(filter(None, parts)) or None
 
 
-def _unresolved_text(name: str, effective: float, result: Uncertainty) -> str:
-    # Warning that the variance of an output or event comes from few samples; empty without effect.
+def _unresolved_text(name: str, effective_samples: float, result: Uncertainty) -> str:
+    # Warning that the variance of an output or event comes from few samples; empty if no index and
+    # no interval of the result depends on it.
     consequences = ["there are no Sobol indices of it"] if result.scatter.indices else []
     consequences += ["the interval of its mean may be too narrow"] if name in result.means else []
     if not consequences:
         return ""
     return (
-        f"about {effective:.0f} of {result.scatter.samples} samples make up the variance of "
-        f"{name}: {', and '.join(consequences)}"
+        f"about {effective_samples:.0f} of {result.scatter.samples} samples make up the variance "
+        f"of {name}: {', and '.join(consequences)}"
     )

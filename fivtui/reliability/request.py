@@ -30,21 +30,23 @@ from fivtui.sweeps import (
 )
 
 DEFAULT_SAMPLES: Final = 1 << 14
-# First number of samples if `until` gives the required error.
+# First number of samples of a study that doubles them until the required error is reached.
 FIRST_SAMPLES: Final = 1 << 10
 DEFAULT_REPEATS: Final = 16
 MAX_SAMPLES: Final = 1 << 24
+# The output safe μ: the least μ of stable limit cycles on the branch from the Hopf point.
 SAFE_MU: Final = "safe_mu"
 # Greatest number of members whose branches of limit cycles are followed one by one. The safe μ of
 # more members is interpolated in a table.
 _MAX_CONTINUED: Final = 64
-# Quantile levels of the ends of the range of a table of safe μ.
+# Quantile levels of inputs at the ends of a table of safe μ: 1 in 50,000 values is outside.
 _TABLE_LEVELS: Final = (1e-5, 1.0 - 1e-5)
 # Truncated share of a distribution up to which there is no warning.
 _NEGLIGIBLE_SHARE: Final = 1e-9
 # Outputs that every study computes, for its probabilities.
 STABILITY_OUTPUTS: Final = ("growth_rate", "stable")
 DEFAULT_OUTPUTS: Final = ("growth_rate", "critical_mu", "safe_mu", "y_half_range", "P_max")
+# Outputs that are numbers, not truth values.
 OUTPUTS: Final = tuple(name for name, column in SWEEP_OUTPUTS.items() if column.kind != "truth")
 _UNTIL_RANGE: Final = Interval(0.0, 1.0, lower_open=True)
 
@@ -85,7 +87,7 @@ def scattered_study(
     indices: bool | None = None,
     outputs: Sequence[str] = DEFAULT_OUTPUTS,
 ) -> Study:
-    """The scattered sweep of a scene, see `uncertainty`.
+    """The study of a scene whose `inputs` follow distributions; arguments as in `uncertainty`.
 
     `samples` are rounded up to a power of two in every scrambling. If `indices` is None, indices
     are computed unless inputs are correlated.
@@ -97,10 +99,12 @@ def scattered_study(
             raise InputError(f"output {name}: must be a number; probabilities are always computed")
     if has_finite_speed(scene.parameters, inputs):
         outputs = _outputs_on_belt(scene.parameters, outputs, inputs)
+    # No parameter may follow a table over time.
     scene.check_constant("an uncertainty study")
     if correlations is None:
         correlations = scene.correlation
     with_indices = not correlations if indices is None else indices
+    # In every scrambling a point has one sample, or the samples A and B of Sobol indices.
     samples_per_point = max(repeats, 1) * (2 if with_indices else 1)
     points = math.ceil(samples / samples_per_point)
     scatter = Scatter(
@@ -134,7 +138,8 @@ def _truncate_friction(
 def _outputs_on_belt(
     p: Parameters, outputs: Sequence[str], inputs: Collection[str]
 ) -> tuple[str, ...]:
-    # Leave out defaults that a belt of finite speed lacks or that cost more than a transient.
+    # Leave out defaults. Safe μ requires a belt that is always faster than the slider. The critical
+    # μ costs more than a transient if friction falls with the sliding speed, over the speed `v_s`.
     if tuple(outputs) == DEFAULT_OUTPUTS:
         has_friction_law = p.v_s is not None or "v_s" in inputs
         dropped = {SAFE_MU, "critical_mu"} if has_friction_law else {SAFE_MU}
@@ -149,8 +154,8 @@ def _outputs_on_belt(
 def add_safe_table(study: Study, progress: OnProgress | None = None) -> Study:
     """Add a table of safe μ to a study that outputs it and has enough members.
 
-    A table over one dimensionless group of parameters covers all but 1 in 50,000 values, one over
-    several groups is fitted at random draws of the inputs.
+    Safe μ depends on dimensionless groups such as k2/k1. A table over one group spans the values
+    between `_TABLE_LEVELS`, one over several groups is fitted at random draws of the inputs.
     """
     design = study.design
     if SAFE_MU not in study.outputs or study.safe is not None or study.members <= _MAX_CONTINUED:
@@ -162,6 +167,8 @@ def add_safe_table(study: Study, progress: OnProgress | None = None) -> Study:
     for name in names:
         low, high = design.axes[name].at(_TABLE_LEVELS).tolist()
         ranges[name] = low, high
+    # A table is computed from at most `MAX_FOLDS` values of safe μ: as many draws, half of them in
+    # each of two scramblings, the least number.
     draw_design = replace(design, kind="sobol", count=MAX_FOLDS // 2, repeats=2, indices=False)
     draws = draw_design.columns(np.arange(draw_design.size))
     table = safe_table(
@@ -173,7 +180,7 @@ def add_safe_table(study: Study, progress: OnProgress | None = None) -> Study:
     return replace(study, safe=table)
 
 
-def truncation_warnings(study: Study) -> list[str]:
+def truncated_distribution_warnings(study: Study) -> list[str]:
     """Warnings about distributions that are truncated at bounds of parameters."""
     warnings = []
     for name, axis in study.design.axes.items():

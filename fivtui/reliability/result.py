@@ -1,7 +1,8 @@
 """The result of an uncertainty study: probabilities, quantiles and Sobol indices.
 
 An event is an outcome of a member that has a probability: instability, or possible squeal. Samples
-are the members that follow the distributions; the others serve Sobol indices.
+are the members that follow the distributions; the others serve Sobol indices. A knock is a
+disturbance after which a slider squeals whose equilibrium is stable.
 """
 
 from collections.abc import Mapping
@@ -18,14 +19,14 @@ from fivtui.results import Plottable, Result, Table, Tabular, scene_text, to_dat
 from fivtui.sweeps import OUTPUTS, Scatter, Study, Sweep, read_sweep, save_sweep
 
 from .local import LocalSensitivity, local_sensitivities
-from .means import safe_mu_unknown_above
-from .request import SAFE_MU, truncation_warnings
+from .means import confirmed_mu_limit
+from .request import SAFE_MU, truncated_distribution_warnings
 from .statistics import (
     LEAST_EFFECTIVE,
     SampleEstimate,
     SobolIndex,
-    add_remark,
     effective_samples,
+    mark_sampling_error,
     mean_of,
     probability_of,
     quantiles_of,
@@ -97,7 +98,7 @@ class Uncertainty(Result, Tabular, Plottable):
     @property
     def scatter(self) -> Scatter:
         """The scattered design."""
-        return scatter_of(self.study)
+        return scattered_design(self.study)
 
     @property
     def inputs(self) -> dict[str, Distribution]:
@@ -145,13 +146,16 @@ class Uncertainty(Result, Tabular, Plottable):
             rows.append(("safe mu", f"not known above {self.safe_mu_unknown_above:.4g}"))
         for name, indices in self.indices.items():
             totals = ((key, f"{index.total.value:z.2f}") for key, index in rank_inputs(indices)[:4])
-            texts = (f"{key} {add_remark(total)}" for key, total in totals)
+            texts = (f"{key} {mark_sampling_error(total)}" for key, total in totals)
             rows.append((f"drives {name}", ", ".join(texts)))
         return rows
 
     def to_dict(self) -> dict[str, Any]:
         """The object that ``fivtui uncertainty --json`` prints."""
         study, scatter = self.study, self.scatter
+        # The number of computed safe μ, the folds of a table, and its errors at those for the test:
+        # the greatest, and the 95 % quantile.
+        safe_mu_table = study.safe
         fixed = study.parameters.as_dict()
         return {
             "parameters": {
@@ -160,7 +164,7 @@ class Uncertainty(Result, Tabular, Plottable):
             "separation": study.cases[0],
             "t_end": study.t_end,
             "inputs": {name: str(axis) for name, axis in scatter.axes.items()},
-            "truncated": truncation_warnings(study),
+            "truncated": truncated_distribution_warnings(study),
             "correlations": [list(entry) for entry in scatter.correlations],
             "design": scatter.kind,
             "samples": scatter.samples,
@@ -168,11 +172,11 @@ class Uncertainty(Result, Tabular, Plottable):
             "failed": self.sweep.table.failed,
             "seeds": scatter.seeds,
             "safe_mu": None
-            if study.safe is None
+            if safe_mu_table is None
             else {
-                "folds": study.safe.folds,
-                "error": study.safe.error,
-                "usual_error": study.safe.usual_error,
+                "folds": safe_mu_table.folds,
+                "error": safe_mu_table.error,
+                "usual_error": safe_mu_table.usual_error,
             },
             "safe_mu_not_known_above": self.safe_mu_unknown_above,
             "probabilities": to_dicts(self.probabilities),
@@ -203,10 +207,12 @@ def read_uncertainty(path: Path) -> Uncertainty:
     return evaluate(read_sweep(path))
 
 
-def scatter_of(study: Study) -> Scatter:
+def scattered_design(study: Study) -> Scatter:
     """The design of a scattered sweep; `InputError` if the design is not scattered."""
     if not isinstance(study.design, Scatter):
-        raise InputError("a sweep that is not scattered: fivtui sweep --vary NAME=… computed it")
+        raise InputError(
+            "the sweep is not scattered; it is a result of fivtui sweep, not of fivtui uncertainty"
+        )
     return study.design
 
 
@@ -229,27 +235,28 @@ def event_flags(study: Study, numbers: Mapping[str, Floats]) -> dict[str, Floats
 
 def _squeal_probability(possible: Floats, excess: Floats, errors: Floats) -> SampleEstimate | None:
     # The probability of possible squeal; its interval includes errors of the table of safe μ.
-    # `possible` has the flags of samples, `excess` their μ minus safe μ, `errors` ascending errors
-    # of the table in tests. A flag is wrong if the error of its safe μ is above |excess|.
+    # `possible` has the flags of samples, `excess` their μ minus safe μ. `errors` are those of the
+    # table at test points, ascending. A flag is wrong if the error of its safe μ is above |excess|.
     estimate = probability_of(possible)
     if estimate is None:
         return None
-    chance_of_error = 1.0 - np.searchsorted(errors, np.abs(excess), side="left") / errors.size
-    wrong_hits = float(np.mean(np.where(possible == 1.0, chance_of_error, 0.0)))
-    wrong_misses = float(np.mean(np.where(possible == 0.0, chance_of_error, 0.0)))
+    share_of_smaller_errors = np.searchsorted(errors, np.abs(excess), side="left") / errors.size
+    chance_of_wrong_flag = 1.0 - share_of_smaller_errors
+    wrong_hits = float(np.mean(np.where(possible == 1.0, chance_of_wrong_flag, 0.0)))
+    wrong_misses = float(np.mean(np.where(possible == 0.0, chance_of_wrong_flag, 0.0)))
     low, high = estimate.low - wrong_hits, estimate.high + wrong_misses
     return SampleEstimate(estimate.value, max(low, 0.0), min(high, 1.0))
 
 
 def evaluate(sweep: Sweep) -> Uncertainty:
     """The probabilities, quantiles and indices of a scattered sweep."""
-    study, scatter = sweep.study, scatter_of(sweep.study)
+    study, scatter = sweep.study, scattered_design(sweep.study)
     events = event_flags(study, sweep.table.numbers)
     outputs = {
         name: sweep.table.numbers[name] for name in study.outputs if OUTPUTS[name].kind != "truth"
     }
     local = local_sensitivities(study)
-    unknown_above = safe_mu_unknown_above(study)
+    unknown_above = confirmed_mu_limit(study)
     if unknown_above is not None:
         del events[SQUEAL], outputs[SAFE_MU]
         local.pop(SAFE_MU, None)

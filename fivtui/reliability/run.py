@@ -43,7 +43,7 @@ from .request import (
     check_until,
     scattered_study,
 )
-from .result import Uncertainty, evaluate, event_flags, scatter_of
+from .result import Uncertainty, evaluate, event_flags, scattered_design
 from .statistics import probability_from_counts
 
 Floats = NDArray[np.float64]
@@ -86,7 +86,7 @@ def uncertainty(
     vary : mapping of str to Distribution or str
         Distributions of parameters, and of ``x0``, ``vx0``, ``y0``, ``vy0`` of the start,
         truncated at the bounds of the parameters. As text ``uniform:LOW:HIGH``,
-        ``normal:MEAN:SD``, ``lognormal:MEAN:SD`` (both of the quantity itself),
+        ``normal:MEAN:SD``, ``lognormal:MEAN:SD`` (of the quantity, not of its logarithm),
         ``triangular:LOW:MODE:HIGH``, ``beta:LOW:HIGH:A:B``. Any other of `scipy.stats` is
         ``NAME:SHAPE:…:LOC:SCALE``.
     correlations : mapping of (str, str) to float
@@ -107,7 +107,7 @@ def uncertainty(
     outputs : iterable of str
         Quantities besides the growth rate: ``critical_mu``, ``safe_mu``, and those of `sweep`.
     separation, start, t_end, tol
-        As in `simulate`.
+        As in `simulate`. The static start is at rest under the preload, before the belt moves.
     progress : callable, optional
         Called with the fraction done; cancels the study by returning False.
     workers : int, optional
@@ -176,7 +176,7 @@ def compute_uncertainty(
     if until is None:
         return evaluate(_compute_sweep(study, _with_reports(engine, on_estimates), file, progress))
     tolerance = check_until(until)
-    if scatter_of(study).kind != "sobol":
+    if scattered_design(study).kind != "sobol":
         raise InputError("until: must be given with the design sobol, whose points can be added to")
     study, stored_rows, file = _resume_stage(study, file)
     while True:
@@ -195,47 +195,48 @@ def _double_samples(result: Uncertainty, tolerance: float) -> Study:
     try:
         check_memory_limit(study)
     except InputError:
-        fewer_runs = ", or leave out Sobol indices" if result.scatter.indices else ""
+        further_advice = ", or leave out Sobol indices" if result.scatter.indices else ""
         raise ComputationError(
             f"the error of the probabilities is {result.error:.2g} with {result.scatter.samples} "
             f"samples, not {tolerance:g}",
-            f"allow a larger error{fewer_runs}",
+            f"allow a larger error{further_advice}",
         ) from None
     return study
 
 
 def _with_count(study: Study, count: int) -> Study:
     # The study with `count` points in every scrambling.
-    return replace(study, design=replace(scatter_of(study), count=count))
+    return replace(study, design=replace(scattered_design(study), count=count))
 
 
 def _resume_stage(
     study: Study, file: MembersFile | None
 ) -> tuple[Study, Rows | None, MembersFile | None]:
-    # Where an earlier run of the same study stopped: the study with the samples of its last stage,
-    # the rows of its last complete stage, and the file, which is replaced by a larger stage.
+    # Resume an earlier run of the same study. Returns the study of the last stage of that run, the
+    # rows of its last complete stage, if any, and the file, which a larger stage may replace.
     if file is None or is_replaceable(file.out):
+        # A user who lets the file be replaced starts from the beginning.
         return study, None, file
-    stored, unfinished = (
-        candidate
-        if candidate is not None and candidate == _with_equal_count(study, candidate)
-        else None
-        for candidate in read_stored_studies(file.out)
+    complete, incomplete = (
+        _same_but_for_count(study, stored_study) for stored_study in read_stored_studies(file.out)
     )
-    latest = unfinished or stored
+    latest = incomplete or complete
     if latest is None:
         return study, None, file
-    rows = None if stored is None else load_sweep(stored, file.out).table
-    replaced = stored is not None and stored != latest
-    return latest, rows, file._replace(out=output_path(file.out, force=replaced))
+    rows = None if complete is None else load_sweep(complete, file.out).table
+    may_replace = complete is not None and complete != latest
+    return latest, rows, file._replace(out=output_path(file.out, force=may_replace))
 
 
-def _with_equal_count(study: Study, reference: Study) -> Study | None:
-    # The study with the number of samples of `reference`; None if it may not have that number.
+def _same_but_for_count(study: Study, stored_study: Study | None) -> Study | None:
+    # `stored_study` if it differs from the study at most in the number of samples, else None.
+    if stored_study is None:
+        return None
     try:
-        return _with_count(study, scatter_of(reference).count)
+        resized_study = _with_count(study, scattered_design(stored_study).count)
     except InputError:
         return None
+    return stored_study if stored_study == resized_study else None
 
 
 def _compute_sweep(
@@ -255,7 +256,9 @@ def _with_stored_rows(engine: Engine, stored_rows: Rows | None) -> Engine:
 
     def compute(study: Study, pieces: Iterable[SweepPiece]) -> Generator[tuple[SweepPiece, Rows]]:
         pending = list(pieces)
-        stored = [piece for piece in pending if piece.stop <= len(stored_rows.reasons)]
+        # Every row has a reason for a failure, which is empty without one.
+        stored_count = len(stored_rows.reasons)
+        stored = [piece for piece in pending if piece.stop <= stored_count]
         for piece in stored:
             yield piece, stored_rows.part(piece.first, piece.stop)
         yield from engine(study, pending[len(stored) :])
@@ -269,18 +272,21 @@ def _with_reports(engine: Engine, on_estimates: EstimatesCallback | None) -> Eng
         return engine
 
     def compute(study: Study, pieces: Iterable[SweepPiece]) -> Generator[tuple[SweepPiece, Rows]]:
-        scatter = scatter_of(study)
+        scatter = scattered_design(study)
         # Numbers of hits and of samples in each scrambling, by event.
         totals: dict[str, tuple[Floats, Floats]] = {}
+        zeros = np.zeros(scatter.repeats)
         for piece, rows in engine(study, pieces):
             members = np.arange(piece.first, piece.stop)
+            # The members of a point: its samples, then those for Sobol indices. Points of all
+            # scramblings alternate.
             point, index_in_point = np.divmod(members, scatter.point_members)
             for name, flags in event_flags(study, rows.numbers).items():
                 is_counted = (index_in_point < scatter.point_samples) & ~np.isnan(flags)
                 scrambling = point[is_counted] % scatter.repeats
                 new_hits = np.bincount(scrambling, flags[is_counted], scatter.repeats)
                 new_samples = np.bincount(scrambling, minlength=scatter.repeats)
-                hits, samples = totals.get(name, (np.zeros(1), np.zeros(1)))
+                hits, samples = totals.get(name, (zeros, zeros))
                 totals[name] = (hits + new_hits, samples + new_samples)
             on_estimates(study.members, _probability_text(totals))
             yield piece, rows

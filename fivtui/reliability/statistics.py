@@ -92,23 +92,24 @@ def _mean_interval(values: Floats) -> tuple[Floats, Floats, Floats]:
     moment = (deviations**2).mean(axis=0)
     standard_error = np.sqrt(moment / (count - 1))
     rounding = _ROUNDING_ERROR * np.abs(mean)
-    divisor = np.where(moment > 0.0, moment, 1.0) ** 1.5
-    skewness = (deviations**3).mean(axis=0) / divisor / math.sqrt(count)
-    # Half widths of the interval in standard errors.
+    cubed_deviation = np.where(moment > 0.0, moment, 1.0) ** 1.5
+    scaled_skewness = (deviations**3).mean(axis=0) / cubed_deviation / math.sqrt(count)
+    # Half widths of the interval in standard errors. The t statistic is the mean less the true
+    # value: its upper quantile, `student`, gives the lower end.
     student = float(stdtrit(count - 1, 0.5 + 0.5 * LEVEL))
-    below = np.maximum(student, _invert_hall(student, skewness))
-    above = np.maximum(student, -_invert_hall(-student, skewness))
+    below = np.maximum(student, _invert_hall(student, scaled_skewness))
+    above = np.maximum(student, -_invert_hall(-student, scaled_skewness))
     low = mean - below * standard_error - rounding
     return mean, low, mean + above * standard_error + rounding
 
 
-def _invert_hall(score: float, skewness: Floats) -> Floats:
-    # The inverse of Hall's transformation of the t statistic; `skewness` is divided by the root of
-    # the count.
-    divisor = np.where(np.abs(skewness) > _LEAST_SKEWNESS, skewness, 1.0)
-    cubic = np.cbrt(1.0 + divisor * (score - divisor / 6.0))
-    transformed = 3.0 * (cubic - 1.0) / divisor
-    return np.where(np.abs(skewness) > _LEAST_SKEWNESS, transformed, score)
+def _invert_hall(score: float, scaled_skewness: Floats) -> Floats:
+    # The t statistic that Hall's transformation ((1 + a t/3)³ - 1)/a + a/6 turns into `score`; a is
+    # the skewness, divided by the root of the count.
+    is_skewed = np.abs(scaled_skewness) > _LEAST_SKEWNESS
+    a = np.where(is_skewed, scaled_skewness, 1.0)
+    root = np.cbrt(1.0 + a * (score - a / 6.0))
+    return np.where(is_skewed, 3.0 * (root - 1.0) / a, score)
 
 
 def probability_from_counts(hits: Floats, counts: Floats) -> SampleEstimate:
@@ -119,16 +120,18 @@ def probability_from_counts(hits: Floats, counts: Floats) -> SampleEstimate:
 def _share_interval(hits: Floats, counts: Floats) -> tuple[Floats, Floats, Floats]:
     """Shares with the ends of their intervals; scramblings are the first axis of both.
 
-    If all scramblings have the same share, the half width is the greater of two bounds: the share
-    at which independent members may have no hit, and that of one more hit in some scramblings.
+    Equal shares of all scramblings have no spread. The half width is then the greatest change of
+    the share that would go unnoticed with probability 1 - `LEVEL`: hits of independent members, or
+    one more hit in each of some scramblings, whichever changes the share more.
     """
     shares = hits / counts
     mean, low, high = _mean_interval(shares)
-    # A share p leaves n members without a hit with probability (1 - p)^n, here 1 - LEVEL.
+    # What occurs in a share p of all cases occurs in none of n with probability (1 - p)^n, here
+    # 1 - LEVEL: a hit of a member, or one more hit in a scrambling.
     log_probability = math.log(1.0 - LEVEL)
-    share_without_hits = -math.expm1(log_probability / float(counts.sum()))
+    share_of_members = -math.expm1(log_probability / float(counts.sum()))
     share_of_scramblings = -math.expm1(log_probability / counts.size)
-    margin = max(share_without_hits, share_of_scramblings / float(counts.min()))
+    margin = max(share_of_members, share_of_scramblings / float(counts.min()))
     equal = np.ptp(shares, axis=0) == 0.0
     low, high = np.where(equal, mean - margin, low), np.where(equal, mean + margin, high)
     return mean, np.maximum(low, 0.0), np.minimum(high, 1.0)
@@ -149,9 +152,9 @@ def probability_of(flags: Floats) -> SampleEstimate | None:
 def quantiles_of(values: Floats) -> dict[str, SampleEstimate]:
     """Quantiles of values, a row per scrambling, by their level as text; NaN does not count.
 
-    A value is in the interval of a quantile if the interval of the share of smaller values contains
-    the level: shares of stratified points are unbiased, quantiles are not. An end beyond all
-    samples is infinite.
+    A value is in the interval of a quantile if the share of samples below it has an interval that
+    contains the level. Shares of stratified points are unbiased, quantiles are not. An end beyond
+    all samples is infinite.
     """
     valid = ~np.isnan(values)
     if not valid.any(axis=1).all():
@@ -171,14 +174,16 @@ def quantiles_of(values: Floats) -> dict[str, SampleEstimate]:
     def lower_end_exceeds(indices: NDArray[np.int64]) -> NDArray[np.bool_]:
         return np.asarray(_share_interval(hits_at(indices, "left"), counts)[1] > levels)
 
+    # Intervals of the shares below and above all samples, 0 and 1.
     _, _, (upper_end_without_hits,) = _share_interval(np.zeros_like(counts), counts)
     _, (lower_end_of_all_hits,), _ = _share_interval(counts, counts)
     estimates = np.quantile(pooled, levels, method="hazen")
-    first_index = _first_index(upper_end_reaches, pooled.size, levels.size)
-    end_index = _first_index(lower_end_exceeds, pooled.size, levels.size) - 1
-    low = np.minimum(pooled[first_index], estimates)
+    least_index = _first_index(upper_end_reaches, pooled.size, levels.size)
+    # The last value before the first one that is too great.
+    greatest_index = _first_index(lower_end_exceeds, pooled.size, levels.size) - 1
+    low = np.minimum(pooled[least_index], estimates)
     low = np.where(upper_end_without_hits >= levels, -np.inf, low)
-    high = np.maximum(pooled[end_index], estimates)
+    high = np.maximum(pooled[greatest_index], estimates)
     high = np.where(lower_end_of_all_hits <= levels, np.inf, high)
     return {
         f"{level:g}": SampleEstimate(*ends)
@@ -196,6 +201,8 @@ def _first_index(
     high = np.full(levels, count, dtype=np.int64)
     while (low < high).any():
         middle = (low + high) // 2
+        # Levels that have converged (low == high) do not change: their index may be `count`, which
+        # has no value.
         is_true = holds(np.minimum(middle, count - 1)) | (low == high)
         low, high = np.where(is_true, low, middle + 1), np.where(is_true, middle, high)
     return low
@@ -218,7 +225,8 @@ def sobol_of(scatter: Scatter, values: Floats) -> dict[str, SobolIndex]:
     """
     if np.isnan(values).any() or effective_samples(scatter.sample_values(values)) < LEAST_EFFECTIVE:
         return {}
-    # Members of a point along the last axis: samples A and B, then A with one input from B.
+    # Shape: points, scramblings, members of a point. These are samples A and B, then A with one
+    # input from B.
     by_member = scatter.split_values(values)
     centred = by_member - by_member[:, :, : scatter.point_samples].mean()
     variances = (centred[:, :, : scatter.point_samples] ** 2).mean(axis=(0, 2))
@@ -251,8 +259,9 @@ def _ratio(numerators: Floats, denominators: Floats) -> SampleEstimate:
     # The ratio of two means over scramblings, with the interval of its linearised error.
     scale = float(denominators.mean())
     ratio = float(numerators.mean()) / scale
-    error = mean_estimate((numerators - ratio * denominators) / scale)
-    return SampleEstimate(ratio, ratio + error.low, ratio + error.high)
+    # Its mean is 0, so that its interval is that of the error.
+    deviation = mean_estimate((numerators - ratio * denominators) / scale)
+    return SampleEstimate(ratio, ratio + deviation.low, ratio + deviation.high)
 
 
 def excess_remark(printed: str) -> str:
@@ -263,7 +272,7 @@ def excess_remark(printed: str) -> str:
     return "below 0" if value < 0.0 else ""
 
 
-def add_remark(printed: str) -> str:
+def mark_sampling_error(printed: str) -> str:
     """The printed value of a Sobol index, with the cause if it is above 1 or below 0."""
     remark = excess_remark(printed)
     return f"{printed} ({remark}: sampling error)" if remark else printed

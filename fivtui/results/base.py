@@ -59,11 +59,11 @@ def equal_values(first: Any, second: Any) -> bool:
         )
     if is_dataclass(first):
         names = _compared_fields(first)
-        first, second = ([getattr(item, name) for name in names] for item in (first, second))
-    elif isinstance(first, Mapping):
-        if first.keys() != second.keys():
-            return False
-        first, second = list(first.values()), [second[key] for key in first]
+        return all(equal_values(getattr(first, name), getattr(second, name)) for name in names)
+    if isinstance(first, Mapping):
+        return first.keys() == second.keys() and all(
+            equal_values(value, second[key]) for key, value in first.items()
+        )
     if isinstance(first, (tuple, list)):
         return len(first) == len(second) and all(map(equal_values, first, second))
     are_nan = isinstance(first, float) and math.isnan(first) and math.isnan(second)
@@ -155,7 +155,7 @@ class SystemResult(Result):
 
 
 def scene_text(system: System, *, without: Sequence[str] = ()) -> str:
-    """A system as a phrase: parameters that differ from the base set, and ignored effects."""
+    """A system as a phrase: how it differs from the base set, and parameters without an effect."""
     p = system.parameters
     differences = [
         f"{name}={value:g}"

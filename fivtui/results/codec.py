@@ -20,7 +20,10 @@ def to_data(value: Any) -> Any:
 
 
 def from_data(data: Any, kind: Any) -> Any:
-    """Convert the data of `to_data` back to the type `kind`; `ValueError` if they do not fit it."""
+    """Convert data of `to_data` back to the type `kind`; `ValueError` if they do not fit it.
+
+    The type must not contain arrays: the data have lists in place of them.
+    """
     return msgspec.convert(data, kind, dec_hook=_decode)
 
 

@@ -21,7 +21,7 @@ class Grid(Comparable):
     Attributes
     ----------
     specs : tuple of ParameterSpec
-        The two quantities: parameters, or components of a start.
+        The two quantities: parameters, or components of the state at t = 0.
     axes : tuple of ndarray, shapes (n,) and (k,)
         Their values.
     """
@@ -97,11 +97,13 @@ def split_grid(
     The first two columns are the quantities of the grid; the second one varies fastest.
     """
     first, second, *quantities = columns
-    # The first quantity is constant while the second one takes all its values.
+    # The first quantity is constant while the second one takes all its values. `argmax` gives the
+    # index of its first change, or 0 if it never changes.
     is_changed = columns[first] != columns[first][0]
     second_size = int(np.argmax(is_changed)) or is_changed.size
     arrays = {name: column.reshape(-1, second_size) for name, column in columns.items()}
-    over = {first: arrays[first][:, 0], second: arrays[second][0]}
-    if not (np.all(over[first] == arrays[first].T) and np.all(arrays[second] == over[second])):
+    first_axis, second_axis = arrays[first][:, :1], arrays[second][0]
+    if not (np.all(arrays[first] == first_axis) and np.all(arrays[second] == second_axis)):
         raise InputError("the points do not form a grid")
-    return over, {name: arrays[name] for name in quantities}
+    axes = {first: first_axis.ravel(), second: second_axis}
+    return axes, {name: arrays[name] for name in quantities}

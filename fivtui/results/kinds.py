@@ -1,4 +1,8 @@
-"""Kinds of studies: what the command line and the laboratory do with each kind of result."""
+"""Kinds of studies: what the command line and the laboratory do with each kind of result.
+
+The laboratory is the interactive program in the terminal. A scene is a parameter set with start,
+horizon and the settings of a computation.
+"""
 
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -22,14 +26,15 @@ class Command:
     """A command of the command line, without the scene that is its first argument."""
 
     name: str
-    # Fields of the scene that the command computes; missing fields have the values of the base set.
+    # The computed scene, by field; other fields have the values of the preset `base`.
     scene: Mapping[str, Any] = field(default_factory=dict)
-    # Parameters and fields of a scene that its options can set.
+    # Parameters and fields of a scene that options of the command can set.
     settable: Sequence[str] = ()
-    # Its arguments that do not set the scene.
+    # Arguments of the command that do not set the scene.
     arguments: Sequence[str] = ()
-    # Fields for which the command has no options: the scene in its first argument must set them.
-    needed: Mapping[str, Any] = field(default_factory=dict)
+    # Values of fields that no option of the command sets, so that the scene in its first argument
+    # must have them.
+    scene_only: Mapping[str, Any] = field(default_factory=dict)
 
 
 def command_for(
@@ -38,19 +43,19 @@ def command_for(
     options: Any = None,
     *,
     varied: Collection[str] = (),
-    needed: Mapping[str, Any] | None = None,
+    scene_only: Mapping[str, Any] | None = None,
     **fields: Any,
 ) -> Command:
     """The command that computes `source`: a scene, or an object with attributes of the same names.
 
     Parameters and settings in `varied` are already in `options`. `fields` replace attributes of
-    `source`; `needed` is as in `Command`.
+    `source`; `scene_only` is as in `Command`.
     """
     settings = ["separation"] if options is None else declared_settings(options)
     scene = {key: getattr(source, key) for key in ("parameters", *settings) if key not in fields}
     settable = [key for key in (*ALL_PARAMETERS, *settings) if key not in varied]
     arguments = [] if options is None else option_arguments(options)
-    return Command(name, scene | fields, settable, arguments, needed or {})
+    return Command(name, scene | fields, settable, arguments, scene_only or {})
 
 
 def _repr_rows(result: Any) -> Sequence[Row]:
@@ -72,7 +77,7 @@ def list_printer(
 
 @dataclass(frozen=True, slots=True)
 class Storage:
-    """How the laboratory stores a result in a file; `StudyKind` has the defaults."""
+    """How the laboratory stores a result; `save` and `load` are those of `StudyKind` by default."""
 
     suffix: str
     save: Callable[[Any, Path], None] | None = None
@@ -111,12 +116,12 @@ class StudyKind:
     load: Callable[[Path], Any] | None = None
     folders: tuple[str, ...] = ()
     # Keys in the header of a table that identify the kind.
-    header: frozenset[str] = frozenset()
+    header_keys: frozenset[str] = frozenset()
     # Keys of a JSON object that identify the kind.
     json_keys: frozenset[str] = frozenset()
-    # The reason why JSON of this kind cannot be read; empty if it can.
+    # Why JSON of this kind cannot be read, a phrase after the name of the file; empty if it can.
     json_refusal: str = ""
     # The command that computes a given result or request.
     command: Callable[[Any], Command] | None = None
-    # The file in which the laboratory stores a result between two starts.
+    # How the laboratory stores a result when it is closed; None if it does not.
     stored: Storage | None = None

@@ -135,7 +135,8 @@ def read_result(
     """Read a result from a table or JSON.
 
     `from_data` converts the JSON value of a file, `from_table` the columns and the header of a
-    table; without it, only JSON is read. `texts` and `missing` are as in `read_columns`.
+    table; without it, only JSON is read. `texts` are the columns of text; with `missing`, cells may
+    be empty, true or false. `data_name` names the contents of the file in messages.
     """
     if path.suffix.lower() == ".json":
         content = read_bytes(path)
@@ -143,6 +144,7 @@ def read_result(
         def convert() -> T:
             return from_data(json.loads(content))
     elif from_table is None:
+        # Such contents have the name of the command that computes them.
         raise InputError(
             f"{path}: a {data_name} is read from JSON alone, which {data_name} --json prints"
         )

@@ -1,4 +1,8 @@
-"""Verdicts on safe friction as JSON data."""
+"""Verdicts on safe friction as JSON data.
+
+The global search has rounds: each follows motions from many starts at several μ, below the least μ
+of the attractors that are known before it.
+"""
 
 import math
 from typing import Any
@@ -11,11 +15,17 @@ from .verdict import OtherAttractor, SafeFriction
 def safe_friction_to_dict(verdict: SafeFriction) -> dict[str, Any]:
     """A verdict as JSON data, in SI units.
 
-    ``safe_mu`` is the least μ at which another attractor was found, else the critical μ, else None.
+    ``safe_mu`` is the least μ at which an attractor beside the equilibrium was found. Without one
+    it is the critical μ; it is None if there is no critical μ, or safe μ is not known.
     ``safe_mu_not_known_above`` is the μ above which ``safe_mu`` is not known, else None.
-    ``safe_mu_basis`` is the record of the search.
+    ``safe_mu_basis`` is the record of the search. Its ``statements`` say what each method found.
+    ``others`` are the attractors below the critical μ, each at its least μ; ``coexisting`` are the
+    stable limit cycles at the μ of the parameter set. ``budget_ended`` tells whether a limit of
+    steps or rounds ended the search.
     """
     basis = verdict.basis
+    # Vertical displacement from rest, m, below which motion is proved to decay; infinite if all
+    # motion does.
     offset = basis.proved_offset
     return {
         "safe_mu": verdict.safe_mu,
@@ -45,9 +55,11 @@ def safe_friction_to_dict(verdict: SafeFriction) -> dict[str, Any]:
             "global_search": {
                 "searched_to": verdict.searched_to,
                 "rounds": [_round_data(search_round) for search_round in basis.rounds],
+                # The μ of motions that transients found and no limit cycle confirms.
                 "unconfirmed_mu": [
                     attractor.mu for attractor in verdict.others if attractor.kind == "other motion"
                 ],
+                # The least μ at which all sufficiently large motions grow without bounds.
                 "growth_at_any_size_mu": basis.growth_at_any_size,
                 "budget_ended": basis.budget_ended,
             },
@@ -75,6 +87,7 @@ def _attractor_data(attractor: OtherAttractor) -> dict[str, Any]:
 
 
 def _round_data(search_round: SearchRound) -> dict[str, Any]:
+    # Levels are the values of μ; the numbers are of motions, except the integration steps.
     return {
         "mu": list(search_round.levels),
         "starts": search_round.starts,

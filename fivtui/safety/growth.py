@@ -2,8 +2,8 @@
 
 With k_nl = 0 the preload is small compared with the forces of a large motion. Without the preload
 the equations are homogeneous: a motion times any factor is a motion. Whether large motions grow
-then depends only on μ and on the direction of the state. Once the direction recurs, a motion grows
-or dies out at a constant rate.
+then depends only on μ and on the direction of the state. Once the direction is periodic in time, a
+motion grows or dies out at a constant mean rate.
 """
 
 import math
@@ -39,6 +39,7 @@ def least_growth_mu(p: Parameters, mu_limit: float) -> float | None:
     The contact spring must be linear (k_nl = 0), with separation. Motions in 32 directions are
     followed at 32 values of μ; a root finder gives the zero of the growth rate between two values.
     """
+    # The preload at which the load is zero; the load may get further terms, such as a weight.
     without_load = p.with_values({"F": p.F - load(p)})
     mus = mu_limit * (np.arange(_MU_COUNT) + 1.0) / _MU_COUNT
     starts = _fastest_growing_states(without_load, mus)
@@ -51,6 +52,7 @@ def least_growth_mu(p: Parameters, mu_limit: float) -> float | None:
         return None
     lower_mu = float(mus[first_growing - 1]) if first_growing else 0.0
     start = starts[first_growing]
+    # This motion may grow even at the lower μ, unlike the one followed there: no zero lies between.
     if _growth_rate(without_load, lower_mu, start) > 0.0:
         return lower_mu
     return float(
@@ -67,7 +69,8 @@ def _fastest_growing_states(p: Parameters, mus: Floats) -> list[State]:
     # For each μ the final state, scaled to size one, of the motion that grows most.
     frequency = math.tau / slowest_period(p)
     units = [1.0, frequency, 1.0, frequency]
-    # The first two points of the sequence are its origin and its centre, which give no direction.
+    # Skip the first two points of the sequence, a corner and the centre of the cube: the centre has
+    # no direction.
     points = 2.0 * Sobol(4, scramble=False).fast_forward(2).random(_DIRECTION_COUNT) - 1.0
     directions = points / np.linalg.norm(points, axis=1)[:, None] * units
     run = simulate_batch(
@@ -89,8 +92,8 @@ def _fastest_growing_states(p: Parameters, mus: Floats) -> list[State]:
 
 
 def _growth_rate(p: Parameters, mu: float, start: State) -> float:
-    # Growth rate, 1/s, of a motion whose direction has settled, from the first separation of the
-    # measured duration to the last.
+    # Mean growth rate, 1/s, of a motion whose direction has settled. Measured between switches
+    # of one kind, where directions are alike, or over the whole duration if there are no two.
     at_mu = p.with_values({"mu": mu})
     period = slowest_period(p)
     state = start

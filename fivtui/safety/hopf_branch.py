@@ -31,7 +31,7 @@ Floats = NDArray[np.float64]
 GROUPS: Final = ("k2", "k3", "c1", "c2", "k_nl")
 # Upper end of a branch, relative to the critical μ.
 _UPPER_END: Final = 2.0
-# Number of groups whose safe μ is kept in memory.
+# Number of parameter sets, in dimensionless form, whose safe μ is cached.
 _CACHE_SIZE: Final = 65_536
 _NO_START_DEVIATION: Final = (0.0, 0.0, 0.0, 0.0)
 # Tolerance of the run over the period of a fold.
@@ -40,6 +40,7 @@ _TOL: Final = 1e-13
 
 def dimensionless_groups(p: Parameters, varied: Mapping[str, Floats], count: int) -> Floats:
     """The groups of `count` parameter sets, shape (n, 5); NaN where k3 = 0 or no load presses."""
+    # Raises `InputError` for a belt of finite speed, on which motion depends on further groups.
     check_always_sliding(p, "safe friction of many scenes; critical_mu can be computed", varied)
     sets = SimpleNamespace(
         **{
@@ -48,6 +49,7 @@ def dimensionless_groups(p: Parameters, varied: Mapping[str, Floats], count: int
         }
     )
     groups = np.stack(_group_values(sets), axis=1)
+    # Stiffness k3 couples x and y: without it there is no flutter, hence no critical μ.
     groups[(load(sets) <= 0.0) | (coupling_stiffness(sets) == 0.0)] = np.nan
     return groups
 
@@ -63,7 +65,7 @@ def _parameters_by_group() -> dict[str, tuple[str, ...]]:
     # Values must not be zero: a factor of zero hides the other parameters of a product.
     values = {name: spec.default or 1.0 for name, spec in PARAMETERS.items()}
     base = Parameters().with_values(values)
-    # Complex steps: the imaginary part of a group is a multiple of its derivative by the parameter.
+    # `perturbed` gives a parameter an imaginary part, and with it every group that depends on it.
     perturbed_groups = {name: _group_values(base.perturbed({name: 1.0})) for name in PARAMETERS}
     return {
         group: tuple(name for name, groups in perturbed_groups.items() if groups[index].imag != 0.0)
@@ -76,18 +78,19 @@ GROUP_PARAMETERS: Final[Mapping[str, Sequence[str]]] = _parameters_by_group()
 
 
 @lru_cache(maxsize=_CACHE_SIZE)
-def least_cycle_mu(group: tuple[float, ...], *, separation: bool) -> float:
-    """The least μ at which a cycle of the branch is stable, at most the critical μ.
+def least_cycle_mu(groups: tuple[float, ...], *, separation: bool) -> float:
+    """The least μ at which a cycle of the branch is stable, or the critical μ if that is less.
 
-    NaN without a critical μ, or if the branch cannot be followed.
+    `groups` has the values of `GROUPS`. NaN without a critical μ, or if the branch cannot be
+    followed.
     """
-    values = dict(zip(GROUPS, group, strict=True))
+    values = dict(zip(GROUPS, groups, strict=True))
     p = Parameters(m=1.0, k1=1.0, F=1.0, mu=0.0).with_values(values)
     system = System(p, separation)
     critical = lowest_critical_mu(system)
     if critical is None:
         return np.nan
-    if not separation and p.k_nl == 0.0:
+    if _is_linear(system):
         return critical
     try:
         cycles = follow_hopf_branch(system, critical)
@@ -95,6 +98,11 @@ def least_cycle_mu(group: tuple[float, ...], *, separation: bool) -> float:
         return np.nan
     cycle = least_attracting_cycle(cycles)
     return critical if cycle is None else min(critical, cycle.value)
+
+
+def _is_linear(system: System) -> bool:
+    # Linear systems have no limit cycles.
+    return not system.separation and system.parameters.k_nl == 0.0
 
 
 def follow_hopf_branch(system: System, critical: float) -> CycleBranch:
@@ -105,7 +113,10 @@ def follow_hopf_branch(system: System, critical: float) -> CycleBranch:
 
 
 def least_attracting_cycle(cycles: CycleBranch) -> CyclePoint | None:
-    """The cycle of least μ among stable cycles and the events beside them; None without any."""
+    """The cycle of least μ among stable cycles and the events beside them; None without any.
+
+    At an event such as a fold the cycle is not stable itself: it is the limit of stable cycles.
+    """
     points = cycles.points
     attracting = [
         point
@@ -127,11 +138,10 @@ def safe_mu_derivatives(system: System) -> dict[str, float] | None:
     stable below the critical μ, the result has the derivatives of the critical μ. None without a
     critical μ, or if the least μ of the branch is not at a fold.
     """
-    p, separation = system.parameters, system.separation
     critical = lowest_critical_mu(system)
     if critical is None:
         return None
-    if not separation and p.k_nl == 0.0:
+    if _is_linear(system):
         return critical_mu_derivatives(system)
     cycles = follow_hopf_branch(system, critical)
     cycle = least_attracting_cycle(cycles)
@@ -151,10 +161,14 @@ def safe_mu_derivatives(system: System) -> dict[str, float] | None:
     # Velocities times the period have the unit of displacements.
     weights = np.array([1.0, cycle.period, 1.0, cycle.period])
     by_start, by_parameter = np.split(variation.derivatives, [len(START_SEEDS)], axis=1)
+    # Rows of the Jacobian are for the state after a period, columns for the state at the start and
+    # the period. The weights give components of states equal units.
     by_state = (by_start - np.eye(4)) * weights[:, None] / weights
     by_period = variation.final_rate * weights
     jacobian = np.column_stack([by_state, by_period / np.abs(by_period).max()])
     left_vectors, _, _ = np.linalg.svd(jacobian)
+    # The last left vector belongs to the least singular value, 0 at a fold. Times the weights, it
+    # applies to rows in units of the state.
     left_null_vector = left_vectors[:, -1] * weights
     mu_slope, *slopes = (left_null_vector @ by_parameter).tolist()
     if mu_slope == 0.0:

@@ -1,4 +1,8 @@
-"""The verdict on safe friction, its basis and coexisting limit cycles as text."""
+"""The verdict on safe friction, its basis and coexisting limit cycles as text.
+
+The global search has rounds, each below the least μ of the attractors known before it. The verdict
+depends on the motions of the last round.
+"""
 
 import math
 from typing import TYPE_CHECKING, Final
@@ -7,7 +11,7 @@ if TYPE_CHECKING:
     from .verdict import SafeFriction
 
 
-# Why a search has no motions.
+# Why the last round of a search follows no motions.
 _TOO_SLOW: Final = "motions die out too slowly to be followed within the limit of steps"
 # Greatest number of events that the phrase about continuation names.
 _NAMED_EVENTS: Final = 6
@@ -35,6 +39,7 @@ def verdict_text(result: "SafeFriction") -> str:
     note = f" ({_undecided_text(result)})" if result.basis.rounds[-1].undecided else ""
     if result.others and result.safe_mu is not None:
         return f"{verdict}; to all disturbances found below {_mu_text(result.safe_mu)}{note}"
+    # With a critical μ the verdict names it already.
     searched_range = "" if critical is not None else f" up to {_mu_text(result.searched_to)}"
     return f"{verdict}; to all disturbances found{searched_range} as well{note}"
 
@@ -42,6 +47,7 @@ def verdict_text(result: "SafeFriction") -> str:
 def _unknown_text(result: "SafeFriction") -> str:
     # From which μ on safe μ is not known, its upper bound if an attractor was found, and why.
     limit = result.unknown_above
+    # A limit of 0: safe μ is known at no μ.
     unknown = f"safe μ is not known above {_mu_text(limit)}" if limit else "safe μ is not known"
     reason = _undecided_text(result) if result.basis.rounds[-1].starts else _TOO_SLOW
     upper_bound = f", and is below {_mu_text(result.others[0].mu)}" if result.others else ""
@@ -62,11 +68,11 @@ def coexistence_text(result: "SafeFriction") -> str:
         return ""
     p, critical = result.parameters, result.critical_mu
     verb = "coexists" if critical is None or p.mu < critical else "attracts"
+    # Other attractors ascend by least μ, coexisting cycles by size.
     least_mu = result.others[0].mu if result.others else critical
+    largest_cycle = result.coexisting[-1]
     since = "" if least_mu is None else f" from {_mu_text(least_mu)}"
-    return (
-        f"a limit cycle {verb}{since}: half peak-to-peak {result.coexisting[-1].half_range:#.4g} m"
-    )
+    return f"a limit cycle {verb}{since}: half peak-to-peak {largest_cycle.half_range:#.4g} m"
 
 
 def basis_rows(result: "SafeFriction") -> list[tuple[str, str]]:
@@ -80,8 +86,8 @@ def basis_rows(result: "SafeFriction") -> list[tuple[str, str]]:
 
 def _continuation_text(result: "SafeFriction") -> str:
     basis = result.basis
-    if basis.not_followed:
-        return f"none: {basis.not_followed}"
+    if reason := basis.not_followed:
+        return f"none: {reason}"
     hopf_branch = basis.branches[0]
     mus = [point.value for point in hopf_branch.points]
     events = ", ".join(
@@ -117,13 +123,14 @@ def _search_text(result: "SafeFriction") -> str:
         text += f"; from {mu_text} on motions grow without bounds"
     if basis.growth_at_any_size is not None:
         text += (
-            ": with a linear contact spring (k_nl = 0) all motions above some size do; this size "
-            "increases as μ approaches this value"
+            ": with a linear contact spring (k_nl = 0) all sufficiently large motions grow; the "
+            "closer μ is to this value, the larger they must be"
         )
     return text
 
 
 def _proof_text(result: "SafeFriction") -> str:
+    # Vertical displacement from rest, m, below which a Lyapunov function proves decay.
     offset, mu_text = result.basis.proved_offset, _mu_text(result.parameters.mu)
     if offset is None:
         return f"none at {mu_text}: small disturbances do not die out"

@@ -103,7 +103,7 @@ def sweep_chart(result: Sweep, present: float | None = None) -> Chart:
         y_label,
         tuple(traces),
         guides=tuple(guides),
-        tight=False,
+        x_margins=True,
         log=_log_axes(study, x=name),
         legend="inside",
     )

@@ -44,7 +44,7 @@ def _command(study: "Study") -> Command:
         study,
         options,
         varied=("separation",) if has_both_cases else (),
-        needed={"over_time": study.over_time},
+        scene_only={"over_time": study.over_time},
         separation=study.cases[0],
     )
 
@@ -67,7 +67,7 @@ SWEEP: Final = StudyKind(
     stem=lambda result: f"sweep-{'-'.join(result.study.design.axes)}",
     load=files.read_sweep,
     folders=(".parts",),
-    header=frozenset({"sweep"}),
+    header_keys=frozenset({"sweep"}),
     json_keys=frozenset({"columns", "rows"}),
     json_refusal="has no description of its sweep; read the file that sweep --out wrote",
     command=_command,

@@ -54,7 +54,7 @@ def tradeoff_chart(
         _LABELS[quantity],
         tuple(traces),
         guides=(uncertainty,) if floor > 0.0 else (),
-        tight=False,
+        x_margins=True,
         log="xy",
         figure_y=(_MIN_AXIS_ERROR, None),
     )

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
         observation,
         rounding_error,
     )
-    from .files import checked_trajectory
+    from .files import finite_trajectory
     from .methods import (
         ALL_METHODS,
         FMU_FLAVOURS,

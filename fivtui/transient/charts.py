@@ -27,7 +27,7 @@ from fivtui.charts import (
 )
 from fivtui.model import ALL_PARAMETERS, COLUMNS, InputError, Mode, System, check_known
 
-from .files import checked_trajectory
+from .files import finite_trajectory
 from .result import Transient
 from .trajectory import Trajectory
 
@@ -305,7 +305,7 @@ def _plane_chart(
         (*traces, *stick_traces),
         guides=guides,
         note=window_text(window),
-        tight=False,
+        x_margins=True,
         curve_label=TIME_LABEL,
     )
 
@@ -365,7 +365,7 @@ def _plotted_runs(runs: Sequence[Transient]) -> list[PlottedRun]:
         plotted.append(
             PlottedRun(
                 Label(label, label),
-                checked_trajectory(run),
+                finite_trajectory(run),
                 run.separated_intervals,
                 run.t_end,
                 colour=colours[count % len(colours)],

@@ -105,8 +105,8 @@ def _request_data(transient: Transient) -> dict[str, Any]:
     }
 
 
-def checked_trajectory(transient: Transient) -> Trajectory:
-    """The trajectory of a transient, checked.
+def finite_trajectory(transient: Transient) -> Trajectory:
+    """The trajectory of a transient, whose samples must be finite.
 
     Raises `InputError` if the transient was computed without sample times, and `ComputationError`
     if a sample is not finite.
@@ -127,7 +127,7 @@ def save_trajectory(transient: Transient, path: Path) -> None:
     (``# key: JSON``) before the header in CSV, additional arrays in NPZ, and metadata of schema and
     fields in Parquet.
     """
-    trajectory = checked_trajectory(transient)
+    trajectory = finite_trajectory(transient)
     request = {key: value for key, value in _request_data(transient).items() if value is not None}
     values = {column.name: getattr(trajectory, column.name) for column in COLUMNS}
     write_table(path, _TRAJECTORY, COLUMNS, values, request)
@@ -241,7 +241,7 @@ def _crossing_times(motion: Trajectory, indices: NDArray[np.intp]) -> NDArray[np
 def store_transient(transient: Transient, path: Path) -> None:
     """Write a transient without its dense solution, exactly, to an ``.npz`` file (replaced)."""
     data = {**transient_to_dict(transient), _FIRST_MODE: int(transient.first_mode)}
-    arrays: dict[str, Any] = checked_trajectory(transient).to_columns()
+    arrays: dict[str, Any] = finite_trajectory(transient).to_columns()
     arrays |= {_DATA: np.array(json.dumps(data)), _SWITCHES: transient.switch_times}
     if transient.changes.size:
         arrays[_CHANGES] = transient.changes

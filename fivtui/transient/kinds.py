@@ -17,11 +17,11 @@ RUN: Final = StudyKind(
     suffixes=TABLE_SUFFIXES,
     save=files.save_trajectory,
     load=files.load_transient,
-    header=frozenset({"method", "t_end"}),
+    header_keys=frozenset({"method", "t_end"}),
     json_keys=frozenset({"final", "peak"}),
     json_refusal="has no trajectory; read the file that simulate --out wrote",
     command=lambda scene: command_for(
-        "simulate", scene, SimulateOptions(), needed={"over_time": scene.over_time}
+        "simulate", scene, SimulateOptions(), scene_only={"over_time": scene.over_time}
     ),
     stored=Storage(
         ".npz",

@@ -342,9 +342,9 @@ class Transient(SystemResult, Tabular, Plottable):
 
     def _table(self) -> Table:
         # The trajectory; `InputError` if there is none.
-        from .files import checked_trajectory
+        from .files import finite_trajectory
 
-        return checked_trajectory(self)._table()
+        return finite_trajectory(self)._table()
 
     def _sheet(self) -> "Sheet":
         from .charts import transient_sheet

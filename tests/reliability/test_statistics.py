@@ -5,8 +5,8 @@ import pytest
 
 from fivtui.distributions import Distribution
 from fivtui.reliability.statistics import (
-    add_remark,
     effective_samples,
+    mark_sampling_error,
     mean_estimate,
     mean_of,
     probability_from_counts,
@@ -111,4 +111,4 @@ def test_effective_samples_are_the_number_that_determine_the_variance() -> None:
     ],
 )
 def test_an_index_beyond_0_to_1_is_marked(printed: str, remark: str) -> None:
-    assert add_remark(printed) == remark
+    assert mark_sampling_error(printed) == remark

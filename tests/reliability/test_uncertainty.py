@@ -27,11 +27,11 @@ from fivtui.reliability.request import (
     check_until,
     parse_inputs,
     scattered_study,
-    truncation_warnings,
+    truncated_distribution_warnings,
 )
 from fivtui.reliability.result import Uncertainty, evaluate
 from fivtui.reliability.run import MembersFile, compute_uncertainty
-from fivtui.reliability.statistics import add_remark
+from fivtui.reliability.statistics import mark_sampling_error
 from fivtui.safety.table import safe_mus
 from fivtui.scene.files import scene_from_dict
 from fivtui.studies import build_command, kind_of, load_study
@@ -259,7 +259,7 @@ def test_a_scene_file_can_correlate_inputs(tmp_path: Path) -> None:
 
 def test_truncation_is_reported() -> None:
     study = scattered_study(BASE, parse_inputs(["mu~normal:0.1:0.1", "F~normal:80:8"]))
-    (message,) = truncation_warnings(study)
+    (message,) = truncated_distribution_warnings(study)
     assert message.startswith("mu~normal:0.1:0.1: truncated to 0 to 100, which leaves out 0.16")
 
 
@@ -395,7 +395,7 @@ def test_an_index_above_1_is_marked_wherever_it_is_shown(
     assert index_remark(replace(result, indices={})) == ""
     titles = [axes.get_title() for axes in result.figure().subfigs[1].axes]
     assert "beyond 0 to 1: sampling error" in titles[0]
-    total = add_remark(f"{index.total.value:.2f}")
+    total = mark_sampling_error(f"{index.total.value:.2f}")
     assert ("drives unstable", f"mu {total}") in result._summary()
     # The critical μ does not vary with μ.
     assert "critical_mu" not in result.indices

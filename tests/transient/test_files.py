@@ -20,7 +20,7 @@ from fivtui.model.errors import ComputationError, InputError
 from fivtui.model.parameters import PARAMETERS, Parameters
 from fivtui.simulation import simulate
 from fivtui.transient.files import (
-    checked_trajectory,
+    finite_trajectory,
     load_trajectory,
     save_trajectory,
     transient_to_dict,
@@ -40,7 +40,7 @@ def transient() -> Transient:
 
 
 def with_trajectory(transient: Transient, **columns: Any) -> Transient:
-    trajectory = dataclasses.replace(checked_trajectory(transient), **columns)
+    trajectory = dataclasses.replace(finite_trajectory(transient), **columns)
     return dataclasses.replace(transient, trajectory=trajectory)
 
 
@@ -50,7 +50,7 @@ def test_a_saved_trajectory_loads_without_loss(
 ) -> None:
     path = tmp_path / f"run{suffix}"
     save_trajectory(transient, path)
-    loaded, original = load_trajectory(path), checked_trajectory(transient)
+    loaded, original = load_trajectory(path), finite_trajectory(transient)
     for name in COLUMN_NAMES:
         values, expected = getattr(loaded, name), getattr(original, name)
         assert values.dtype == expected.dtype
@@ -156,7 +156,7 @@ def test_a_transient_without_samples_has_no_trajectory_to_save(tmp_path: Path) -
 
 
 def test_a_sample_that_is_not_finite_is_never_written(transient: Transient, tmp_path: Path) -> None:
-    force = checked_trajectory(transient).P.copy()
+    force = finite_trajectory(transient).P.copy()
     force[5] = np.inf
     with pytest.raises(ComputationError, match=r"trajectory\.P is not a finite number; use"):
         save_trajectory(with_trajectory(transient, P=force), tmp_path / "run.csv")

@@ -154,7 +154,7 @@ def _full_chart(result: CycleBranch) -> Chart:
         (*curves, *events),
         note=f"{len(result.points)} limit cycles",
         # The limits of x are not at the ends of a branch that turns back.
-        tight=False,
+        x_margins=True,
     )
 
 

@@ -26,10 +26,10 @@ from fivtui.model import (
 from fivtui.paper import FloatArray, PaperResults, critical_mu, modes
 from fivtui.scene import PRESETS
 from fivtui.simulation import simulate
-from fivtui.transient import Trajectory, checked_trajectory
+from fivtui.transient import Trajectory, finite_trajectory
 
 from .claim import Finding, Test, Values
-from .trends import columns, compare, crossing, falls, falls_then_rises, rises, trend
+from .trends import build_test, columns, crossing, falls, falls_then_rises, rises, trend
 
 _BASE: Final = Parameters()
 # The friction coefficient of two claims, and the linear system at it.
@@ -67,7 +67,7 @@ def _states_at_reattachments(paper: PaperResults) -> Trajectory:
     scene = PRESETS["base"]
     run = paper.run(scene)
     ends = [end for _, end in run.separated_intervals if end < run.t_end]
-    return checked_trajectory(
+    return finite_trajectory(
         simulate(scene.parameters, t_end=scene.t_end, tol=scene.tol, samples=ends)
     )
 
@@ -146,7 +146,7 @@ def _critical_values(paper: PaperResults, key: str) -> Values:
 
 def _mu_c_test(key: str, holds: Callable[..., bool]) -> Test:
     # A test by the μ_c of the lines of a figure.
-    return compare(lambda paper: _critical_values(paper, key), holds)
+    return build_test(lambda paper: _critical_values(paper, key), holds)
 
 
 def _no_coalescence(paper: PaperResults) -> Finding:
@@ -166,7 +166,7 @@ def _one_real_part_passes_zero(paper: PaperResults) -> Finding:
 
 def _growth_test(name: str, *values: float) -> Test:
     # A test that the second of three values of a parameter is unstable, the others stable.
-    return compare(
+    return build_test(
         lambda _: [growth_rate(System(_BASE.with_values({name: value}))) for value in values],
         lambda before, between, after: before < 0.0 < between and after < 0.0,
     )
@@ -268,12 +268,12 @@ TESTS: Final[Mapping[str, Test]] = {
     "stiffness-resists-displacement": lambda paper: trend(
         rises, list(columns(paper, "2b", "y_e").values())[1:], 0, -1
     ),
-    "no-preload-no-displacement": compare(
+    "no-preload-no-displacement": build_test(
         lambda paper: [np.ptp(columns(paper, "2b", "y_e")[_LINEAR_LINE])],
         lambda change: change <= _ROUNDING,
     ),
     "preload-brings-stiffness-into-the-jacobian": _preload_brings_stiffness_into_the_jacobian,
-    "one-critical-friction": compare(
+    "one-critical-friction": build_test(
         lambda paper: _count_exceptions(paper, "3", "4"),
         lambda _points, exceptions: exceptions == 0,
     ),
@@ -287,21 +287,21 @@ TESTS: Final[Mapping[str, Test]] = {
     "one-real-part-passes-zero": _one_real_part_passes_zero,
     "preload-destabilises-then-stabilises": _growth_test("F", 0.0, 60.0, 120.0),
     "stiffness-destabilises-then-stabilises": _growth_test("k_nl", 0.0, 100.0, 500.0),
-    "preload-leaves-the-linear-system": compare(
+    "preload-leaves-the-linear-system": build_test(
         _linear_mu_c_and_its_change, lambda _, change: change <= _MU_ROUNDING
     ),
     "preload-destabilises-at-first": lambda paper: _first_below_linear(paper, "6"),
     "preload-stabilises-later": _preload_stabilises_later,
     "preload-stabilises-beyond-linear": lambda paper: _exceeds_linear(paper, "6", "F"),
     "same-trend-with-other-damping": _same_trend_with_other_damping,
-    "stiffness-needs-preload": compare(
+    "stiffness-needs-preload": build_test(
         lambda paper: [np.ptp(columns(paper, "7", "mu_c")[_LINEAR_LINE])],
         lambda change: change <= _MU_ROUNDING,
     ),
     "stiffness-destabilises-at-first": lambda paper: _first_below_linear(paper, "7"),
     "stiffness-stabilises-at-large-preload": lambda paper: _exceeds_linear(paper, "7", "k_nl"),
     "small-preload-stays-below-linear": _small_preload_stays_below_linear,
-    "linear-unstable-at-1-2": compare(
+    "linear-unstable-at-1-2": build_test(
         lambda _: (critical_mu(_LINEAR), growth_rate(System(_LINEAR))),
         lambda critical, growth: critical < _STRONG_MU and growth > 0.0,
     ),

@@ -17,7 +17,7 @@ def columns(paper: PaperResults, key: str, name: str) -> dict[float, FloatArray]
     return {value: line[name] for value, line in paper.table(key).lines()}
 
 
-def compare(values: Callable[[PaperResults], Values], holds: Callable[..., bool]) -> Test:
+def build_test(values: Callable[[PaperResults], Values], holds: Callable[..., bool]) -> Test:
     """The test that computes values and compares them by `holds`."""
 
     def test(paper: PaperResults) -> Finding:

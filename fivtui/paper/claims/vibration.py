@@ -1,7 +1,7 @@
 """Tests of the claims of sections 1, 5 and 6: vibration with separation considered and ignored.
 
-A test returns whether the claim holds, and the numbers that `statements.toml` names. Figures are
-identified by their number; a column has an array for each line, by the case of the line.
+A test returns whether the claim holds, and computed numbers, whose names are in the claim's row of
+`statements.toml`. Figures 13 to 16 have two lines: separation considered (Case 1), and ignored.
 """
 
 import dataclasses
@@ -12,16 +12,18 @@ from typing import Any, Final
 import numpy as np
 
 from fivtui.equilibrium import growth_rate
-from fivtui.model import Mode, Parameters, System, equilibrium, static_start
+from fivtui.model import Mode, Parameters, System, equilibrium
 from fivtui.orbits import EventKind, branch
 from fivtui.paper import Amplitude, FloatArray, PaperResults, critical_mu
 from fivtui.scene import PRESETS, Scene
-from fivtui.transient import checked_trajectory
+from fivtui.transient import finite_trajectory
 
 from .claim import Finding, Test, Values
-from .trends import columns, compare, crossing, falls, rises, trend
+from .trends import build_test, columns, crossing, falls, rises, trend
 
 _BASE: Final = Parameters()
+# At rest under the preload before the belt moves: the equilibrium at μ = 0.
+_STATIC: Final = equilibrium(System(_BASE), mu=0.0)
 _CONSIDERED: Final = PRESETS["base"]
 _IGNORED: Final = PRESETS["separation-ignored"]
 _COEXISTENCE: Final = PRESETS["coexistence"]
@@ -29,8 +31,11 @@ _COEXISTENCE: Final = PRESETS["coexistence"]
 _LINE_CONSIDERED: Final = 1.0
 _LINE_IGNORED: Final = 0.0
 _FIGURES: Final = ("13", "14", "15", "16")
-# Columns that measure the amplitude.
+# Columns that measure the amplitude: greatest |y|, and half peak-to-peak of y in the second half of
+# the run.
 _MEASURES: Final = ("y_peak", "y_half_range")
+# Indices of the ends of a line.
+_ENDS: Final = (0, -1)
 # Greatest ratio of amplitudes along a figure that counts as "barely affected", and least ratio that
 # counts as affected.
 _BARELY_RATIO: Final = 1.2
@@ -69,7 +74,8 @@ def _pushed_up(offset: float) -> Scene:
 
 
 _STABLE: Final = _stable_starts()
-# Three starts at the same parameters, at which a stable equilibrium and a limit cycle coexist.
+# Three starts at the same parameters, at which a stable equilibrium and a limit cycle coexist:
+# static, displaced from the equilibrium by 0.3 m, and by 0.1 m.
 _COEXISTENCE_STARTS: Final = (_COEXISTENCE, _pushed_up(0.3), PRESETS["coexistence-decay"])
 
 
@@ -85,16 +91,17 @@ def _stable_seldom_separates(paper: PaperResults) -> Finding:
 
 
 def _has_returned(amplitude: Amplitude) -> bool:
-    # Decay to equilibrium: the second half of the run stays below a tenth of the peak.
+    # Decay to equilibrium: in the second half of the run, half peak-to-peak is below a tenth of the
+    # peak.
     return amplitude.y_half_range < 0.1 * amplitude.y_peak
 
 
 def _stable_returns_to_equilibrium(paper: PaperResults) -> Finding:
     separated = [amplitude for amplitude in paper.amplitudes(_STABLE) if amplitude.separations]
     returned = sum(map(_has_returned, separated))
-    static, *pushed = paper.amplitudes(_COEXISTENCE_STARTS)
+    static, *displaced = paper.amplitudes(_COEXISTENCE_STARTS)
     growth = growth_rate(System(_COEXISTENCE.parameters))
-    half_ranges = [amplitude.y_half_range for amplitude in (static, *pushed)]
+    half_ranges = [amplitude.y_half_range for amplitude in (static, *displaced)]
     holds = returned == len(separated) and _has_returned(static)
     return holds, (len(separated), returned, growth, *half_ranges)
 
@@ -108,7 +115,7 @@ def _critical_friction_of_the_example(_: PaperResults) -> Finding:
 
 
 def _ignored_contact_force_becomes_negative(paper: PaperResults) -> Finding:
-    trajectory = checked_trajectory(paper.run(_IGNORED))
+    trajectory = finite_trajectory(paper.run(_IGNORED))
     P, is_negative = trajectory.P, trajectory.P < 0.0
     first_negative = int(np.argmax(is_negative))
     greatest_before = P[:first_negative].max(initial=0.0)
@@ -125,7 +132,7 @@ def _contact_force_falls_to_zero_repeatedly(paper: PaperResults) -> Finding:
 
 
 def _no_force_off_the_belt(paper: PaperResults) -> Finding:
-    trajectory = checked_trajectory(paper.run(_CONSIDERED))
+    trajectory = finite_trajectory(paper.run(_CONSIDERED))
     is_off = trajectory.mode == Mode.SEPARATED
     greatest = np.abs(trajectory.P[is_off]).max()
     holds = greatest == 0.0 and np.all(trajectory.y[is_off] >= 0.0)
@@ -133,7 +140,7 @@ def _no_force_off_the_belt(paper: PaperResults) -> Finding:
 
 
 def _stretched_spring_holds_back(paper: PaperResults) -> Finding:
-    trajectory = checked_trajectory(paper.run(_IGNORED))
+    trajectory = finite_trajectory(paper.run(_IGNORED))
     P, y = trajectory.P, trajectory.y
     highest = paper.run(_CONSIDERED).peak.y_max
     return np.all(P[y > 0.0] < 0.0), (int((y > 0.0).sum()), P.min(), y.max(), highest)
@@ -145,23 +152,18 @@ def _separation_changes_both_motions(paper: PaperResults) -> Finding:
     return holds, (peak.x_abs, ignored.x_abs, peak.y_abs, ignored.y_abs)
 
 
-def _asymmetry(paper: PaperResults, **static_values: float) -> Finding:
-    # Whether columns of the trajectory deviate unequally upwards and downwards from static values,
-    # in the second half of the run, after the initial transient.
+def _asymmetry(paper: PaperResults, *names: str) -> Finding:
+    # Whether columns of the trajectory deviate unequally upwards and downwards from their static
+    # values, in the second half of the run, after the initial transient.
     run = paper.run(_CONSIDERED)
-    trajectory = checked_trajectory(run)
+    trajectory = finite_trajectory(run)
     is_late = trajectory.t >= 0.5 * run.t_end
     excursions = []
-    for name, static_value in static_values.items():
-        deviations = getattr(trajectory, name)[is_late] - static_value
+    for name in names:
+        deviations = getattr(trajectory, name)[is_late] - getattr(_STATIC, name)
         excursions.append((deviations.max(), -deviations.min()))
     is_unequal = all(max(pair) > 1.5 * min(pair) for pair in excursions)
     return is_unequal, [excursion for pair in excursions for excursion in pair]
-
-
-def _vibration_asymmetric(paper: PaperResults) -> Finding:
-    x, _, y, _ = static_start(System(_BASE))
-    return _asymmetry(paper, x=x, y=y)
 
 
 def _separations_are_short(paper: PaperResults) -> Finding:
@@ -173,15 +175,17 @@ def _separations_are_short(paper: PaperResults) -> Finding:
 
 
 def _crossings(paper: PaperResults, key: str) -> list[float | None]:
-    # Start of the range in which Case 1 exceeds Case 2, by measure; None if there is no such range.
+    # The preload or stiffness, whichever varies along the figure, above which the amplitude is
+    # greater with separation considered than ignored, for both measures; None without one crossing.
     ignored, considered = (line for _, line in paper.table(key).lines())
-    along = considered[considered.along]
-    return [crossing(along, considered[name] - ignored[name]) for name in _MEASURES]
+    varied_values = considered[considered.along]
+    return [crossing(varied_values, considered[name] - ignored[name]) for name in _MEASURES]
 
 
 def _check_barely_affected(paper: PaperResults, key: str) -> Finding:
     # Whether amplitudes barely change along a figure with separation ignored, but change with it
-    # considered. The numbers are the ratios of the greatest to the least, ignored first.
+    # considered. The numbers are the ratios of the greatest to the least amplitude: of the peak,
+    # ignored and considered, then of half peak-to-peak.
     holds, ratios = True, []
     for name in _MEASURES:
         lines = columns(paper, key, name)
@@ -197,20 +201,22 @@ def _check_barely_affected(paper: PaperResults, key: str) -> Finding:
 def _check_growth(paper: PaperResults, key: str) -> Finding:
     # Whether amplitudes with separation considered rise along a figure.
     lines = [columns(paper, key, name)[_LINE_CONSIDERED] for name in _MEASURES]
-    return trend(rises, lines, 0, -1)
+    return trend(rises, lines, *_ENDS)
 
 
 def _check_crossings(paper: PaperResults, key: str) -> Finding:
-    # Whether amplitudes of Case 1 exceed those of Case 2 from some point on.
+    # Whether amplitudes with separation considered exceed those with it ignored from some point on.
     crossings = _crossings(paper, key)
     return None not in crossings, crossings
 
 
 def _same_trends_with_stronger_nonlinearity(paper: PaperResults) -> Finding:
-    is_constant, (peak_ratio, _, half_range_ratio, _) = _check_barely_affected(paper, "14")
+    barely_affected, ratios = _check_barely_affected(paper, "14")
+    peak_ratio_ignored, _, half_range_ratio_ignored, _ = ratios
     grows, ends = _check_growth(paper, "14")
     cross, crossings = _check_crossings(paper, "14")
-    return is_constant and grows and cross, (peak_ratio, half_range_ratio, *ends, *crossings)
+    ignored_ratios = (peak_ratio_ignored, half_range_ratio_ignored)
+    return barely_affected and grows and cross, (*ignored_ratios, *ends, *crossings)
 
 
 def _below(low: Values, high: Values, share: float) -> bool:
@@ -235,23 +241,28 @@ def _along_stiffness(
 ) -> Finding:
     # Whether both measures follow a rule in one case, and the ends of the lines of half ranges.
     (peaks_follow, _), (half_ranges_follow, half_range_ends) = (
-        trend(rule, [columns(paper, key, name)[case] for key in ("15", "16")], 0, -1)
+        trend(rule, [columns(paper, key, name)[case] for key in ("15", "16")], *_ENDS)
         for name in _MEASURES
     )
     return peaks_follow and half_ranges_follow, half_range_ends
 
 
 def _greater_even_at_small_stiffness(paper: PaperResults) -> Finding:
-    at_40, at_60 = _crossings(paper, "15"), _crossings(paper, "16")
-    range_end = float(paper.table("16")["k_nl"].max())
+    # The preload is 40 N in figure 15, 60 N in figure 16. Small stiffness is less than half the
+    # crossing at 40 N, and in the first tenth of the range.
+    crossings_40, crossings_60 = _crossings(paper, "15"), _crossings(paper, "16")
+    greatest_stiffness = float(paper.table("16")["k_nl"].max())
     peaks = [line[0] for line in columns(paper, "16", "y_peak").values()]
-    return _below(at_60, at_40, 0.5) and _below(at_60, [range_end] * 2, 0.1), (*at_60, *peaks)
+    holds = _below(crossings_60, crossings_40, 0.5) and _below(
+        crossings_60, [greatest_stiffness] * len(crossings_60), 0.1
+    )
+    return holds, (*crossings_60, *peaks)
 
 
 def _amplitude_depends_on_preload(paper: PaperResults) -> Finding:
-    at_40, at_60 = paper.amplitudes(_PRELOAD_ALONE)
-    peaks = (at_40.y_peak, at_60.y_peak)
-    half_ranges = (at_40.y_half_range, at_60.y_half_range)
+    lightly_loaded, heavily_loaded = paper.amplitudes(_PRELOAD_ALONE)
+    peaks = (lightly_loaded.y_peak, heavily_loaded.y_peak)
+    half_ranges = (lightly_loaded.y_half_range, heavily_loaded.y_half_range)
     holds = all(larger > 1.1 * smaller for smaller, larger in (peaks, half_ranges))
     return holds, (*peaks, *half_ranges)
 
@@ -276,32 +287,30 @@ TESTS: Final[Mapping[str, Test]] = {
     "no-force-off-the-belt": _no_force_off_the_belt,
     "stretched-spring-holds-back": _stretched_spring_holds_back,
     "separation-changes-both-motions": _separation_changes_both_motions,
-    "vibration-asymmetric": _vibration_asymmetric,
-    "contact-force-asymmetric": lambda paper: _asymmetry(
-        paper, P=equilibrium(System(_BASE), mu=0.0).P
-    ),
-    "separation-under-preload": compare(
+    "vibration-asymmetric": lambda paper: _asymmetry(paper, "x", "y"),
+    "contact-force-asymmetric": lambda paper: _asymmetry(paper, "P"),
+    "separation-under-preload": build_test(
         lambda paper: (
             paper.run(_CONSIDERED).events.separations,
             next((start for start, _ in paper.run(_CONSIDERED).separated_intervals), None),
         ),
         lambda count, _: count > 0,
     ),
-    "reattachment-follows-separation": compare(
+    "reattachment-follows-separation": build_test(
         lambda paper: (
             paper.run(_CONSIDERED).events.separations,
             paper.run(_CONSIDERED).events.reattachments,
         ),
         lambda separations, reattachments: 0 <= separations - reattachments <= 1,
     ),
-    "separation-under-large-preload": compare(
+    "separation-under-large-preload": build_test(
         lambda paper: [
             columns(paper, key, "separations")[_LINE_CONSIDERED][-1] for key in ("13", "14")
         ],
         lambda *counts: min(counts) > 0.0,
     ),
     "separations-are-short": _separations_are_short,
-    "figures-show-unstable-motion": compare(
+    "figures-show-unstable-motion": build_test(
         lambda paper: [paper.table(key)["growth_rate"].min() for key in _FIGURES],
         lambda *rates: min(rates) > 0.0,
     ),
@@ -310,7 +319,7 @@ TESTS: Final[Mapping[str, Test]] = {
     "cases-cross-along-preload": lambda paper: _check_crossings(paper, "13"),
     "same-trends-with-stronger-nonlinearity": _same_trends_with_stronger_nonlinearity,
     "stronger-nonlinearity-crosses-sooner": _stronger_nonlinearity_crosses_sooner,
-    "ignoring-separation-underestimates": compare(
+    "ignoring-separation-underestimates": build_test(
         lambda paper: [
             (considered / ignored).max() for ignored, considered in _half_ranges(paper, *_FIGURES)
         ],

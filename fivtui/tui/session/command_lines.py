@@ -39,7 +39,7 @@ def _run_arguments(scene: Scene, origin: Origin, command: Command) -> list[str]:
 def _fields_without_option(scene: Scene, base: Scene, command: Command) -> list[str]:
     # Fields in which `base` differs from `scene` and that no option sets. Most commands accept no
     # tables over time, and no option switches separation on or removes error targets.
-    required_values = {"over_time": (), **command.needed}
+    required_values = {"over_time": (), **command.scene_only}
     fields = [name for name, value in required_values.items() if getattr(base, name) != value]
     if "separation" in command.settable and scene.separation and not base.separation:
         fields.append("separation")

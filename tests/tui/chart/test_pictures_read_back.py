@@ -93,7 +93,7 @@ def test_only_the_latest_points_of_a_long_orbit_are_joined() -> None:
     # 20 distant corners, then many equal points, and two joined points at the end.
     x = np.concatenate([np.tile([0.0, 10.0], 10), np.full(MAX_JOINED_SAMPLES - 2, 2.0), [2.0, 8.0]])
     y = np.concatenate([np.tile([0.0, 10.0], 10), np.full(MAX_JOINED_SAMPLES - 2, 9.0), [9.0, 9.0]])
-    chart = Chart("a (m)", "b (m)", (Trace("", x, y, ordered=False),), tight=False)
+    chart = Chart("a (m)", "b (m)", (Trace("", x, y, ordered=False),), x_margins=True)
     reading = Reading(draw(chart, View(), 80, 30))
     dots = reading.dots()
     assert any(reading.near(dot, (5.0, 9.0)) for dot in dots)

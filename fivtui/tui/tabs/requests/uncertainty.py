@@ -43,9 +43,9 @@ def uncertainty_request(scene: Scene, text: str) -> "Study":
 
 def truncation_note(result: "Uncertainty") -> str:
     """A note on truncated distributions of a study; empty if there are none."""
-    from fivtui.reliability import truncation_warnings
+    from fivtui.reliability import truncated_distribution_warnings
 
-    return ", truncated at bounds" if truncation_warnings(result.study) else ""
+    return ", truncated at bounds" if truncated_distribution_warnings(result.study) else ""
 
 
 def index_remark(result: "Uncertainty") -> str:
