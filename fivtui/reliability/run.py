@@ -256,9 +256,7 @@ def _with_stored_rows(engine: Engine, stored_rows: Rows | None) -> Engine:
 
     def compute(study: Study, pieces: Iterable[SweepPiece]) -> Generator[tuple[SweepPiece, Rows]]:
         pending = list(pieces)
-        # Every row has a reason for a failure, which is empty without one.
-        stored_count = len(stored_rows.reasons)
-        stored = [piece for piece in pending if piece.stop <= stored_count]
+        stored = [piece for piece in pending if piece.stop <= stored_rows.members]
         for piece in stored:
             yield piece, stored_rows.part(piece.first, piece.stop)
         yield from engine(study, pending[len(stored) :])

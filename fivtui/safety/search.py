@@ -1,7 +1,7 @@
 """The global search: motions from many starts at many μ, followed until they decay or persist.
 
-A search has rounds, each at values of μ below the least one of a known attractor; a level is one of
-these values. A round follows its motions in stages of growing duration. The search is limited by
+A search has rounds. The levels of a round are values of μ below the least μ at which an attractor
+is known so far. A round follows its motions in stages of growing duration. The search is limited by
 integration steps, not by time: every machine gives the same result.
 """
 
@@ -41,8 +41,8 @@ SCOUT_STARTS: Final = 16
 _MIN_MOTIONS: Final = 4
 # Limit of integration steps of a round.
 _MAX_STEPS: Final = 12_000_000
-# Duration of each stage: in decay times of small disturbances at the level with the fastest decay,
-# and its minimum in slowest periods.
+# Two durations of each stage, of which the longer one applies: in decay times of small disturbances
+# at the level with the fastest decay, and in slowest periods.
 _STAGES: Final = (
     (2.5, 50.0),
     (2.5, 50.0),
@@ -54,19 +54,19 @@ _STAGES: Final = (
 )
 # Decay rates up to this value, relative to the fastest eigenvalue, count as zero: rounding.
 _ZERO_DECAY: Final = 1e-12
-# Motions that need more slowest periods than this to decay are not followed.
+# Motions are not followed if their decay takes longer than this, in slowest periods.
 _PERIOD_LIMIT: Final = 20_000.0
 # Share of the limit of steps that the starts of a round are planned to use.
 _PLANNED_SHARE: Final = 0.8
-# A system is stiff above this ratio of its frequencies. A step of it costs as much as this many
-# steps of another system: its limit of steps is smaller by this factor.
+# A system is stiff above this ratio of its highest to its lowest frequency.
 _STIFF_RATIO: Final = 20.0
+# Cost of a step of a stiff system in steps of others: its limit of steps is smaller by this factor.
 _STIFF_STEP_COST: Final = 6
 # Least limit of steps of one motion in a stage.
 _MIN_STEP_LIMIT: Final = 2_000
 _TOL: Final = 1e-6
-# An extent is the distance of a state from the equilibrium. Relative to that of the start, it is
-# below this for a motion that counts as at rest, without a proof of decay.
+# An extent is the distance of a state from the equilibrium. A motion counts as at rest, even
+# without a proof of decay, if its extent is at most this fraction of that of its start.
 _REST_EXTENT: Final = 1e-9
 # A motion is unbounded above this multiple of its start extent and of the characteristic length.
 _UNBOUNDED_GROWTH: Final = 1e6
@@ -74,7 +74,7 @@ _UNBOUNDED_GROWTH: Final = 1e6
 _SLOW_DECAY: Final = 0.5
 # Relative change of amplitude in the last stage below which a persistent motion is steady.
 _STEADY_CHANGE: Final = 0.1
-# Half range, relative to that at the first μ, above which a motion persists at lower μ.
+# A motion persists at a lower μ if its half range is above this fraction of that at its own μ.
 _PERSISTENT_SIZE: Final = 0.1
 # Search for a least μ: intervals of μ in a refinement, and number of refinements.
 _REFINED_INTERVALS: Final = 32
@@ -174,7 +174,9 @@ class RunningRound:
         fastest_frequency = max(region.fastest for region in self._regions)
         is_stiff = fastest_frequency * self._slowest_period > _STIFF_RATIO * math.tau
         self._step_limit = _MAX_STEPS // (_STIFF_STEP_COST if is_stiff else 1)
-        is_too_slow = sum(self._durations[:2]) > _PERIOD_LIMIT * self._slowest_period
+        # Small disturbances fall below 1 % in the first two stages, five decay times or longer.
+        decay_duration = sum(self._durations[:2])
+        is_too_slow = decay_duration > _PERIOD_LIMIT * self._slowest_period
         decays = fastest_decay > _ZERO_DECAY * fastest_frequency
         count = starts if decays and not is_too_slow else 0
         starts_by_level = [disturbed_states(at_mu, count) for at_mu in systems]
@@ -216,8 +218,8 @@ class RunningRound:
         with np.errstate(divide="ignore", invalid="ignore"):
             self._log_ratios[followed] = np.log(results.half_ranges / previous_half_ranges)
         if self._stage:
-            # Half ranges are those of the second halves of the stages: from the middle of one of
-            # these to the middle of the next.
+            # A half range is that of the second half of a stage, whose middle is at 3/4 of the
+            # stage: add the rest of the previous stage and 3/4 of this one.
             time_between = 0.25 * self._durations[self._stage - 1] + 0.75 * duration
             self._expected_log_ratios = self._growth_rates * time_between
         self._fates[followed[self._rest_flags(followed)]] = _Fate.DIED_OUT
@@ -246,7 +248,8 @@ class RunningRound:
         steady = self._persistent_flags() & (np.abs(self._log_ratios) < _STEADY_CHANGE)
         expected = self._expected_log_ratios[self._level_of]
         decaying = moving & (self._log_ratios <= _SLOW_DECAY * expected)
-        # A motion of less than half the static deflection stays in contact.
+        # A motion about the equilibrium stays in contact if its peak-to-peak is below the distance
+        # of the equilibrium from y = 0.
         decaying &= self._half_ranges < 0.5 * np.abs(self._rest_states[self._level_of, _Y])
         if self._stage < len(self._durations):
             # Only the last stage is long enough to tell.
@@ -407,8 +410,10 @@ def _least_mu_where(
             max_steps=_MAX_STEPS // _REFINED_INTERVALS,
         )
         false_indices = np.flatnonzero(~condition(run))
-        index = int(false_indices[-1]) if false_indices.size else 0
-        low, high = float(mus[index]), float(mus[index + 1]) if false_indices.size else low
+        if not false_indices.size:
+            return low
+        index = int(false_indices[-1])
+        low, high = float(mus[index]), float(mus[index + 1])
     return high
 
 

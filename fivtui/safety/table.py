@@ -1,6 +1,9 @@
 """Safe μ of many parameter sets: by continuation for every set, or by polynomials fitted to folds.
 
-A fold is a safe μ computed by continuation. Groups are the dimensionless groups of the parameters.
+Safe μ is the least μ of a stable limit cycle on the branch from the Hopf point, at most the
+critical μ. The branch usually folds there: a fold here is one safe μ computed by continuation.
+Groups are the dimensionless groups of the parameters.
+
 If one group varies, its range is split into cells until the error at test folds is small enough, or
 the limit of folds is reached. If several groups vary, one polynomial is fitted to folds at random
 parameters, so that it is most accurate where these are likely.
@@ -8,7 +11,7 @@ parameters, so that it is most accurate where these are likely.
 
 import itertools
 from collections.abc import Mapping, Sequence
-from typing import Any, Final
+from typing import Final
 
 import msgspec
 import numpy as np
@@ -41,7 +44,8 @@ _TEST_NODES: Final = 6
 # Over several groups: the total degrees that are tried, and the limit of coefficients per fold.
 _TOTAL_DEGREES: Final = range(1, 7)
 _MAX_COEFFICIENTS_PER_FOLD: Final = 0.5
-# Margin of the box and of safe μ beyond the fitted values, relative to their range.
+# Over several groups: how far the box reaches beyond the coordinates of the folds, and the limits
+# of the polynomial beyond their safe μ, each relative to the range of these.
 _MARGIN: Final = 0.25
 # One fold in this many is for the test; number of folds of the first fit.
 _TEST_EVERY: Final = 3
@@ -75,9 +79,10 @@ class SafeCell(msgspec.Struct, frozen=True, array_like=True):
 class SafeTable(msgspec.Struct, frozen=True):
     """Safe μ over the dimensionless groups that vary.
 
-    `groups` names them. The coordinates of cells are weighted sums of the groups, where logarithms
-    stand for stiffnesses: `centre` is their origin, `directions` has a row of weights for each.
-    `folds` is the number of folds; `errors` are errors of μ at test folds, ascending.
+    `groups` names them; `separation` is whether the slider may leave the belt. A coordinate of a
+    cell is a weighted sum of the groups less their values at `centre`, with logarithms in place of
+    stiffnesses; `directions` has a row of weights for each coordinate. `folds` is the number of
+    folds; `errors` are errors of μ at test folds, ascending.
     """
 
     groups: tuple[str, ...]
@@ -133,7 +138,7 @@ def safe_mus(
     """Safe μ of n parameter sets by continuation from the Hopf point or a table, shape (n,).
 
     `varied` has columns of the parameters that differ from `p`; `separation` says for each set
-    whether separation is considered.
+    whether the slider may leave the belt.
     """
     groups = dimensionless_groups(p, varied, separation.size)
     if table is not None:
@@ -207,11 +212,13 @@ def _table_over_one_group(
     corners = np.array(list(itertools.product(*ranges.values())))
     varied = dict(zip(ranges, corners.T, strict=True))
     if "F" in varied:
-        # Safe μ needs a preload.
+        # Safe μ needs a preload. The group of k_nl is proportional to F²: at the least load it is
+        # _LEAST_STIFFNESS times its value at the greatest.
         least_load = varied["F"].max(initial=0.0) * np.sqrt(_LEAST_STIFFNESS)
         varied["F"] = np.maximum(varied["F"], least_load)
     points = _coordinates(dimensionless_groups(p, varied, len(corners)))
-    _check_all_defined(np.isfinite(points).all(axis=1))
+    if not np.isfinite(points).all():
+        raise _undefined_error()
     (index,) = folds.indices
     # Positions of the folds in a cell, scaled to -1 .. 1.
     scaled = _fit_and_test_nodes(_FIT_NODES, _TEST_NODES)
@@ -242,7 +249,8 @@ def _table_over_groups(p: Parameters, draws: Mapping[str, Floats], folds: _Folds
     size = next(iter(draws.values())).size
     points = _coordinates(dimensionless_groups(p, draws, size))
     points = points[~np.isnan(points).any(axis=1)][:MAX_FOLDS]
-    _check_all_defined(np.ones(len(points), dtype=bool))
+    if not len(points):
+        raise _undefined_error()
     varying = points[:, folds.indices]
     centre = varying.mean(axis=0)
     _, spreads, directions = np.linalg.svd(varying - centre, full_matrices=False)
@@ -273,11 +281,11 @@ def _table_over_groups(p: Parameters, draws: Mapping[str, Floats], folds: _Folds
         count = min(2 * count, len(points))
 
 
-def _check_all_defined(defined: Any) -> None:
-    if not defined.any() or not defined.all():
-        raise ComputationError(
-            "there is no safe μ in the ranges", "let F and k3 be above 0 in all of them"
-        )
+def _undefined_error() -> ComputationError:
+    # Without a load, or without the stiffness k3 that couples x and y, groups are NaN.
+    return ComputationError(
+        "there is no safe μ in the ranges", "let F and k3 be above 0 in all of them"
+    )
 
 
 def _fit_cell(

@@ -50,8 +50,8 @@ from .search import (
 FoundBy = Literal["continuation", "global search", "eigenvalues"]
 AttractorKind = Literal["limit cycle", "unbounded growth", "other motion"]
 
-# Upper end of branches, and of the search if there is no critical μ, relative to the greatest of
-# the critical μ, the μ of the scene and 1.
+# Branches, and the search if there is no critical μ, end at this multiple of a reference: the
+# greatest of the critical μ, the μ of the parameter set, and 1.
 _UPPER_MU_FACTOR: Final = 2.0
 # An attractor counts as below the critical μ if its μ is less by this relative difference.
 _MU_ROUNDING: Final = 1e-9
@@ -60,15 +60,15 @@ _ROUND_LIMIT: Final = 8
 # Fractions of the progress at the end of the branch from the Hopf point, and of the scouts.
 _BRANCH_SHARE: Final = 0.2
 _SCOUTS_END: Final = 0.4
-# Number of motions of a stage from which shooting starts, per μ and in total.
+# After a stage, shooting starts from at most this many of its motions: per level, and in total.
 _SHOTS_PER_LEVEL: Final = 3
 _SHOTS_PER_STAGE: Final = 12
-# Each of them is followed for at most this many legs, the units of time of `Explorer.reach`.
+# `Explorer` follows each to its attractor, for at most this many legs of 16 slowest periods.
 _LEG_LIMIT: Final = 16
 # Share of undecided motions from which on safe μ is not known.
 _UNDECIDED_LIMIT: Final = 0.05
-# Lower end of the search for motion on a torus, relative to the next known μ below it: the least μ
-# of the branch, or the next level.
+# The search for the least μ of a motion on a torus begins at this multiple of the least μ of its
+# branch; without a branch, of the next lower level.
 _TORUS_RANGE: Final = 0.95
 # Relative difference of amplitudes below which two cycles are the same.
 _SIZE_TOLERANCE: Final = 1e-2
@@ -112,13 +112,14 @@ class SafeFrictionBasis:
         The reason why there is no branch from a Hopf point; empty if there is one.
     rounds : tuple of SearchRound
         Global search: each round is below the least μ of the attractors known before it; the first
-        rounds have few starts. A round ends when it finds an attractor: motions stay undecided.
+        rounds have few starts. A round ends as soon as it finds an attractor, so that its
+        remaining motions stay undecided.
     budget_ended : bool
         Whether a limit ended the search: motions of the last round are undecided, or the limit of
         rounds was reached.
     growth_at_any_size : float or None
-        With a linear contact spring (k_nl = 0): the least μ, to 1e-7, at which all sufficiently
-        large motions grow without bounds; None without such a μ.
+        With a linear contact spring (k_nl = 0) large motions grow at a rate that does not depend
+        on their size: the least μ, to 1e-7, at which they grow; None without such a μ.
     proved_offset : float or None
         Proof: vertical displacement from rest, m, below which a Lyapunov function proves that
         motion at the μ of the parameter set decays; None if the equilibrium is not stable there.
@@ -194,7 +195,10 @@ class SafeFriction(SystemResult):
         return self.searched_to if self.safe_mu is None else self.safe_mu
 
     def limit_of(self, continued_mu: float) -> float:
-        """The μ up to which the search confirms a safe μ by continuation; the largest μ if at all.
+        """The μ up to which the search confirms a safe μ by continuation.
+
+        It is the greatest allowed μ if the search found no attractor at a lower μ. Otherwise it is
+        `safe_mu`, or `unknown_above` if safe μ is not known.
 
         Parameters
         ----------
@@ -252,7 +256,7 @@ def safe_friction(
     Raises
     ------
     InputError
-        If the belt has a finite speed.
+        If `v_belt` is given: the belt must always be faster than the slider.
     ComputationError
         If there is no equilibrium, or a motion cannot be followed.
     Cancelled
@@ -341,7 +345,7 @@ class _SafeFrictionSearch:
 
     @property
     def budget_ended(self) -> bool:
-        """Whether motions or branches were not followed to their end."""
+        """Whether rounds were cut off, or the final round has no motions or undecided ones."""
         if not self.rounds:
             return False
         final_round = self.rounds[-1]
@@ -411,8 +415,8 @@ class _SafeFrictionSearch:
             self._add_branch(curve, "continuation")
 
     def _run_rounds(self, starts: int, fraction: float) -> None:
-        # Run rounds until one finds no attractor. The progress goes from `fraction` to twice that:
-        # each round halves what is missing, as their number is unknown in advance.
+        # Run rounds until one finds no attractor. As the number of rounds is not known in advance,
+        # the progress begins at `fraction`, and each round halves its distance to twice `fraction`.
         for count in range(_ROUND_LIMIT):
             if not self._find_lower_attractor(starts):
                 return
@@ -463,7 +467,7 @@ class _SafeFrictionSearch:
                 if mu < cycle.value:
                     self._record(mu, "other motion")
         for end, point in zip(curve.ends, (curve.points[0], curve.points[-1]), strict=True):
-            # An unstable cycle that grows without bounds: larger motions grow without bounds.
+            # Motions beyond an unstable cycle grow, without bounds where the branch itself does.
             if end is End.UNBOUNDED and not point.stable:
                 self._record(point.value, "unbounded growth", found_by)
 

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float64]
 
 # Number of values of the parameter at which eigenvalues are computed: with a belt that is always
-# faster than the slider, and with a belt of finite speed, where they are slow.
+# faster than the slider, and with a belt of finite speed, on which eigenvalues take longer.
 _EIGENVALUE_POINTS: Final = 129
 _EIGENVALUE_POINTS_ON_BELT: Final = 33
 # Number of values of the parameter at which branches of limit cycles are followed.
@@ -52,6 +52,7 @@ class Zone(StrEnum):
     KNOCK = "squeals after a knock"
     SQUEALS = "squeals by itself"
     SMALL = "small disturbances die out"
+    # There is no equilibrium.
     NONE = "not possible"
 
 
@@ -139,6 +140,7 @@ class _EigenvalueZones:
         self.name, self.low, self.high = name, low, high
         # The low end itself may be outside the range of the parameter.
         self.lower_value = low + _END_OFFSET * (high - low)
+        # Optional parameters are those of a belt of finite speed.
         self.on_belt = p.v_belt is not None or spec.optional
         nonlinear = separation or p.k_nl > 0.0 or name == "k_nl"
         damped = p.c1 > 0.0 or p.c2 > 0.0 or name in ("c1", "c2")
@@ -232,8 +234,9 @@ def _zones_over_mu(linear: _EigenvalueZones, safe_mu: float, squeal_mu: float) -
 
 
 def _local_minima(distances: Floats, zones: Sequence[object]) -> list[int]:
-    # Indices of local minima of |distance| between neighbours of the same zone, where the distance
-    # may be zero between the points: only minima of at most half of a neighbour's distance.
+    # Indices of local minima of |distance| whose neighbours are in the same zone. Between these
+    # points the distance may be zero, and a zone be hidden. This is likely only if the minimum is
+    # at most half of a neighbour's |distance|.
     sizes = np.abs(distances)
     return [
         index
@@ -270,6 +273,7 @@ def _zones_by_continuation(linear: _EigenvalueZones, progress: OnProgress | None
     distances = np.array([least_mu(value) - p.mu for value in values.tolist()])
     for index in _local_minima(distances, [zone_at(value) for value in values.tolist()]):
         _search_between(least_mu, zone_at, p.mu, float(values[index - 1]), float(values[index + 1]))
+    # Bisect between different zones; `zone_at` adds every middle to `least_mus`.
     for begin, end in pairwise(sorted(least_mus)):
         low, high = begin, end
         for _ in range(_BISECTIONS):
@@ -283,7 +287,8 @@ def _zones_by_continuation(linear: _EigenvalueZones, progress: OnProgress | None
         for low, high in pairwise(computed_values.tolist())
         if zone_at(low) is not zone_at(high)
     ]
-    # Without a zone of knocks, safe μ is the critical μ: skip bounds that eigenvalues also give.
+    # Where safe μ equals the critical μ, no zone of knocks lies between them: skip these bounds, as
+    # eigenvalues give them too.
     linear_bounds, tolerance = linear.bounds(), _BOUND_TOLERANCE * (linear.high - linear.low)
     bounds = [
         bound

@@ -80,9 +80,9 @@ _COMMENTS: Final[Mapping[str, str]] = {
         for name, setting in SETTINGS.items()
     },
     "outputs": f"outputs to be computed: {', '.join(OUTPUTS)}",
-    "correlation": "correlations of the normal scores of scattered quantities, by name",
+    "correlation": "of quantities that fivtui uncertainty scatters, by name (a Gaussian copula)",
 }
-# Fields that error targets determine.
+# Fields that error targets, the field `accuracy`, determine.
 _TOL_OR_STEP: Final = ("tol", "step")
 
 
@@ -116,6 +116,7 @@ def scene_from_dict(data: Mapping[str, object], *, name: str | None = None) -> S
     if "name" not in values:
         raise InputError("the key name is missing")
     values.setdefault("description", "")
+    # Values just after t = 0, without the slopes.
     initial = {key: table.after(0.0)[0] for key, table in values.get("over_time", ())}
     return Scene(parameters=_parameters(data.get(_PARAMETERS_KEY, {}), initial), **values)
 
@@ -140,6 +141,7 @@ def _parameters(table: object, initial: Mapping[str, float]) -> Parameters:
             spec = parameter_spec(name)
             values[name] = spec.check(check_file_number(name, value))
         parameters = Parameters(**{**initial, **values})
+        # Compare parameter sets, in which tiny values are set to zero.
         initial_parameters = parameters.with_values(initial)
         for name in initial:
             if getattr(parameters, name) != getattr(initial_parameters, name):
@@ -187,6 +189,7 @@ def load_scene(path: str | Path) -> Scene:
         _check_lines(text)
         data = _parse_toml(text)
         if "over_time" in data:
+            # Put the rows in place of a CSV file, whose path is relative to that of the scene.
             tables = parse_over_time("over_time", data["over_time"], path.parent)
             data["over_time"] = over_time_to_dict(tables)
         return scene_from_dict(data, name=path.stem)

@@ -1,4 +1,8 @@
-"""Scenes that come with the program: the paper's examples."""
+"""Scenes that come with the program: the paper's examples.
+
+The paper is "Nonlinear friction-induced vibration of a slider-belt system". The static start is
+at rest at the equilibrium without friction, μ = 0.
+"""
 
 from collections.abc import Mapping
 from types import MappingProxyType
@@ -12,7 +16,7 @@ DEFAULT_PRESET: Final = "base"
 
 _BASE: Final = Parameters()
 _COEXISTENCE: Final = _BASE.with_values({"F": 120.0})
-# Horizon, s, after whose first half the motion is settled to five digits.
+# Horizon, s: in its second half the motion is settled to five digits.
 _COEXISTENCE_T_END: Final = 800.0
 
 

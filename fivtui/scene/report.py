@@ -14,6 +14,7 @@ def print_run(run: SceneTransient) -> None:
     if run.verified is None:
         print_transient(run.transient)
         return
+    # If the run and a finer one diverge, the transient ends before: it is verified up to its end.
     until = f", verified up to t = {number(run.transient.t_end)} s" if run.diverges_at else ""
     title = f"Transient{until}"
     print_transient(run.transient, run.verified.estimate, run.verified.runs, title=title)
@@ -24,7 +25,7 @@ def print_comparison(result: Comparison) -> None:
     header = (
         "separation, path",
         "peak |y| m",
-        "half peak-to-peak, 2nd half m",
+        "half peak-to-peak (2nd half) m",
         "separations",
         "off the belt",
         "difference",

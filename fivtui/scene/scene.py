@@ -81,7 +81,8 @@ class Scene:
     outputs : tuple of str
         Names in `OUTPUTS`; only these are computed and stored.
     correlation : tuple of (str, str, float)
-        Correlations of the normal scores of two quantities where they are scattered.
+        Correlations of two quantities that an uncertainty study draws at random: those of their
+        normal scores (a Gaussian copula).
     over_time : tuple of (str, TimeTable)
         Parameters that follow tables; `parameters` gets their values at the start.
 
@@ -121,6 +122,7 @@ class Scene:
             check_uses_step(self.method)
         p, over_time = check_parameters(self.parameters), dict(self.over_time)
         if over_time:
+            # A course is parameters over time: take those just after t = 0, without their rates.
             p, _ = build_course(p, over_time).after(0.0)
         t_end = check_horizon(self.t_end)
         checked = {

@@ -1,7 +1,8 @@
 """Transients to error targets: a finer run verifies each one.
 
-A target is the greatest allowed error of a quantity, such as a peak. Two runs diverge where their
-switches no longer correspond; from there on, errors are not estimated.
+A target is the greatest allowed error of a quantity, such as a peak. At a switch the slider leaves
+or meets the belt, or begins or ends to stick. Two runs diverge where their switches no longer
+correspond; from there on, errors are not estimated.
 """
 
 import math
@@ -73,7 +74,7 @@ class SceneTransient:
     diverges_at: Divergence | None = None
 
     def to_dict(self) -> dict[str, Any]:
-        """The object that ``fivtui simulate --json`` prints."""
+        """The object that ``fivtui simulate --json`` prints; runs that diverge are ``parted``."""
         accuracy = {} if self.verified is None else {"accuracy": self.verified.to_dict()}
         data = {**self.transient.to_dict(), **accuracy}
         if self.diverges_at is None:
@@ -101,7 +102,7 @@ def simulate_to(
 
     The tolerance, or the step of a fixed-step method, follows from the smallest target. A run with
     a finer setting then estimates the errors, and the setting is refined until all targets are met.
-    Runs that diverge give no estimate, even if their numbers agree by chance.
+    Runs that diverge give no estimate, even if their results agree by chance.
     """
     targets = check_accuracy(accuracy)
     # The setting that is refined: the step of a fixed-step method, else the tolerance.
@@ -118,10 +119,8 @@ def simulate_to(
         coarser, finer = (run(value, shorter) for value in settings)
         if find_divergence(coarser, finer) is not None:
             return None
-        estimate = deviation(observation(coarser), observation(finer)).at_least(
-            rounding_error(finer)
-        )
-        return SceneTransient(finer, Verified(finer, targets, estimate, len(settings)), diverges_at)
+        verified = Verified(finer, targets, _estimate_errors(coarser, finer), len(settings))
+        return SceneTransient(finer, verified, diverges_at)
 
     setting = _FIRST_STEP * scale if by_step else first_tol(targets)
     finest = _LEAST_STEP * scale if by_step else TOL_RANGE[0]
@@ -130,7 +129,7 @@ def simulate_to(
         previous = setting
         setting = max(setting * _FINER_STEP, finest) if by_step else finer_tol(setting)
         fine, runs = run(setting), runs + 1
-        estimate = deviation(observation(coarse), observation(fine)).at_least(rounding_error(fine))
+        estimate = _estimate_errors(coarse, fine)
         missed = [name for name, error in targets.items() if estimate.of(name) > error]
         diverges_at = find_divergence(coarse, fine)
         if not missed and diverges_at is None:
@@ -148,6 +147,11 @@ def simulate_to(
                 f"allow a larger error, take a shorter horizon{alternative}",
             )
         coarse = fine
+
+
+def _estimate_errors(coarse: Transient, fine: Transient) -> Deviation:
+    # An observation has the results that are compared: final state, amplitudes and switches.
+    return deviation(observation(coarse), observation(fine)).at_least(rounding_error(fine))
 
 
 def _time_before_divergence(diverges_at: Divergence, switch_times: NDArray[np.float64]) -> float:

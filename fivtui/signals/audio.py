@@ -16,6 +16,7 @@ from fivtui.transient import Trajectory, Transient
 
 from .motion import check_window, is_rest, motion_at, period_of
 
+# Columns of the trajectory: displacements, velocities and the contact force P.
 SIGNALS: Final = ("x", "vx", "y", "vy", "P")
 SUFFIXES: Final = (".wav",)
 # Samples per second of sound, and limits of its duration, s.
@@ -24,9 +25,9 @@ _MAX_DURATION: Final = 600.0
 _MIN_DURATION: Final = 0.01
 # Default pitch, Hz.
 _DEFAULT_PITCH: Final = 110.0
-# Peak level relative to full scale, and full scale of samples of 16 bits.
+# Peak of the sound relative to the greatest sample of 16 bits, and that sample.
 _PEAK_LEVEL: Final = 0.9
-_FULL_SCALE: Final = 32_767
+_MAX_SAMPLE: Final = 32_767
 # Fade at both ends against clicks, s.
 _FADE_DURATION: Final = 0.005
 
@@ -48,7 +49,8 @@ class SoundFile(Result):
     duration : float
         Duration of the sound, s.
     full_scale : float
-        Amplitude of the signal without its mean, in its unit; 0 for silence.
+        Greatest distance of the signal from its mean, in its unit, at the peak of the sound; 0 for
+        silence.
     pitch : float or None
         Frequency of the late motion as heard, Hz; None without vibration.
     """
@@ -151,7 +153,7 @@ def sound(
             out.setnchannels(1)
             out.setsampwidth(2)
             out.setframerate(_SAMPLE_RATE)
-            out.writeframes(np.round(_PEAK_LEVEL * _FULL_SCALE * samples).astype("<i2").tobytes())
+            out.writeframes(np.round(_PEAK_LEVEL * _MAX_SAMPLE * samples).astype("<i2").tobytes())
 
     write_atomically(path, write)
     pitch = factor / period if period else None

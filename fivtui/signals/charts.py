@@ -30,6 +30,7 @@ def spectrum_chart(runs: Sequence[PlottedRun], window: tuple[float, float]) -> C
     return Chart(
         "f (Hz)",
         "|y| (m)",
+        # The first run comes last, so that it is drawn on top.
         tuple(
             run.trace(line_spectrum.frequency, line_spectrum.amplitude)
             for run, line_spectrum in reversed(list(zip(runs, spectra, strict=True)))

@@ -1,4 +1,4 @@
-"""The kind of study of a sound."""
+"""Kind of study: the sound of a run."""
 
 from typing import Final
 

@@ -13,7 +13,7 @@ FloatArray = NDArray[np.float64]
 
 # Number of cycles in the window of the last cycles.
 _LAST_CYCLES: Final = 8
-# Length of the end of a run that gives its period, in periods 2π √(m/stiffness).
+# The period of a run is measured at its end, over at most this many periods 2π √(m/stiffness).
 _SEARCHED_PERIODS: Final = 64
 _SAMPLES_PER_PERIOD: Final = 64
 # A motion is at rest if its displacements vary by less than this fraction of their size.
@@ -40,7 +40,8 @@ def motion_at(run: Transient, times: FloatArray) -> Trajectory:
 
 def modes_at(run: Transient, times: FloatArray) -> NDArray[np.int8]:
     """The mode of the slider at times, s, from the switches of a run."""
-    # A run on a belt that is always faster has only times of separation and reattachment.
+    # On a belt that is always faster than the slider, the modes are contact and separation in turn:
+    # the run has only the times of its switches.
     if run.mode_changes:
         switch_times = np.array([change.t for change in run.mode_changes])
         modes = [run.first_mode, *(change.then for change in run.mode_changes)]

@@ -1,7 +1,8 @@
 """Digests that identify the floating-point arithmetic behind the last bits of rows.
 
-Rows by the compiled kernel have the same bits on every machine, rows by the interpreted kernel have
-other bits. The digest of the rows of a fixed set of trial members identifies the arithmetic.
+A member of a sweep is one set of parameters and start; it has a row. Rows by the compiled kernel
+have the same bits on every machine, rows by the interpreted kernel have other bits. The digest of
+the rows of a fixed set of trial members identifies the arithmetic.
 """
 
 import hashlib
@@ -36,7 +37,8 @@ _TRIAL_OUTPUTS: Final[Mapping[str, tuple[tuple[str, ...], ...]]] = {
     "stability": (_STABILITY_OUTPUTS,),
     "critical": ((CRITICAL_MU_COLUMN.name,),),
 }
-# Trial members for safe μ: the last bits of branches depend on the linear algebra library.
+# Trial members for safe μ, the least μ on a branch of limit cycles: its last bits depend on the
+# linear algebra library.
 _BRANCH_DESIGN: Final = Design({"F": (50.0, 80.0)})
 # Number of points of a scattered design that enter the digest.
 _SCATTERED_POINTS: Final = 256
@@ -54,7 +56,7 @@ _TRIAL_DESIGNS: Final = (
 _LINEAR_PARAMETERS: Final = Parameters(k_nl=0.0)
 # Horizon of the trial members, s.
 _T_END: Final = 20.0
-# Kernel of files without the key "kernel": versions before that key had no other.
+# Kernel of files without the key "kernel": versions before that key had only this one.
 _KERNEL_BEFORE_KEY: Final = "compiled by numba"
 
 
@@ -112,5 +114,6 @@ def _row_digest(kind: str) -> str:
             rows = compute_rows(study, 0, study.members)
             for values in rows.numbers.values():
                 digest.update(values.tobytes())
+            # Why members failed.
             digest.update("\n".join(rows.reasons).encode())
     return digest.hexdigest()[:_DIGEST_DIGITS]

@@ -29,7 +29,8 @@ from .study import OUTPUTS, Study
 
 _SIZE: Final = (FIGURE_WIDTH, 3.2)
 _CASE_NAMES: Final = {True: "separation considered", False: "separation ignored"}
-# Outputs that curves show if they were computed: labels in the terminal, and roles in figures.
+# Outputs that curves show if they were computed: labels in the terminal, and roles in figures. With
+# the case, such as "peak, considered", a role names the style of a curve or guide.
 _AMPLITUDES: Final = {"y_abs": "peak", "y_half_range": "±y 2nd half"}
 _ROLES: Final = {"y_abs": "peak", "y_half_range": "half range"}
 # Marks by index of the output and by case.
@@ -89,6 +90,7 @@ def sweep_chart(result: Sweep, present: float | None = None) -> Chart:
         )
     guides = [] if present is None else [Guide(present, f"{present:g}")]
     for case in study.cases:
+        # The belt speed from which on the slider never reaches the belt's speed.
         row = result.fast_belt(case)
         if row is not None:
             belt_text = f"always faster, {_CASE_NAMES[case]}"

@@ -23,7 +23,10 @@ DESIGN_KINDS: Final[Mapping[str, str]] = {
     "sobol": "points of a scrambled Sobol sequence between the ends",
 }
 
+# Limit of points: there are up to two members per point, and their indices have 63 bits.
 MAX_MEMBERS: Final = 2**62
+# Seeds are below this.
+SEED_LIMIT: Final = 2**62
 # Bits of a coordinate of a Sobol point; they limit the number of points.
 SOBOL_BITS: Final = 32
 MAX_SOBOL: Final = 2**SOBOL_BITS
@@ -184,8 +187,8 @@ class Design:
             raise InputError(
                 f"count = {self.count}: must be from 1 to {limit} for the design {self.kind}"
             )
-        if self.seed is None or not 0 <= self.seed < MAX_MEMBERS:
-            raise InputError(f"seed = {self.seed}: must be from 0 to {MAX_MEMBERS - 1}")
+        if self.seed is None or not 0 <= self.seed < SEED_LIMIT:
+            raise InputError(f"seed = {self.seed}: must be from 0 to {SEED_LIMIT - 1}")
         return self.count
 
     def columns(self, indices: NDArray[np.int64]) -> dict[str, NDArray[np.float64]]:
@@ -268,8 +271,9 @@ def sobol_directions(dimensions: int, seed: int, bits: int) -> NDArray[np.uint64
 
     Row 0 is point 0, row k + 1 the direction number of bit k; `sobol_points` uses them.
     """
-    # Point i is point 0 XOR the direction numbers at the set bits of the Gray code of i. Points 1,
-    # 2, 4, 8, … therefore give all direction numbers.
+    # Point i is point 0 XOR the direction numbers at the set bits of the Gray code of i. The Gray
+    # code of 2^k has the bits k and k − 1: point 2^k, point 0 and the direction number of bit k − 1
+    # give that of bit k.
     from scipy.stats import qmc
 
     engine = qmc.Sobol(dimensions, scramble=True, bits=SOBOL_BITS, rng=seed)
@@ -282,6 +286,7 @@ def sobol_directions(dimensions: int, seed: int, bits: int) -> NDArray[np.uint64
     rows = [origin]
     for bit in range(bits):
         if bit > 1:
+            # Skip the points between 2^(bit − 1) and 2^bit.
             engine.fast_forward(2 ** (bit - 1) - 1)
         previous = rows[-1] if bit else np.zeros_like(origin)
         rows.append(draw_point() ^ origin ^ previous)

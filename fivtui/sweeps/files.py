@@ -24,7 +24,7 @@ def save_sweep(result: Sweep, path: Path) -> None:
     The provenance is that of the file the sweep was read from, or else of this machine. Raises
     `InputError` if the file cannot be written, or the sweep is not complete.
     """
-    file_format, study, members = sweep_format(path), result.study, len(result.table.reasons)
+    file_format, study, members = sweep_format(path), result.study, result.table.members
     if members != study.members:
         raise InputError(f"{path}: {members} of {study.members} members are computed, not all")
     provenance = (
@@ -59,8 +59,8 @@ def read_sweep(path: Path) -> Sweep:
         raise InputError(f"{path}: {error}") from None
     except (OSError, ValueError, KeyError, IndexError, TypeError, RecursionError):
         raise InputError(f"{path}: not a sweep, or damaged") from None
-    if len(result.table.reasons) != members:
-        raise InputError(f"{path}: damaged: {len(result.table.reasons)} rows, not {members}")
+    if result.table.members != members:
+        raise InputError(f"{path}: damaged: {result.table.members} rows, not {members}")
     return result
 
 

@@ -69,6 +69,7 @@ class SweepFormat:
 
     def read(self, path: Path, study: Study) -> Rows:
         """Read the rows of a study from a file."""
+        # The status follows from the reason, which is empty unless the member failed.
         names = [column.name for column in study.columns if column.name != "status"]
         with path.open("rb") as file:
             columns = self.table.read(file, names, ["reason"], missing=True)

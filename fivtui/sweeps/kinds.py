@@ -20,7 +20,7 @@ _CELL_BYTES: Final = 20
 
 
 def _incomplete_reason(result: "Sweep") -> str:
-    complete = len(result.table.reasons) >= result.study.members
+    complete = result.table.members >= result.study.members
     return "" if complete else "it is incomplete"
 
 
@@ -43,7 +43,9 @@ def _command(study: "Study") -> Command:
         "sweep",
         study,
         options,
+        # The option --both already decides on separation.
         varied=("separation",) if has_both_cases else (),
+        # The option --over-time takes a file, not tables: the scene must have them.
         scene_only={"over_time": study.over_time},
         separation=study.cases[0],
     )
@@ -69,11 +71,12 @@ SWEEP: Final = StudyKind(
     folders=(".parts",),
     header_keys=frozenset({"sweep"}),
     json_keys=frozenset({"columns", "rows"}),
+    # Follows the name of a file in an error.
     json_refusal="has no description of its sweep; read the file that sweep --out wrote",
     command=_command,
     stored=Storage(
         ".csv",
-        size=lambda result: _CELL_BYTES * len(result.table.reasons) * len(result.columns),
+        size=lambda result: _CELL_BYTES * result.table.members * len(result.columns),
         unfinished=_incomplete_reason,
     ),
 )

@@ -1,4 +1,7 @@
-"""Options of ``fivtui sweep``, its presets, and options shared with uncertainty studies."""
+"""Options of ``fivtui sweep``, its presets, and options shared with uncertainty studies.
+
+The paper is "Nonlinear friction-induced vibration of a slider-belt system".
+"""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -96,6 +99,7 @@ class SweepOptions:
     seed: int | None = option(
         "--seed", "Seed of random and sobol.  [default: 0]", metavar="S", integers=ANY_INTEGER
     )
+    # The flag turns the setting, which is on by default, off.
     ignore_separation: bool = setting("separation")
     both: bool = flag(
         "--both", "Compute each member with separation considered and ignored.", group=SCENE
@@ -111,7 +115,8 @@ class SweepOptions:
     start: str | None = setting("start")
     method: str | None = setting(
         "method",
-        "taylor, or a run of the FMU for each member: fmu, fmu-native.  [default: the scene's]",
+        "taylor, or a run of the FMU per member: fmu (Python), fmu-native (compiled).  "
+        "[default: the scene's]",
     )
     over_time: Path | None = option_field(OVER_TIME)
     outputs: tuple[str, ...] = option(
@@ -120,7 +125,8 @@ class SweepOptions:
         "y_half_range (second half of the run), x_end, y_end; in m/s: vx_max, vx_end, vy_end; in "
         "N: P_min, P_max; in s: separated_time (off the belt, summed over the run), stick_time, "
         "final_stick (its beginning); in 1/s: growth_rate; numbers: separations, reattachments, "
-        "sticks, critical_mu, safe_mu; yes or no: stable.",
+        "sticks, critical_mu (below it small disturbances die out), safe_mu (large ones too); yes "
+        "or no: stable.",
         metavar="NAME",
         multiple=True,
     )

@@ -1,9 +1,9 @@
 """Pieces of an incomplete sweep on disk: file names, checksums and manifest.
 
 A piece has the rows of a range of members. The manifest has the study, the versions, and the number
-of members per piece. A piece's file has a name such as ``000000012.3.09ab….5f1c….parquet``: the
-number of the piece and of its failed members, the digest of the manifest, and a checksum of these
-and the content.
+of members per piece. A piece's file has a name such as ``000000012.3.09ab….5f1c….parquet``: piece
+12 has 3 failed members; the digest of the manifest follows, then a checksum of these and the
+content.
 """
 
 import hashlib

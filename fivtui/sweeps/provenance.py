@@ -46,6 +46,7 @@ def study_to_dict(study: Study) -> dict[str, Any]:
         "separation": list(study.cases),
         "design": _design_to_data(study.design),
         "outputs": list(study.outputs),
+        # The table from which safe μ, the least μ of a stable limit cycle, is interpolated.
         **({} if study.safe is None else {"safe_mu": to_data(study.safe)}),
         **({} if study.method == BATCH_METHOD else {"method": study.method}),
         **({"over_time": over_time_to_dict(study.over_time)} if study.over_time else {}),
@@ -55,6 +56,7 @@ def study_to_dict(study: Study) -> dict[str, Any]:
 def _design_to_data(design: StudyDesign) -> dict[str, Any]:
     data: dict[str, Any] = {"kind": design.kind, "count": design.count, "seed": design.seed}
     if isinstance(design, Scatter):
+        # The number of scramblings, and whether the design is for Sobol indices.
         data |= {
             "repeats": design.repeats,
             "indices": design.indices,

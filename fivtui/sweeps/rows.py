@@ -94,6 +94,11 @@ class Rows:
     reasons: tuple[str, ...]
 
     @property
+    def members(self) -> int:
+        """Number of members, one for each row."""
+        return len(self.reasons)
+
+    @property
     def failed(self) -> int:
         """Number of failed members."""
         return sum(map(bool, self.reasons))

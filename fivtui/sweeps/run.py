@@ -22,7 +22,7 @@ from fivtui.model import (
     OnProgress,
     Parameters,
     Progress,
-    Rows as TableRows,
+    Rows as TimeTableRows,
     System,
     check_names,
     time_tables,
@@ -91,9 +91,9 @@ class Sweep(Result, Tabular, Plottable):
         scene = scene_text(System(study.parameters, any(study.cases)), without=varied)
         rows = [
             ("scene", scene),
-            *((f"{name} over time", table.describe()) for name, table in study.over_time),
+            *((f"{name} over time", values.describe()) for name, values in study.over_time),
             ("design", study.design.kind),
-            ("members", f"{len(table.reasons)}, {table.failed} failed"),
+            ("members", f"{table.members}, {table.failed} failed"),
         ]
         columns = [column for column in study.columns if column.name in table.numbers]
         for column in columns[:_SUMMARY_COLUMNS]:
@@ -110,7 +110,7 @@ class Sweep(Result, Tabular, Plottable):
         return rows
 
     def fast_belt(self, case: bool) -> int | None:
-        """Row of the slowest belt that is always faster than the slider, as all faster belts are.
+        """Row of the least belt speed from which on the slider never reaches the belt's speed.
 
         `case` is whether separation is considered. The motion in that row is the same as without
         `v_belt`. None if there is no such row, or friction depends on the sliding speed.
@@ -173,7 +173,7 @@ def sweep(
     accuracy: Mapping[str, float] = MappingProxyType({}),
     outputs: Sequence[str] = DEFAULT_OUTPUTS,
     method: str = BATCH_METHOD,
-    over_time: Mapping[str, TableRows] | None = None,
+    over_time: Mapping[str, TimeTableRows] | None = None,
     progress: OnProgress | None = None,
     workers: int | None = None,
 ) -> Sweep:
@@ -201,8 +201,9 @@ def sweep(
     method : "taylor", "fmu" or "fmu-native"
         The Taylor integrator in batches, or runs of an FMU one by one.
     over_time : mapping of str to pairs of time and value, optional
-        Values of ``F``, ``mu`` and ``v_belt`` over time, in all members: as in `simulate`. Members
-        are then computed one by one, as for the outputs of stick.
+        Values of ``F``, ``mu`` and ``v_belt`` over time, in all members: as in `simulate`. These,
+        like the outputs ``sticks``, ``stick_time`` and ``final_stick``, need single runs, which
+        are slower than batches.
     progress : callable, optional
         Called with the fraction done; the sweep stops when it returns False.
     workers : int, optional

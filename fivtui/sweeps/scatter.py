@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from fivtui.distributions import Distribution
 from fivtui.model import InputError, check_known
 
-from .design import MAX_MEMBERS, SOBOL_BITS, VARIABLES, Design, sobol_directions, sobol_points
+from .design import SEED_LIMIT, SOBOL_BITS, VARIABLES, Design, sobol_directions, sobol_points
 
 Floats = NDArray[np.float64]
 ScatterKind = Literal["sobol", "lhs"]
@@ -39,9 +39,9 @@ _MIN_COORDINATE: Final = 2.0**-54
 class Scatter:
     """Points that follow distributions.
 
-    Estimates from different scramblings are independent; their spread gives the error. A point is
-    one member. For Sobol indices it is several: samples A and B, and a mixed member for every name,
-    which is A with the value of B for that name (Saltelli 2010).
+    Estimates from different scramblings are independent; their spread gives the error. Without
+    Sobol indices a point has one member, a sample. With them it has the samples A and B, and for
+    every name a mixed member: A with the value of B for that name (Saltelli 2010).
 
     Members are ordered by point, then scrambling, then A, B and the mixed members. With Sobol
     sequences, the members of a design are the first members of every larger design.
@@ -100,8 +100,8 @@ class Scatter:
             raise InputError(
                 f"repeats = {self.repeats}: must be from {_LEAST_REPEATS} to {_MOST_REPEATS}"
             )
-        if not 0 <= self.seed < MAX_MEMBERS:
-            raise InputError(f"seed = {self.seed}: must be from 0 to {MAX_MEMBERS - 1}")
+        if not 0 <= self.seed < SEED_LIMIT:
+            raise InputError(f"seed = {self.seed}: must be from 0 to {SEED_LIMIT - 1}")
         if self.correlations and self.indices:
             raise InputError(
                 "Sobol indices: the inputs must be independent, but "
@@ -118,7 +118,7 @@ class Scatter:
 
     @property
     def point_samples(self) -> int:
-        """Number of samples per point: its first members, which follow the distributions."""
+        """Number of samples per point: its first members, drawn independently."""
         return 2 if self.indices else 1
 
     @property
@@ -128,7 +128,7 @@ class Scatter:
 
     @property
     def samples(self) -> int:
-        """Number of members that follow the distributions."""
+        """Number of samples: of all members but the mixed ones."""
         return self.count * self.repeats * self.point_samples
 
     def sample_values(self, values: NDArray[Any]) -> NDArray[Any]:
@@ -157,10 +157,10 @@ class Scatter:
             from scipy.special import ndtr, ndtri
 
             fractions = ndtr(ndtri(fractions) @ factor.T)
-        values = {}
-        for (name, axis), fraction in zip(self.axes.items(), fractions.T, strict=True):
-            values[name] = np.maximum(axis.at(fraction), VARIABLES[name].lower)
-        return values
+        return {
+            name: axis.at(fraction)
+            for (name, axis), fraction in zip(self.axes.items(), fractions.T, strict=True)
+        }
 
     def _fractions(self, first: int, stop: int) -> Floats:
         # Arguments of the quantile functions, for all members of points `first` to `stop` - 1.

@@ -94,7 +94,8 @@ class SweepStore:
             self._provenance = make_provenance(study, self._format)
 
     def _is_complete(self) -> bool:
-        # A file under this name was complete once, but may have been damaged since.
+        # Whether the file has all rows of this sweep. A sweep gets its name when it is complete: a
+        # file with fewer rows is damaged. `output_path` makes a path replaceable.
         if is_replaceable(self._out) or not self._target.is_file():
             return False
         provenance = self._format.provenance(self._target)
@@ -104,6 +105,7 @@ class SweepStore:
                 "name or force overwriting"
             )
         if _without_arithmetic(provenance) != self._study_header:
+            # `check_output` refuses to replace the file of another sweep.
             return False
         rows = self._format.count(self._target, self._study)
         if rows != self._study.members:
@@ -123,7 +125,7 @@ class SweepStore:
     def _load_pieces(self) -> None:
         # Register the valid pieces of an earlier run, and remove damaged ones.
         manifest = self.folder / MANIFEST
-        reason = self._conflict()
+        reason = self._match_stored_pieces()
         if reason:
             if not is_replaceable(self._out):
                 raise InputError(f"{self._label}: {reason}, or force overwriting of the pieces")
@@ -141,8 +143,9 @@ class SweepStore:
             if is_sweep_file(path) and path not in self._pieces.values():
                 path.unlink()
 
-    def _conflict(self) -> str:
-        # Why the sweep of the stored pieces cannot be continued, with advice; empty if it can.
+    def _match_stored_pieces(self) -> str:
+        # Take over the size of the stored pieces. Return why their sweep cannot be continued, with
+        # alternatives to which the caller adds the final one; empty if it can.
         manifest, files = self.folder / MANIFEST, piece_files(self.folder)
         if not manifest.exists():
             if files or old_piece_files(self.folder):
@@ -190,9 +193,9 @@ class SweepStore:
     def write(self, piece: SweepPiece, rows: Rows) -> None:
         """Store a piece atomically; `ComputationError` if that fails."""
         members = piece.stop - piece.first
-        if len(rows.reasons) != members:
+        if rows.members != members:
             raise ComputationError(
-                f"{len(rows.reasons)} rows were computed for {members} members", self.advice
+                f"{rows.members} rows were computed for {members} members", self.advice
             )
         buffer = io.BytesIO()
         self._format.write_piece(buffer, self._study, rows)
@@ -331,7 +334,7 @@ def _first_difference(stored: Any, expected: Any, name: str = "") -> str:
 
 
 def _other_sweep_text(difference: str) -> str:
-    # Why pieces of another sweep cannot be continued, as in `_conflict`.
+    # Why pieces of another sweep cannot be continued, as in `_match_stored_pieces`.
     if difference.startswith(VERSIONS):
         return (
             f"was begun with other versions, which may give other last bits ({difference}); "

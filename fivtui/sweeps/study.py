@@ -79,6 +79,8 @@ STABILITY_COLUMNS: Final = (
     SweepColumn("growth_rate", "1/s", "greatest real part of the eigenvalues"),
     SweepColumn("stable", "", "whether the equilibrium is stable", "truth"),
 )
+# Small disturbances die out below the critical μ. Below the safe μ, the least μ of a stable limit
+# cycle on the branch from the Hopf point, large ones do so too, unless another attractor exists.
 CRITICAL_MU_COLUMN: Final = SweepColumn("critical_mu", "", "critical friction coefficient")
 SAFE_MU_COLUMN: Final = SweepColumn("safe_mu", "", "safe friction coefficient")
 OUTPUTS: Final[Mapping[str, SweepColumn]] = {
@@ -129,7 +131,8 @@ class Study:
         Table in which ``safe_mu`` is interpolated; without it, a branch of limit cycles is followed
         for each member.
     method : str
-        ``taylor``, or ``fmu`` or ``fmu-native``: then each member is a run of the FMU by fmpy.
+        ``taylor``, or a run of the Python FMU, ``fmu``, or of the native one, ``fmu-native``, by
+        fmpy for each member.
     over_time : tuple of (str, TimeTable)
         Parameters that follow tables over time in all members; `parameters` is set to their values
         at t = 0.
@@ -166,7 +169,8 @@ class Study:
         object.__setattr__(self, "accuracy", tuple(targets.items()))
         p = check_parameters(self.parameters)
         if self.over_time:
-            # The parameters just after t = 0, where a table may jump.
+            # A course is parameters over time: take those just after t = 0, where a table may jump,
+            # without their rates.
             p, _ = build_course(p, dict(self.over_time)).after(0.0)
             object.__setattr__(self, "parameters", p)
         check_varied_are_used(p, (*dict(self.over_time), *self.design.axes))

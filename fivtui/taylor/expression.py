@@ -2,6 +2,9 @@
 
 from typing import Any
 
+# Precedences of sums, of products and negative numbers, and of names, calls and other numbers.
+SUM, PRODUCT, ATOM = 1, 2, 3
+
 
 class ReflectedOperators:
     """Operators whose left operand is a number; `_operand` converts it."""
@@ -29,8 +32,7 @@ class Expression(ReflectedOperators):
 
     __slots__ = ("precedence", "text")
 
-    def __init__(self, text: str, precedence: int = 3) -> None:
-        # Precedences: 1 for a sum, 2 for a product, 3 for a name or a call.
+    def __init__(self, text: str, precedence: int = ATOM) -> None:
         self.text, self.precedence = text, precedence
 
     @property
@@ -44,22 +46,22 @@ class Expression(ReflectedOperators):
         return self.text.lstrip("-")[0].isdigit()
 
     def __neg__(self) -> "Expression":
-        text = self._operand_text(2)
+        text = self._operand_text(PRODUCT)
         if text.startswith("-"):
-            return Expression(text[1:], 2)
-        return self if self.is_zero else Expression(f"-{text}", 2)
+            return Expression(text[1:], PRODUCT)
+        return self if self.is_zero else Expression(f"-{text}", PRODUCT)
 
     def __add__(self, operand: object) -> "Expression":
         b = expression(operand)
         if self.is_zero or b.is_zero:
             return b if self.is_zero else self
-        return Expression(f"{self.text} + {b._operand_text(2)}", 1)
+        return Expression(f"{self.text} + {b._operand_text(PRODUCT)}", SUM)
 
     def __sub__(self, operand: object) -> "Expression":
         b = expression(operand)
         if self.is_zero or b.is_zero:
             return -b if self.is_zero else self
-        return Expression(f"{self.text} - {b._operand_text(2)}", 1)
+        return Expression(f"{self.text} - {b._operand_text(PRODUCT)}", SUM)
 
     def __mul__(self, operand: object) -> "Expression":
         b = expression(operand)
@@ -68,13 +70,13 @@ class Expression(ReflectedOperators):
         for factor, cofactor in ((self, b), (b, self)):
             if factor.text in (_ONE, _MINUS_ONE):
                 return cofactor if factor.text == _ONE else -cofactor
-        return Expression(f"{self._operand_text(2)} * {b._operand_text(3)}", 2)
+        return Expression(f"{self._operand_text(PRODUCT)} * {b._operand_text(ATOM)}", PRODUCT)
 
     def __truediv__(self, operand: object) -> "Expression":
         b = expression(operand)
         if self.is_zero or b.text == _ONE:
             return self
-        return Expression(f"{self._operand_text(2)} / {b._operand_text(3)}", 2)
+        return Expression(f"{self._operand_text(PRODUCT)} / {b._operand_text(ATOM)}", PRODUCT)
 
     def _operand(self, value: object) -> "Expression":
         return expression(value)
@@ -97,4 +99,4 @@ def expression(value: object) -> Expression:
     assert isinstance(value, int | float)  # noqa: S101
     # Adding 0.0 removes the sign of −0.0.
     number = float(value) + 0.0
-    return Expression(repr(number), 3 if number >= 0.0 else 2)
+    return Expression(repr(number), ATOM if number >= 0.0 else PRODUCT)

@@ -12,7 +12,8 @@ from itertools import accumulate, pairwise, repeat
 from operator import mul
 from typing import Final
 
-# Two roots closer than 2**-MAX_DEPTH of the interval count as one root.
+# Roots closer than 2**-MAX_DEPTH of the interval are not separated: an odd number of them counts as
+# one root, an even number as none.
 MAX_DEPTH: Final = 48
 _MAX_NEWTON_STEPS: Final = 100
 _ROOT_TOLERANCE: Final = 2.0**-52
@@ -55,11 +56,11 @@ def roots(c: Sequence[float]) -> Iterator[float]:
     reduced = c[start:]
     if len(reduced) < 2 or abs(reduced[0]) > math.fsum(map(abs, reduced[1:])):
         return
-    negative = reduced[0] < 0.0
+    is_rising = reduced[0] < 0.0
     b = bernstein(reduced)
     for low, high in _isolate_roots(b):
-        yield _refine(reduced, low, high, negative=negative)
-        negative = not negative
+        yield _refine(reduced, low, high, is_rising=is_rising)
+        is_rising = not is_rising
     if b[-1] == 0.0:
         yield 1.0
 
@@ -75,6 +76,7 @@ def restrict(c: Sequence[float], low: float, high: float) -> list[float]:
     """Coefficients on [low, high] in (t − low)/(high − low)."""
     if low == 0.0:
         return scale(c, high)
+    # Expand about `low` by repeated synthetic division.
     shifted = list(c)
     for start in range(len(shifted) - 1):
         for n in range(len(shifted) - 2, start - 1, -1):
@@ -130,16 +132,16 @@ def _split(b: list[float]) -> tuple[float, list[float], list[float]]:
     return cut, lower, upper
 
 
-def _refine(c: Sequence[float], low: float, high: float, *, negative: bool) -> float:
-    # Newton's method, safeguarded by a bracket over which the sign changes once, to positive if
-    # `negative`.
+def _refine(c: Sequence[float], low: float, high: float, *, is_rising: bool) -> float:
+    # Newton's method, safeguarded by a bracket over which the sign changes once, from negative to
+    # positive if `is_rising`.
     slope_coefficients = derivative(c)
     t = 0.5 * (low + high)
     for _ in range(_MAX_NEWTON_STEPS):
         value = evaluate(c, t)
         if value == 0.0:
             break
-        if (value < 0.0) == negative:
+        if (value < 0.0) == is_rising:
             low = t
         else:
             high = t

@@ -18,7 +18,7 @@ from fivtui.model.modes import Guard, Mode
 from fivtui.model.parameters import ALL_PARAMETERS
 from fivtui.model.slider_belt import accelerations
 
-from .expression import Expression, ReflectedOperators, expression
+from .expression import PRODUCT, Expression, ReflectedOperators, expression
 from .series import Coefficients, compile_function
 
 # Text of a value from its group ("p": parameters, "rates": their rates) and its name in the group.
@@ -63,22 +63,28 @@ class Recurrence:
         self.linear[name] = (value.text, slope.text)
         return Series(self, Expression(f"{name}[n]"), name)
 
+    @property
+    def next_name(self) -> str:
+        """The name of the next series that `add_series` adds."""
+        return f"s{len(self.statements)}"
+
     def add_series(self, value: Expression) -> "Series":
         """Add a statement that computes the n-th coefficient of a series."""
-        name = f"s{len(self.statements)}"
+        name = self.next_name
         self.statements[name] = value.text
         return Series(self, Expression(f"{name}[n]"), name)
 
     def coordinate(self, name: str) -> tuple["Series", "Series"]:
         """A coordinate with known coefficients, and its velocity."""
         position = Series(self, Expression(f"{name}[n]"), name)
-        return position, Series(self, Expression(f"(n + 1) * {name}[n + 1]", 2), "")
+        return position, Series(self, Expression(f"(n + 1) * {name}[n + 1]", PRODUCT), "")
 
 
 class Series(ReflectedOperators):
     """A function of time, or a constant. `value` is its n-th coefficient, or the constant.
 
-    `array` names the array of coefficients: "" if they are not stored, None for a constant.
+    `array` names the array that stores the coefficients; "" if none does so yet, None for a
+    constant.
     """
 
     __slots__ = ("array", "recurrence", "value")
@@ -86,8 +92,13 @@ class Series(ReflectedOperators):
     def __init__(self, recurrence: Recurrence, value: Expression, array: str | None) -> None:
         self.recurrence, self.value, self.array = recurrence, value, array
 
+    @property
+    def is_constant(self) -> bool:
+        """Whether the value is the constant, not an n-th coefficient."""
+        return self.array is None
+
     def __neg__(self) -> "Series":
-        return Series(self.recurrence, -self.value, self.array and "")
+        return Series(self.recurrence, -self.value, None if self.is_constant else "")
 
     def __add__(self, operand: object) -> "Series":
         return self._sum(self._operand(operand), Expression.__add__)
@@ -97,27 +108,27 @@ class Series(ReflectedOperators):
 
     def __mul__(self, operand: object) -> "Series":
         a, b = self, self._operand(operand)
-        if a.array is None or b.array is None:
+        if a.is_constant or b.is_constant:
             return self._combine_with_constant(a, b, Expression.__mul__)
         product = f"product({a._array_name()}, {b._array_name()}, n)"
         return self.recurrence.add_series(Expression(product))
 
     def __truediv__(self, operand: object) -> "Series":
         a, b = self, self._operand(operand)
-        if b.array is None:
+        if b.is_constant:
             return self._combine_with_constant(a, b, Expression.__truediv__)
         numerator, denominator = a.as_varying()._array_name(), b._array_name()
-        result = f"s{len(self.recurrence.statements)}"
+        result = self.recurrence.next_name
         return self.recurrence.add_series(
             Expression(f"quotient({numerator}, {denominator}, {result}, n)")
         )
 
     def exp(self) -> "Series":
         """The exponential of the series."""
-        if self.array is None:
+        if self.is_constant:
             return Series(self.recurrence, self.value.exp(), None)
         exponent = self._array_name()
-        result = f"s{len(self.recurrence.statements)}"
+        result = self.recurrence.next_name
         return self.recurrence.add_series(Expression(f"exponential_term({exponent}, {result}, n)"))
 
     def _operand(self, value: object) -> "Series":
@@ -126,8 +137,10 @@ class Series(ReflectedOperators):
     def _sum(
         self, operand: "Series", add: Callable[[Expression, Expression], Expression]
     ) -> "Series":
-        if self.array is None and operand.array is None:
+        if self.is_constant and operand.is_constant:
             return Series(self.recurrence, add(self.value, operand.value), None)
+        # For n > 0 the n-th coefficient of a constant is 0, not its value: an array has both. Zero
+        # needs none.
         a, b = (side if side.value.is_zero else side.as_varying() for side in (self, operand))
         return Series(self.recurrence, add(a.value, b.value), "")
 
@@ -135,10 +148,10 @@ class Series(ReflectedOperators):
         self, a: "Series", b: "Series", combine: Callable[[Expression, Expression], Expression]
     ) -> "Series":
         # A product with a constant operand, or a quotient with a constant denominator.
-        if a.array is None and b.array is None:
+        if a.is_constant and b.is_constant:
             return Series(self.recurrence, combine(a.value, b.value), None)
         values = [
-            self.recurrence.add_constant(side.value) if side.array is None else side.value
+            self.recurrence.add_constant(side.value) if side.is_constant else side.value
             for side in (a, b)
         ]
         product = combine(values[0], values[1])
@@ -146,7 +159,7 @@ class Series(ReflectedOperators):
 
     def as_varying(self) -> "Series":
         """The series itself, or a constant as a linear function of zero slope."""
-        if self.array is not None:
+        if not self.is_constant:
             return self
         return self.recurrence.add_linear(self.recurrence.add_constant(self.value), expression(0.0))
 
@@ -169,7 +182,7 @@ def motion_recurrence(terms: Terms, mode: Mode, name: Naming) -> tuple[Recurrenc
 
 
 def guard_recurrence(terms: Terms, guard: Guard, name: Naming) -> tuple[Recurrence, Series]:
-    """The recurrence of a guard along a motion with known coefficients."""
+    """The recurrence of a guard, whose zero ends a mode, along a motion with known coefficients."""
     recurrence = Recurrence()
     p, rates = _parameters(recurrence, terms, name)
     (x, vx), (y, vy) = recurrence.coordinate("x"), recurrence.coordinate("y")
@@ -250,6 +263,7 @@ def guard_function(terms: Terms, guard: Guard) -> Callable[[Any, Rates, Any, Any
     x and y are coefficients of the motion in m/sⁿ; the guard has as many.
     """
     recurrence, value = guard_recurrence(terms, guard, python_name)
+    # Guards contain ẋ, whose n-th coefficient needs that of x for n + 1, but not ẏ.
     lines = ["    x, c = [*x, 0.0], []"]
     lines += _python_lines(recurrence, "len(y)", [f"c.append({value.value.text})"])
     return _compile("p, rates, x, y", lines, "c")

@@ -1,6 +1,7 @@
 """Taylor coefficients of the motion, by recurrence.
 
-With z = (x, y), Eqs. 2 and 5 divided by the mass read
+With z = (x, y) and h = k3/2, Eqs. 2 and 5 of the paper "Nonlinear friction-induced vibration of a
+slider-belt system", divided by the mass, read
 
     z̈ = a x + b y + C ż − d y³ − (0, F/m)
 
@@ -15,6 +16,8 @@ The terms with the newest coefficient yₙ are separated from both products: thi
 of operations that wait for yₙ. With rₙ = sₙ + y₀ yₙ, and sums over 0 < i < n,
 
     rₙ = 3 y₀ yₙ + Σ yᵢ yₙ₋ᵢ,   qₙ = 3 s₀ yₙ + Σ yᵢ rₙ₋ᵢ
+
+as sₙ = 2 y₀ yₙ + Σ yᵢ yₙ₋ᵢ, s₀ = y₀² and qₙ = y₀ sₙ + s₀ yₙ + Σ yᵢ sₙ₋ᵢ.
 
 The recurrences are written as text: straight-line Python is several times faster than a loop.
 """
@@ -87,6 +90,7 @@ def straight_line_source(rhs: RightHandSide, order: int) -> str:
     z = [_Pair(x0, y0), _Pair(x1, y1)]
     acceleration = a.times(x0).plus(b.times(y0))
     acceleration = _Pair(acceleration.x, acceleration.y - load)
+    # `_products` reads r from r₁ on: the first entry stands for r₀.
     r = [y0]
     if rhs is RightHandSide.CUBIC:
         d = code.assign_both("d", _Pair(friction * cubic, cubic))
@@ -123,6 +127,7 @@ def _products(
     squares = [y[n // 2] * y[n // 2]] if n % 2 == 0 else []
     if mixed:
         squares.append(reduce(add, mixed) * 2.0)
+    # For n = 5 the order of i is 3, 2, 4, 1: y₄ and r₄ are in the last two terms.
     newest_last = sorted(range(n - 1, 0, -1), key=lambda i: min(i, n - i), reverse=True)
     return reduce(add, squares), reduce(add, [y[i] * r[n - i] for i in newest_last])
 

@@ -32,7 +32,7 @@ from .series import Coefficients, coefficient_function, right_hand_side, state_f
 # Default and range of `tol`; `docs/explanation/tolerance.md` defines its accuracy.
 DEFAULT_TOL: Final = 1e-12
 TOL_RANGE: Final = (1e-13, 1e-2)
-# Local tolerance over `tol`: local errors add up along the run.
+# Ratio of the local tolerance to `tol`: local errors add up along the run.
 _LOCAL_TOLERANCE: Final = 3e-3
 
 MIN_TOLERANCE: Final = 1e-16
@@ -42,18 +42,19 @@ MAX_ORDER: Final = 20
 # Largest order with a friction law, which shortens steps.
 MAX_LAW_ORDER: Final = 24
 ORDER_STEP: Final = 4
-# Cheapest order over −ln(local tolerance), measured.
+# Ratio of the cheapest order to −ln(local tolerance), measured.
 _ORDER_OVER_LOG_TOL: Final = 0.655
-# Longest step over √(m/stiffness), reached at rest.
+# Longest step, in units of √(m/stiffness), reached at rest.
 LONGEST_STEP: Final = 1e3
 # Smallest scale of a coordinate relative to the larger scale of x and y.
 MIN_SCALE_RATIO: Final = 2.0**-30
 # Offset that centres the error of `rough_exp2`, which is linear between powers of two.
 EXP2_BIAS: Final = 0.043
-# States below this, in m and m/s, overflow by their derivatives, not by growth.
+# If a motion overflows at a state below this, in m and m/s, its derivatives overflow: it changes
+# too fast.
 _SMALL: Final = 1e30
-# Steps cut by a switch below this multiple of √(m/stiffness) count as stalled. More than
-# MAX_STALLED in a row are chatter below the spacing of floats.
+# A step that a switch ends counts as stalled if it is shorter than this multiple of √(m/stiffness).
+# More than MAX_STALLED stalled steps in a row are an error: floats do not resolve the switches.
 SHORTEST_CUT_STEP: Final = 2.0**-30
 MAX_STALLED: Final = 64
 
@@ -80,9 +81,9 @@ def local_tolerance(tol: float) -> float:
 def order_for(tol: float, *, by_law: bool = False) -> int:
     """Cheapest order of expansion for a local tolerance, a multiple of four.
 
-    After a reattachment y is v t + O(t⁵) and every fourth coefficient is large; only such an order
-    has one of them last, so that the step size is safe. With `by_law` friction falls with the
-    sliding speed.
+    After a fast reattachment the cubic spring dominates, ÿ ≈ −k_nl y³/m: then y is v t + O(t⁵), and
+    every fourth coefficient is large. Only such an order has one of them last, so that the step
+    size is safe. With `by_law` friction falls with the sliding speed.
     """
     order = ORDER_STEP * math.ceil(-_ORDER_OVER_LOG_TOL / ORDER_STEP * math.log(tol))
     return min(max(order, MIN_ORDER), MAX_LAW_ORDER if by_law else MAX_ORDER)
@@ -222,8 +223,9 @@ class TaylorStepper:
     def _find_first_end(
         self, _motion: Coefficients, y: tuple[float, ...], _powers: Sequence[float], final: State
     ) -> tuple[float, Transition] | None:
-        # Earliest end of the mode as a fraction θ of the step, with its transition. `_motion` has
-        # the coefficients in m/sⁿ, y those in θ; `_powers` are powers of the step's duration.
+        # Earliest end of the mode as a fraction θ of the step, with its transition; y has the
+        # coefficients in θ. `BeltStepper`, a subclass, also uses those in m/sⁿ, `_motion`, and the
+        # powers of the step's duration.
         root = self._first_root(y, final[2]) if self._separation else None
         return None if root is None else (root, MODES[self._mode].ends[0])
 
@@ -236,8 +238,9 @@ class TaylorStepper:
         return mode_of(self._p, state, separation=self._separation)
 
     def _balance_forces(self, y: tuple[float, ...]) -> tuple[float, ...]:
-        # Where the forces balance at a switch, use the acceleration of the damper alone: a rounding
-        # error of random sign would cause repeated switches.
+        # At y = 0 the coupling spring may balance F. Then ÿ is due to the damper alone: a rounding
+        # error of random sign would cause repeated switches. `half` and `sixth`, the coefficients
+        # of t² and t³, are ÿ/2 and a sixth of its rate of change.
         x, vx, _, vy = self._state
         if lifting_force(self._p, x) != 0.0:
             return y
@@ -266,7 +269,8 @@ class TaylorStepper:
 
     def _first_root(self, y: tuple[float, ...], final: float) -> float | None:
         # The bound |y − chord| <= max|d²y/dθ²|/8 excludes a root in most steps at the cost of one
-        # sum. After a switch y starts at zero, and the bound holds for y/θ.
+        # sum. After a switch y starts at zero. Then the bound is used for y/θ, from y₁ at θ = 0 to
+        # the same end; its weights (n − 1)(n − 2)/8 would be even smaller.
         chord_distance = sum(map(mul, map(abs, y), self._chord_weights))
         contact = self._mode in IN_CONTACT
         first = y[0] if y[0] != 0.0 else y[1]

@@ -5,6 +5,9 @@ A deviation is the imaginary part of the motion (complex-step derivative): the e
 derivative is written by hand. At a switch the saltation matrix applies. Where the slider sticks,
 the deviation of ẋ is the change of the belt's speed, and the earlier deviation of ẋ is lost.
 
+A guard is a function of the state whose zero ends a mode. Where one of `SPEED_GUARDS` is zero, the
+slider has the speed of the belt; where one of `HOLD_GUARDS` is zero, stick ends.
+
 A deviation oscillates at the system's frequencies even if the motion is slow. So each segment of
 the motion is divided into substeps, and the deviation is expanded on each of them.
 """
@@ -32,6 +35,8 @@ ORDER: Final = 20
 # Largest ratio of the last two terms of a substep to the greatest of its first nine.
 _NEGLIGIBLE: Final = 2.0**-54
 _FIRST_TERMS: Final = 9
+# Deviations up to this size count as zero, as forces up to it do.
+_MIN_DEVIATION: Final = MIN_FORCE
 _SHORTENING: Final = 0.8
 _MAX_SHORTENINGS: Final = 64
 
@@ -51,7 +56,9 @@ def apply_saltation(
 ) -> State:
     """A deviation after a switch at which a guard g(state, parameters) vanishes.
 
-    A deviation δ moves the switch by −(∇g·δ + g′)/(∇g·f⁻), hence
+    The rate of the state is f⁻ before the switch and f⁺ after it; `jumps` is f⁺ − f⁻, and `rate` is
+    ∇g·f⁻. With g′, the change of g by the parameters, `guard_change` is ∇g·δ + g′. A deviation δ
+    moves the switch by −(∇g·δ + g′)/(∇g·f⁻), hence
 
         δ⁺ = δ + (f⁺ − f⁻) (∇g·δ + g′)/(∇g·f⁻),
 
@@ -80,7 +87,8 @@ class Deviations:
         self._perturbed = [p.perturbed(seed.parameters) for seed in seeds]
         # Changes of the belt's speed, used while the slider sticks.
         self._speeds = [seed.parameters.get("v_belt", 0.0) for seed in seeds]
-        self._smooth = p.mu_static == p.mu or p.speed_law is not None
+        # Friction does not jump where stick ends: friction by a law of the speed begins with μ_s.
+        self._friction_is_continuous = p.mu_static == p.mu or p.speed_law is not None
         self.current: list[State] = [seed.start for seed in seeds]
 
     def advance(
@@ -152,7 +160,7 @@ class Deviations:
         if next_mode is Mode.STICK and guard in SPEED_GUARDS:
             self.current = self._with_belt_speed(self.current)
             return
-        if guard in HOLD_GUARDS and self._smooth:
+        if guard in HOLD_GUARDS and self._friction_is_continuous:
             return
         p, state, mode = self._p, segment.final, segment.mode
         before, after = accelerations(p, state, mode), accelerations(p, state, next_mode)
@@ -180,6 +188,7 @@ def expand(p: Parameters, mode: Mode, state: Any) -> Coefficients:
     """Taylor coefficients of order `ORDER` from real or complex parameters and state."""
     if p.speed_law is None or not MODES[mode].slips:
         return coefficient_function(right_hand_side(p, mode), ORDER)(*state, *field(p, mode))
+    # The rates of the parameters are zero: `CONSTANT`.
     terms = Terms(by_law=True, finite_belt=True, over_time=False)
     return motion_function(terms, mode)(p, CONSTANT, state, ORDER)
 
@@ -193,7 +202,7 @@ def _add_imaginary_step(state: State, direction: State) -> tuple[complex, ...]:
 
 
 def _imaginary_parts(motion: Any) -> Series:
-    x, y = ([derivative(0j + value) for value in z] for z in motion)
+    x, y = (list(map(derivative, z)) for z in motion)
     return x, y
 
 
@@ -215,8 +224,8 @@ def _converges(size: Sequence[float], length: float) -> bool:
     powers = accumulate(repeat(length, ORDER + 1), mul, initial=1.0)
     terms = list(map(mul, size, powers))
     scale = max(terms[:_FIRST_TERMS])
-    # Tiny deviations may lose digits.
-    return bool(scale <= MIN_FORCE or max(terms[-2:]) <= scale * _NEGLIGIBLE)
+    # Deviations that count as zero may lose digits.
+    return bool(scale <= _MIN_DEVIATION or max(terms[-2:]) <= scale * _NEGLIGIBLE)
 
 
 def _deviation_at(series: Series, t: float) -> State:
@@ -226,4 +235,4 @@ def _deviation_at(series: Series, t: float) -> State:
 
 
 def _flush(value: float) -> float:
-    return value if abs(value) > MIN_FORCE else 0.0
+    return value if abs(value) > _MIN_DEVIATION else 0.0

@@ -115,13 +115,13 @@ def point_texts(scene: Scene) -> dict[str, str]:
 
 def count_text(result: "Sweep") -> str:
     """Number of members, and why some failed."""
-    # The table has a reason per computed member, which is empty unless the member failed.
     table = result.table
-    computed, members = len(table.reasons), result.study.members
+    computed, members = table.members, result.study.members
     text = f"{computed} transients"
     if computed < members:
         text = f"{computed} of {members} transients"
     if table.failed:
+        # Members that did not fail have an empty reason.
         reason = next(reason for reason in table.reasons if reason)
         text += f", {table.failed} failed: {reason}"
     return text

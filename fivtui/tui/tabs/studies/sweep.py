@@ -133,7 +133,7 @@ class SweepPane(StudyPane):
         displayed = self.displayed
         if displayed is not None:
             result: Sweep = displayed.value
-            if len(result.table.reasons) < result.study.members:
+            if result.table.members < result.study.members:
                 raise InputError(_INCOMPLETE)
         return super().export(kind)
 
