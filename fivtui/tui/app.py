@@ -250,9 +250,13 @@ class FivtuiApp(App[None]):
         self.exit(return_code=status)
 
     def on_load(self) -> None:
-        """Set the executor that runs computations in threads."""
+        """Set the executor that runs computations in threads, and how tasks start."""
+        loop = asyncio.get_running_loop()
+        # From Python 3.12 on, Textual starts tasks eagerly. The screen of a mode would then compose
+        # its inputs before it is on the stack, which they need (Textual issue 6444).
+        loop.set_task_factory(None)
         if self._threads is not None:
-            asyncio.get_running_loop().set_default_executor(self._threads)
+            loop.set_default_executor(self._threads)
 
     def on_mount(self) -> None:
         """Start saving the session at intervals, and report what was restored."""

@@ -4,6 +4,7 @@ from collections.abc import Iterator
 
 import pytest
 from textual.pilot import Pilot
+from textual.widgets import Input
 
 from fivtui.tui.app import FivtuiApp
 from fivtui.tui.chart.widget.chart_view import ChartView
@@ -132,6 +133,17 @@ async def test_a_run_starts_after_a_long_run_was_stopped(pilot: Pilot[None]) -> 
 
 
 @pytest.mark.usefixtures("interpreted")
+async def test_inputs_of_the_first_screen_compose_also_where_textual_starts_tasks_eagerly() -> None:
+    app = FivtuiApp()
+
+    async def quit_when_ready(pilot: Pilot[object]) -> None:
+        assert pilot.app.screen.query(Input)
+        pilot.app.exit(return_code=7)
+
+    await app.run_async(headless=True, auto_pilot=quit_when_ready)
+    assert app.return_code == 7
+
+
 async def test_quitting_does_not_wait_for_a_long_run() -> None:
     app = FivtuiApp()
     async with app.run_test(size=SIZE) as pilot:

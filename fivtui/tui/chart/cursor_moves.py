@@ -9,7 +9,6 @@ from typing import Final
 
 from fivtui.charts import (
     Chart,
-    NearestPoint,
     Position,
     Trace,
     View,
@@ -136,8 +135,10 @@ def _next_point(chart: Chart, view: View, position: Position, change: Position) 
     # position outside, so that the plot pans.
     x, y = view.axes(chart)
 
-    def nearest(new_x: float, new_y: float) -> list[NearestPoint]:
-        return points_at(chart, view, (x.value(new_x), y.value(new_y)))
+    def nearest(new_x: float, new_y: float) -> list[Position]:
+        # Positions only: a value that is NaN would differ from itself.
+        points = points_at(chart, view, (x.value(new_x), y.value(new_y)))
+        return [(point.x, point.y) for point in points]
 
     old_points = nearest(*position)
     new_x, new_y = position
