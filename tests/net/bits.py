@@ -59,10 +59,10 @@ def draw_scene(rng: random.Random, *, belt: bool = False, law: bool = False) -> 
     return Scene(values, rng.random() < 0.9, (x, vx, y, vy))
 
 
-def record_bits() -> str:
-    """Hashes of the blocks of every kind of run."""
+def record_bits(kinds: Mapping[str, "Blocks"]) -> str:
+    """Hashes of the blocks of kinds of runs."""
     lines = []
-    for kind, (block_count, block_numbers) in KINDS.items():
+    for kind, (block_count, block_numbers) in kinds.items():
         for seed in range(block_count):
             # Zeros of both signs count as equal, and so do all NaN.
             numbers = [
@@ -175,7 +175,7 @@ def _fmu_steps(seed: int, *, belt: bool = False, law: bool = False) -> Iterator[
 
 def _kinds(
     name: str, run: Callable[..., Iterable[float]], block_counts: tuple[int, int, int]
-) -> Iterator[tuple[str, tuple[int, Callable[[int], Iterable[float]]]]]:
+) -> Iterator[tuple[str, "Blocks"]]:
     # The kinds with a fast belt, on belts of finite speed, and with a friction law.
     fast_belt_count, belt_count, law_count = block_counts
     yield name, (fast_belt_count, run)
@@ -183,19 +183,18 @@ def _kinds(
     yield f"{name} on belts with a friction law", (law_count, partial(run, belt=True, law=True))
 
 
-# Kinds of runs: the number of blocks, and the function that yields a block's numbers.
-KINDS: Final[Mapping[str, tuple[int, Callable[[int], Iterable[float]]]]] = dict(
+# The number of blocks of a kind of run, and the function that yields a block's numbers.
+Blocks = tuple[int, Callable[[int], Iterable[float]]]
+COMPILED_KINDS: Final[Mapping[str, Blocks]] = dict(
     itertools.chain(
         _kinds("single", _single_runs, (6, 3, 3)),
         _kinds("lanes", _batch_runs, (10, 4, 4)),
         _kinds("native FMU", _fmu_steps, (3, 2, 2)),
         [("tables over time", (4, _runs_over_time))],
-        [("interpreted", (1, partial(_single_runs, kernel="interpreted", t_end=2.0)))],
-        [
-            (
-                "interpreted on belts",
-                (1, partial(_single_runs, belt=True, kernel="interpreted", t_end=2.0)),
-            )
-        ],
     )
 )
+_interpreted_runs = partial(_single_runs, kernel="interpreted", t_end=2.0)
+INTERPRETED_KINDS: Final[Mapping[str, Blocks]] = {
+    "interpreted": (1, _interpreted_runs),
+    "interpreted on belts": (1, partial(_interpreted_runs, belt=True)),
+}

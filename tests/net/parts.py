@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Final
 
-from tests.net.bits import record_bits
+from tests.net.bits import COMPILED_KINDS, INTERPRETED_KINDS, record_bits
 from tests.net.commands import read_groups, record_commands
 from tests.net.fmus import record_fmus
 from tests.net.results import record_results, record_stored_files
@@ -16,5 +16,6 @@ PARTS: Final[Mapping[str, Callable[[], str]]] = {
     "results": record_results,
     "stored-files": record_stored_files,
     "fmus": record_fmus,
-    "bits": record_bits,
+    "bits": partial(record_bits, COMPILED_KINDS),
+    "bits-interpreted": partial(record_bits, INTERPRETED_KINDS),
 }

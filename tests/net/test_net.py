@@ -1,5 +1,7 @@
 """Printed text, files, results, tabs, FMUs and bits agree with their recordings."""
 
+import sys
+
 import pytest
 
 from tests.net.parts import PARTS
@@ -15,6 +17,7 @@ QUICK = (
     "stored-files",
     "fmus",
     "bits",
+    "bits-interpreted",
 )
 MAX_MESSAGE_LINES = 60
 
@@ -36,6 +39,8 @@ def recording_mismatch(name: str, text: str) -> str:
     [name if name in QUICK else pytest.param(name, marks=pytest.mark.whole) for name in PARTS],
 )
 def test_output_agrees_with_its_recording(name: str) -> None:
+    if name == "bits-interpreted" and sys.version_info >= (3, 12):
+        pytest.skip("sum() of floats is more accurate from Python 3.12 on, so bits differ")
     message = recording_mismatch(name, PARTS[name]())
     if message:
         pytest.fail(message, pytrace=False)

@@ -146,18 +146,22 @@ def test_keys_missing_in_a_file_have_defaults(tmp_path: Path) -> None:
         ("a = " + 4000 * "[", "not a TOML file: values are nested too deeply"),
         ("a = " + 100_000 * "[", "line 1: must be of at most 4096 characters"),
         (VERSION + "a" + 20_000 * ".a" + " = 1", "line 2: must be of at most 4096 characters"),
-        (VERSION + "accuracy" + 1500 * ".a" + " = 1", "not a scene: values are nested too deeply"),
+        # Python from 3.12 on can also print values that are nested so deeply.
+        (
+            VERSION + "accuracy" + 1500 * ".a" + " = 1",
+            ("not a scene: values are nested too deeply", "accuracy.a = {'a': {'a': {"),
+        ),
         (VERSION + f"name = '{300 * 'x'}'", "name: must be of at most 255 characters, not 300"),
     ],
 )
 def test_a_wrong_file_is_a_one_line_error_with_file_key_and_range(
-    tmp_path: Path, text: str, message: str
+    tmp_path: Path, text: str, message: str | tuple[str, ...]
 ) -> None:
     path = tmp_path / "brake.toml"
     path.write_text(text, encoding="utf-8")
     with pytest.raises(InputError) as caught:
         load_scene(path)
-    assert str(caught.value).startswith(f"{path}: {message}")
+    assert str(caught.value).removeprefix(f"{path}: ").startswith(message)
     assert "\n" not in str(caught.value)
 
 
