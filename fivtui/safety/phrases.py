@@ -5,6 +5,7 @@ depends on the motions of the last round.
 """
 
 import math
+from decimal import ROUND_FLOOR, Context
 from typing import TYPE_CHECKING, Final
 
 if TYPE_CHECKING:
@@ -17,6 +18,12 @@ _TOO_SLOW: Final = "motions die out too slowly to be followed within the limit o
 _NAMED_EVENTS: Final = 6
 
 
+def _below_text(bound: float) -> str:
+    # Rounded down: what holds below μ = 0.277877 does not hold up to 0.2779.
+    rounded = Context(prec=5, rounding=ROUND_FLOOR).create_decimal_from_float(bound)
+    return f"below μ = {float(rounded):g}"
+
+
 def _mu_text(value: float) -> str:
     return f"μ = {value:.4g}"
 
@@ -24,11 +31,11 @@ def _mu_text(value: float) -> str:
 def verdict_text(result: "SafeFriction") -> str:
     """The verdict as one phrase.
 
-    For example ``stable to small disturbances below μ = 0.4394; to all disturbances found below
-    μ = 0.2779``.
+    For example ``stable to small disturbances below μ = 0.43938; to all disturbances found below
+    μ = 0.27787``.
     """
     critical = result.critical_mu
-    stable_range = "at every μ" if critical is None else f"below {_mu_text(critical)}"
+    stable_range = "at every μ" if critical is None else _below_text(critical)
     if result.undamped:
         return f"small disturbances do not grow {stable_range}; without damping none dies out"
     verdict = f"stable to small disturbances {stable_range}"
@@ -38,7 +45,7 @@ def verdict_text(result: "SafeFriction") -> str:
         return f"{verdict}; {_unknown_text(result)}"
     note = f" ({_undecided_text(result)})" if result.basis.rounds[-1].undecided else ""
     if result.others and result.safe_mu is not None:
-        return f"{verdict}; to all disturbances found below {_mu_text(result.safe_mu)}{note}"
+        return f"{verdict}; to all disturbances found {_below_text(result.safe_mu)}{note}"
     # With a critical μ the verdict names it already.
     searched_range = "" if critical is not None else f" up to {_mu_text(result.searched_to)}"
     return f"{verdict}; to all disturbances found{searched_range} as well{note}"

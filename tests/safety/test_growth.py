@@ -60,4 +60,4 @@ def test_the_verdict_reports_growth_of_large_motions_and_no_limit_cycle() -> Non
     assert "limit cycle" not in search
     assert "from μ = 0.768 on motions grow without bounds" in search
     assert "k_nl = 0" in search
-    assert verdict_text(verdict).endswith("to all disturbances found below μ = 0.768")
+    assert verdict_text(verdict).endswith("to all disturbances found below μ = 0.76804")

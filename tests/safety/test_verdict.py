@@ -30,7 +30,8 @@ def test_safe_mu_of_the_base_set_is_the_fold_of_its_branch(base: SafeFriction) -
     assert base.safe_mu == pytest.approx(0.277876613, abs=1e-8)
     assert base.found_by == "continuation"
     assert verdict_text(base) == (
-        "stable to small disturbances below μ = 0.4394; to all disturbances found below μ = 0.2779"
+        "stable to small disturbances below μ = 0.43938; "
+        "to all disturbances found below μ = 0.27787"
     )
     scouts, final_round = base.basis.rounds
     assert scouts.died_out == scouts.starts < 0.2 * final_round.starts
