@@ -7,8 +7,8 @@ reason and runs interpreted.
 
 A second hook makes the readme of package indexes.
 
-`python hatch_build.py` compiles in place, `python hatch_build.py --wheels DIST` builds the wheels
-of all platforms and the source distribution.
+`python hatch_build.py` compiles in place, `python hatch_build.py --wheels DIST` builds the manual,
+the wheels of all platforms with it, and the source distribution.
 """
 
 import argparse
@@ -29,6 +29,7 @@ from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, Final, NamedTuple
+from unittest import mock
 
 from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 from hatchling.metadata.plugin.interface import MetadataHookInterface
@@ -51,6 +52,9 @@ _SINGLE_RUN_UNITS: Final = ("single", "belt", "vary", "orbit")
 _LANE_UNITS: Final = ("lanes", "belt_lanes")
 # Environment variable with the platform of a wheel, a name in `fmu_src.build.platforms`.
 PLATFORM_VARIABLE: Final = "FIVTUI_PLATFORM"
+# Environment variable with the folder of the manual as HTML, which wheels then contain.
+MANUAL_VARIABLE: Final = "FIVTUI_MANUAL"
+MANUAL_FOLDER: Final = "fivtui/manual"
 # For one call of a compiler, s. The first one for Windows also compiles its C library.
 _TIMEOUT_S: Final = 1800.0
 
@@ -306,6 +310,10 @@ class KernelBuildHook(BuildHookInterface):  # type: ignore[type-arg, unused-igno
             return
         root = Path(self.root)
         editable = version == "editable"
+        if (manual := os.environ.get(MANUAL_VARIABLE)) and not editable:
+            if not Path(manual, "index.html").is_file():
+                self.app.abort(f"{MANUAL_VARIABLE} = {manual}: must have the manual's index.html")
+            build_data["force_include"][manual] = MANUAL_FOLDER
         self._temporary = None if editable else tempfile.TemporaryDirectory()
         homes = {
             folder: root / folder
@@ -382,9 +390,10 @@ def compile_in_place() -> None:
 
 
 def build_distributions(folder: Path, platform_names: Sequence[str] = ()) -> list[Path]:
-    """Build the source distribution and the wheels of platforms, by default of all; needs ziglang.
+    """Build the source distribution and the wheels of platforms, by default of all.
 
-    Ends the program if a wheel cannot be compiled.
+    Needs ziglang, and Sphinx for the manual, unless the environment names its folder. Ends the
+    program if the manual cannot be built or a wheel cannot be compiled.
     """
     from hatchling.builders.sdist import SdistBuilder
     from hatchling.builders.wheel import WheelBuilder
@@ -393,14 +402,24 @@ def build_distributions(folder: Path, platform_names: Sequence[str] = ()) -> lis
     published = [name for name, target in platforms.items() if target.wheel_tag]
     if unknown := {*platform_names} - {*published}:
         sys.exit(f"no wheels for {', '.join(unknown)} (known: {', '.join(published)})")
-    built = list(SdistBuilder(str(ROOT)).build(directory=str(folder)))
-    for name in platform_names or published:
-        os.environ[PLATFORM_VARIABLE] = name
-        try:
-            built += WheelBuilder(str(ROOT)).build(directory=str(folder), versions=["standard"])
-        finally:
-            del os.environ[PLATFORM_VARIABLE]
+    with tempfile.TemporaryDirectory() as scratch:
+        manual = os.environ.get(MANUAL_VARIABLE) or _build_manual(Path(scratch))
+        built = list(SdistBuilder(str(ROOT)).build(directory=str(folder)))
+        for name in platform_names or published:
+            variables = {PLATFORM_VARIABLE: name, MANUAL_VARIABLE: manual}
+            with mock.patch.dict(os.environ, variables):
+                built += WheelBuilder(str(ROOT)).build(directory=str(folder), versions=["standard"])
     return [Path(path) for path in built]
+
+
+def _build_manual(scratch: Path) -> str:
+    # Keep Sphinx's cache out of the manual.
+    options = ["-W", "-q", "-b", "html", "-d", str(scratch / "cache")]
+    manual = scratch / "manual"
+    sphinx = [sys.executable, "-m", "sphinx", *options, str(ROOT / "docs"), str(manual)]
+    if subprocess.run(sphinx, cwd=ROOT, check=False).returncode != 0:  # noqa: S603
+        sys.exit(f"the manual cannot be built: install '.[docs]', or set {MANUAL_VARIABLE}")
+    return str(manual)
 
 
 def main() -> None:

@@ -65,6 +65,17 @@ def run_tool(*arguments: object, **details: Any) -> str:
     return str(process.stdout)
 
 
+@pytest.fixture(scope="session", autouse=True)
+def manual(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
+    """The manual in the wheels: that of the environment, or a page in its place."""
+    folder = tmp_path_factory.mktemp("manual")
+    (folder / "index.html").write_text("<h1>A page in place of the manual</h1>", encoding="utf-8")
+    with pytest.MonkeyPatch.context() as patch:
+        if hatch_build.MANUAL_VARIABLE not in os.environ:
+            patch.setenv(hatch_build.MANUAL_VARIABLE, str(folder))
+        yield Path(os.environ[hatch_build.MANUAL_VARIABLE])
+
+
 def build_into(folder: Path, *platforms: str, **variables: str) -> Path:
     """The folder with the distributions of platforms, built from the sources."""
     chosen = [argument for name in platforms for argument in ("--platform", name)]
@@ -124,7 +135,7 @@ def test_a_second_build_of_this_machine_gives_the_same_bytes(dist: Path, tmp_pat
 
 @of_this_machine
 def test_the_wheel_runs_in_an_empty_environment_without_a_compiler(
-    dist: Path, tmp_path: Path
+    dist: Path, manual: Path, tmp_path: Path
 ) -> None:
     venv.create(tmp_path / "venv", with_pip=True)
     programs = tmp_path / "venv" / ("Scripts" if sys.platform == "win32" else "bin")
@@ -147,6 +158,9 @@ def test_the_wheel_runs_in_an_empty_environment_without_a_compiler(
         return run_tool(fivtui, *arguments, cwd=tmp_path, env=environment)
 
     assert run("--version") == f"fivtui {__version__}\n"
+    (page,) = (tmp_path / "venv").rglob("fivtui/manual/index.html")
+    assert run("docs").strip() == page.as_uri()
+    assert page.read_bytes() == (manual / "index.html").read_bytes()
     run_there = json.loads(run("simulate", "--t-end", "20", "--json"))
     run_here = simulate(Parameters(), t_end=20.0)
     assert run_there["final"]["y"] == run_here.final.y
