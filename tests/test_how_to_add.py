@@ -311,7 +311,7 @@ MODE: Final = (
     ),
     Edit(
         "fivtui/transient/steppers/rk4.py",
-        r"class ReferenceStepper",
+        r"class RungeKuttaStepper",
         "def mode_of_flight(p: Parameters) -> Mode:\n"
         "    return Mode.LIFTED if p.F < 0.0 else Mode.SEPARATED\n\n\n\\g<0>",
     ),
@@ -377,7 +377,7 @@ assert set(driven.columns["mode"].tolist()) == {1.0, 5.0}
 MIDPOINT: Final = '''"""The explicit midpoint rule."""
 
 from .request import Request
-from .steppers.rk4 import FloatArray, ReferenceStepper, RungeKutta4
+from .steppers.rk4 import FloatArray, RungeKutta4, RungeKuttaStepper
 
 
 class MidpointSteps(RungeKutta4):
@@ -388,11 +388,11 @@ class MidpointSteps(RungeKutta4):
         return state + step * self._derivatives(half, contact)
 
 
-def midpoint_stepper(request: Request) -> ReferenceStepper:
+def midpoint_stepper(request: Request) -> RungeKuttaStepper:
     """The integrator of a request by the midpoint rule."""
     p, step = request.parameters, request.step or 1e-3
     steps = MidpointSteps([p], [request.initial], step=step, separation=request.separation)
-    return ReferenceStepper(p, steps)
+    return RungeKuttaStepper(p, steps)
 '''
 METHOD: Final = (
     Edit("fivtui/transient/midpoint.py", "", MIDPOINT),

@@ -16,9 +16,11 @@ from .settings import MeasuredSetting
 _SIZE: Final = (7.2, 3.9)
 _MARKS: Final = "○□△▽◇×+☆"
 _EDITED_MARK: Final = "◆"
-# Smaller errors, such as 0, are drawn at this value. The axis of figures begins below it.
+# Smaller errors, such as 0, are drawn at this value, because the axis is logarithmic. In figures by
+# matplotlib, unlike in the terminal, the axis begins below it.
 _MIN_DRAWN_ERROR: Final = 1e-16
-_MIN_AXIS_ERROR: Final = 0.3 * _MIN_DRAWN_ERROR
+_FIGURE_AXIS_START: Final = 0.3 * _MIN_DRAWN_ERROR
+# Labels of the axis of errors; half peak-to-peak is that of y over the second half of the run.
 _LABELS: Final[Mapping[str, Label]] = {
     "final": Label("error of final state", "Error of the final state (1)"),
     "peak": Label("error of peak", "Error of the peak of $|y|$ (1)"),
@@ -35,8 +37,8 @@ def tradeoff_chart(
 ) -> Chart:
     """Error of a quantity against CPU time, a line per method.
 
-    Errors below the guide are within the uncertainty of the reference. `present` is the setting of
-    the edited scene.
+    Errors below the guide are within the uncertainty of the reference. `present` is the measured
+    setting nearest to that of the scene being edited in the laboratory (the terminal program).
     """
     by_method: dict[str, list[MeasuredSetting]] = {}
     for row in result.rows:
@@ -56,7 +58,7 @@ def tradeoff_chart(
         guides=(uncertainty,) if floor > 0.0 else (),
         x_margins=True,
         log="xy",
-        figure_y=(_MIN_AXIS_ERROR, None),
+        figure_y=(_FIGURE_AXIS_START, None),
     )
 
 

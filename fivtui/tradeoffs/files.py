@@ -28,12 +28,18 @@ _UNITS: Final = {"cpu_s": "s", "error_events": "s"}
 def tradeoff_to_dict(result: Tradeoff) -> dict[str, Any]:
     """Convert a trade-off to data for JSON; null where there is no value.
 
-    ``parameters``, ``separation``, ``start``, ``t_end``, ``floor``, ``rows`` of ``method``,
-    ``kernel``, ``setting``, ``cpu_s``, ``steps``, ``error_final``, ``error_peak``,
-    ``error_half_range``, ``error_events`` (s), ``separations`` and, on a belt of finite speed,
-    ``sticks`` (differences from the reference), ``failure``, ``pareto`` (quantities for which the
-    row is on the Pareto front), and ``features``. With targets also ``cheapest``, a list of
-    ``quantity``, ``error`` and ``row`` (null if no row reached the target).
+    Keys of the scene: ``parameters``, ``separation`` (whether the slider may leave the belt),
+    ``start`` and ``t_end``. ``floor`` has the uncertainty of the reference run by quantity.
+
+    ``rows`` have ``method``, ``kernel`` (compiled or interpreted code, if the method has both),
+    ``setting``, ``cpu_s``, ``steps``, ``error_final``, ``error_peak``, ``error_half_range``,
+    ``error_events`` (s), ``separations`` and, on a belt of finite speed, ``sticks`` (their numbers
+    less those of the reference), ``failure``, and ``pareto`` (quantities for which the row is on
+    the Pareto front).
+
+    ``features`` have CPU times and steps of runs with and without a feature, such as separation.
+    With error targets also ``cheapest``, a list of ``quantity``, ``error`` and ``row`` (null if no
+    row reached the target).
     """
     start, rows = result.scene.start, _rows(result)
     data = {
@@ -121,6 +127,7 @@ def load_tradeoff(path: Path) -> Tradeoff:
     def from_table(columns: Columns, header: Header) -> Tradeoff:
         return _tradeoff_from_data(path.stem, {**header, "rows": _row_dicts(columns)})
 
+    # In a CSV file, cells without a value are empty.
     return read_result(path, _KIND, from_data, from_table, texts=_TEXT_COLUMNS, missing=True)
 
 

@@ -53,7 +53,7 @@ if TYPE_CHECKING:
 # CPU time of a whole measurement, s.
 QUICK_S: Final = 7.0
 THOROUGH_S: Final = 120.0
-# Fraction of that CPU time for each method.
+# Fraction of that CPU time for each method; rk4-across is RK4 without location of switches.
 _SHARES: Final = {
     "taylor": 0.1,
     "scipy-dop853": 0.1,
@@ -113,13 +113,14 @@ class Tradeoff(Result, Tabular, Plottable):
         file.
     floor : Deviation
         Uncertainty of the reference: its deviation from a run at ten times the tolerance and from
-        a run by the other kernel. Smaller errors are not significant.
+        a run in interpreted Python. Smaller errors are not significant.
     rows : list of MeasuredSetting
         Every setting, grouped by method, from coarse to fine.
     features : list of Feature
         The cost of each feature of the scene.
     targets : mapping of str to float
-        Errors for which the cheapest setting is named, by quantity.
+        Error targets by quantity: reports name the cheapest setting that meets each of them. Empty
+        unless the command line sets them.
     """
 
     scene: Scene
@@ -178,8 +179,8 @@ def tradeoff(
     Parameters
     ----------
     scene : Scene or Parameters, optional
-        A scene or parameters; the base set by default. Its method, tolerance, step and accuracy are
-        not used.
+        A scene or parameters; the default parameters if not given. Its method, tolerance, step and
+        error targets are not used.
     t_end, separation, start : optional
         As in `simulate`, in place of those of the scene.
     thorough : bool
@@ -220,15 +221,17 @@ def measure_tradeoff(
     Settings of a method are tried from coarse to fine, until the errors are within the uncertainty
     of the reference or the CPU time of the method is used up.
     """
+    # Most methods cannot follow parameters that change over time.
     scene.check_constant("tradeoff")
     monitor = Progress(progress)
     budget = THOROUGH_S if thorough else QUICK_S
-    kernel = stepping_kernel()
-    reference = _simulate(scene, Setting("taylor", kernel, "tol", _REFERENCE_TOL), monitor)
+    # The code of the method taylor: compiled if that is available, else interpreted.
+    taylor_kernel = stepping_kernel()
+    reference = _simulate(scene, Setting("taylor", taylor_kernel, "tol", _REFERENCE_TOL), monitor)
     expected = observation(reference)
     checks = [
         _simulate(scene, Setting("taylor", *setting), monitor)
-        for setting in ((kernel, "tol", _CHECK_TOL), ("interpreted", "tol", _REFERENCE_TOL))
+        for setting in ((taylor_kernel, "tol", _CHECK_TOL), ("interpreted", "tol", _REFERENCE_TOL))
     ]
     for check in checks:
         divergence = find_divergence(check, reference)
@@ -238,10 +241,13 @@ def measure_tradeoff(
     rows: list[MeasuredSetting] = []
     with temporary_folder() as folder:
         fmus = _build_fmus(folder)
+        methods = {*METHODS, *fmus}
+        # The kernel of methods that have no choice of kernels is empty.
+        kernels = {"", "interpreted", taylor_kernel}
         method_ladders = [
             ladder
             for ladder in ladders(time_scale(scene.parameters), scene.t_end)
-            if ladder.kernel in ("", "interpreted", kernel) and ladder.method in {*METHODS, *fmus}
+            if ladder.kernel in kernels and ladder.method in methods
         ]
         benchmark = _Benchmark(scene, expected, floor, fmus, monitor)
         for number, ladder in enumerate(method_ladders):
@@ -360,8 +366,10 @@ def _run_fmu(scene: Scene, fmu: Path, step: float, monitor: Progress) -> tuple[O
     second_half = columns["y"][columns["time"] >= 0.5 * scene.t_end]
     switch_times = columns["last_event"]
     if scene.parameters.v_belt is not None:
-        # Keep only the times of separations and reattachments.
-        switch_times = switch_times[1:][np.diff(columns["mode"] == Mode.SEPARATED)]
+        # Keep the last switch of a communication step only if the step changes between contact and
+        # separation.
+        is_separated = columns["mode"] == Mode.SEPARATED
+        switch_times = switch_times[1:][is_separated[1:] != is_separated[:-1]]
     # Before the first switch, the time of the last event is 0.
     event_times = np.unique(switch_times)
     observed = Observation(

@@ -1,4 +1,7 @@
-"""Options of ``fivtui tradeoff``."""
+"""Options of ``fivtui tradeoff``.
+
+`setting` declares the option that sets a field of the scene, such as --t-end.
+"""
 
 from fivtui.options import flag, options_class
 from fivtui.transient import setting
@@ -14,6 +17,8 @@ class TradeoffOptions:
     thorough: bool = flag(
         "--thorough", "More settings: about two minutes instead of seven seconds."
     )
+    # The option --error QUANTITY=R: here it sets nothing in the scene, whose error targets
+    # (`accuracy`) it sets in other commands; it only adds a line to the report.
     targets: tuple[str, ...] = setting(
         "accuracy",
         "Error target: name the cheapest setting whose error of QUANTITY is below R. QUANTITY: "

@@ -35,7 +35,9 @@ def print_tradeoff(result: Tradeoff) -> None:
     for row in result.rows:
         marks = "".join(mark for name, mark in _MARKS.items() if row in fronts[name])
         rows.append(_cells(row, marks, on_belt))
-    print_rows(f"Trade-off: {result.scene.name}, {result.scene.t_end:g} s", header, rows, keys=2)
+    title = f"Trade-off: {result.scene.name}, {result.scene.t_end:g} s"
+    # Two columns, method and setting, identify a row where a wide table is split into blocks.
+    print_rows(title, header, rows, keys=2)
     floor = ", ".join(f"{name} {result.floor.of(name):.0e}" for name in QUANTITIES)
     notes = [
         (
@@ -68,15 +70,17 @@ def _cells(row: MeasuredSetting, marks: str, on_belt: bool) -> tuple[str, ...]:
     head = (row.setting.label, row.setting.text, f"{1e3 * row.cpu_s:.3g}")
     count_names = ("separations", "sticks") if on_belt else ("separations",)
     if row.error is None:
-        # The failure is in the first of the columns of errors, counts and marks.
-        blanks = [""] * (len(QUANTITIES) + len(count_names))
-        return (*head, "", row.failure, *blanks)
+        # The failure takes the first column of errors; steps, other errors, counts and marks are
+        # blank.
+        blank_errors, blank_counts = [""] * (len(QUANTITIES) - 1), [""] * len(count_names)
+        return (*head, "", row.failure, *blank_errors, *blank_counts, "")
     errors = (_error_text(row.error.of(name)) for name in QUANTITIES)
     counts = (f"{getattr(row.error, name):+d}" for name in count_names)
     return (*head, str(row.steps), *errors, *counts, marks)
 
 
 def _error_text(value: float) -> str:
+    # Switch times have an infinite error if the run misses switches of the reference, or adds some.
     return f"{value:.1e}" if math.isfinite(value) else "missed"
 
 

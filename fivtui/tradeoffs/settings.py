@@ -95,7 +95,8 @@ _TOLERANCES: Final = (
     ("scipy-lsoda", "", 1e-3, 1e-12, 1e-3),
     ("scipy-radau", "", 1e-3, 1e-9, 1e-2),
 )
-# Method, coarsest and finest step in units of √(m/stiffness), ratio of one step to the one before.
+# Method, coarsest and finest step in units of √(m/(k1 + k2 + k3)), ratio of one step to the one
+# before. The method rk4 locates every switch by bisection, rk4-across steps across switches.
 _STEPS: Final = (
     ("rk4", 0.4, 0.4 / 2.0**9, 0.5),
     ("rk4-across", 0.4, 0.4 / 2.0**9, 0.5),
@@ -107,7 +108,7 @@ _STEPS: Final = (
 def ladders(time_scale: float, t_end: float) -> list[Ladder]:
     """The settings to measure, a ladder for each method and kernel.
 
-    Fixed steps are fractions of `time_scale`, √(m/stiffness) in s, and at most `t_end`.
+    Fixed steps are multiples of `time_scale`, √(m/(k1 + k2 + k3)) in s, and at most `t_end`.
     """
     result = [Ladder(method, kernel, "tol", *values) for method, kernel, *values in _TOLERANCES]
     for method, coarsest, finest, factor in _STEPS:

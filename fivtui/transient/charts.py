@@ -1,6 +1,7 @@
 """Charts of transients: time histories, phase portraits, and differences of runs.
 
-The laboratory shows the charts one by one; `transient_sheet` combines them into a figure.
+The laboratory (the terminal program) shows the charts one by one; `transient_sheet` combines them
+into a figure by matplotlib.
 """
 
 import math
@@ -43,7 +44,7 @@ TIME_LABEL: Final = Label("t (s)", "Time $t$ (s)")
 _STICK_MARK: Final = "■"
 # Columns of a trajectory that a figure shows by default, one per row.
 _DEFAULT_QUANTITIES: Final = ("P", "x", "y")
-# Markers that distinguish runs of one case.
+# Markers in figures, for runs that all consider separation, or that all ignore it.
 _MARKERS: Final = ("", "o", "s", "^", "D", "v")
 # Range of y, relative to its greatest size, below which a motion is at rest.
 _REST_TOLERANCE: Final = 1e-9
@@ -55,8 +56,8 @@ _MARGIN_HEIGHT: Final = 0.85
 _LAST_CYCLES: Final = 8
 # Number of cycles above which dashes and shading are too narrow to be seen.
 _MAX_SHADED: Final = 120
-# Suffixes of the roles of lines, which select their styles: thin lines, and thin solid lines for
-# windows of so many cycles that dashes and shading cannot be seen.
+# The role of a line selects its style in figures. With the suffix `_THIN` the line is thin. With
+# `_FINE` it is also solid: for windows of so many cycles that dashes and shading cannot be seen.
 _THIN: Final = ", thin"
 _FINE: Final = ", fine"
 
@@ -130,7 +131,7 @@ class PlottedRun:
         )
 
     def samples_in(self, window: tuple[float, float]) -> slice:
-        """The indices of the samples within a window of time, s."""
+        """Indices of the samples in a window of time, s, up to the first at or after its end."""
         begin, end = np.searchsorted(self.trajectory.t, window, side="left").tolist()
         return slice(begin, end + 1)
 
@@ -243,6 +244,7 @@ def difference_chart(
         note += ", interpolated"
     return Chart(
         TIME_LABEL,
+        # A `Label` is a str: the text for the terminal, which alone shows differences.
         f"Δ{column_label(quantity)}",
         (Trace("", t, differences, colour=run.colour),),
         guides=(Guide(0.0, vertical=False),),
@@ -316,10 +318,11 @@ def _plane_chart(
 def transient_sheet(
     runs: Sequence[Transient], quantities: Sequence[str] = _DEFAULT_QUANTITIES, title: str = ""
 ) -> Sheet:
-    """Contact force, horizontal and vertical displacement over time (the paper's Figs. 10 to 12).
+    """Contact force, horizontal and vertical displacement over time.
 
-    A second column enlarges the last cycles. Shading marks separation if exactly one run has it,
-    and stick if there is one run only.
+    As in Figs. 10 to 12 of "Nonlinear friction-induced vibration of a slider-belt system". A second
+    column enlarges the last cycles. Shading marks separation if exactly one run considers it, and
+    stick if there is one run only.
     """
     if not runs:
         raise InputError("figure: there is no run to draw")
@@ -333,6 +336,7 @@ def transient_sheet(
     )
     columns = []
     for window in _windows(max(plotted, key=lambda run: run.t_end)):
+        # `time_chart` reverses the runs again: a figure draws them in order, the last one on top.
         drawn_runs = [
             replace(run, role=f"{run.role}{window.role_suffix}") for run in reversed(plotted)
         ]
@@ -399,6 +403,7 @@ def run_labels(runs: Sequence[Transient]) -> list[str]:
 def _distinct_labels(labels: Sequence[str], additions: Sequence[str]) -> list[str]:
     """The labels; equal labels get their additions if these differ."""
     distinct_pairs = set(zip(labels, additions, strict=True))
+    # Number of different additions of each label.
     addition_counts = Counter(label for label, _ in distinct_pairs)
     return [
         f"{label}, {addition}" if addition_counts[label] > 1 else label

@@ -1,6 +1,9 @@
 """Single runs by the compiled kernel, the Taylor integrator in C.
 
-The kernel runs a number of steps per call and returns between calls for progress and samples.
+The kernel runs a number of steps per call and returns between calls for progress and samples. A
+segment is the Taylor polynomial of one step. A `KernelRun` is a run in progress; a `BeltRun` has a
+belt of finite speed or parameters that change over time. A `VariedRun` computes the derivatives of
+the motion by its start and parameters, too.
 """
 
 from collections.abc import Iterator
@@ -71,9 +74,12 @@ def follow(
 
 def run(request: Request, work: Progress, on_samples: OnSamples | None = None) -> Transient:
     """Compute a transient with the compiled kernel; it agrees with interpreted code to rounding."""
+    # The course has the parameters as functions of time; None if all are constant.
     system, course, times, dense = request.system, request.course, request.times, request.dense
     p = system.parameters
+    # Tolerance of a step, below that of the run: errors of steps add up.
     tol = local_tolerance(request.tol)
+    # The order may be higher where friction falls with the sliding speed (`follows_law`).
     order = order_for(tol, by_law=follows_law(p))
     kernel_run = load_kernel().begin_run(
         p.values(),
@@ -106,7 +112,8 @@ def run(request: Request, work: Progress, on_samples: OnSamples | None = None) -
     outcome = kernel_run.outcome
     switch_times, changes, totals = _concatenate(switch_parts), NO_CHANGES, None
     if isinstance(kernel_run, BeltRun):
-        # On belts a switch has three numbers: time, mode before, mode after.
+        # Such a run reports switches as time, mode before and mode after. The result has them only
+        # on a belt of finite speed, not if parameters alone change over time.
         mode_changes = switch_times.reshape(-1, NO_CHANGES.shape[1])
         has_contact_switches = outcome.separations + outcome.reattachments > 0.0
         switch_times = contact_switch_times(mode_changes) if has_contact_switches else np.empty(0)
@@ -132,8 +139,9 @@ def run(request: Request, work: Progress, on_samples: OnSamples | None = None) -
 
 
 def _belt_arguments(request: Request) -> tuple[float, float, float] | None:
-    # The belt's speed, μ_s and v_s, which is 0 for constant friction; None without a speed. If
-    # tables change parameters, μ may equal μ_s at the start only: then keep v_s.
+    # The belt's speed, m/s, μ_s and v_s, m/s; None for a belt that is always faster. v_s is 0 for
+    # constant friction, that is for μ = μ_s, where `speed_law` is None. Over time μ may fall below
+    # μ_s later, so v_s is then needed even if they are equal at the start.
     p = request.system.parameters
     if p.v_belt is None:
         return None
@@ -153,7 +161,8 @@ def _trajectory(
 
 
 def _solution(p: Parameters, rows: NDArray[np.float64], degree: int) -> DenseSolution:
-    # A row of the kernel has the head of a segment, then the coefficients of x and of y.
+    # A row of the kernel has a head (start, its rounding remainder, duration, end and mode of a
+    # segment), then the coefficients of x and of y.
     y_start = SEGMENT_HEAD + degree + 1
     x, y = rows[:, SEGMENT_HEAD:y_start], rows[:, y_start:]
     return DenseSolution.from_arrays(p, rows[:, :SEGMENT_HEAD].copy(), x.T.copy(), y.T.copy())

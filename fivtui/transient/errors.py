@@ -20,7 +20,7 @@ from .settings.checks import QUANTITIES
 # Relative error of a rounded number, 2⁻⁵².
 _EPSILON: Final = float(np.finfo(float).eps)
 # Least difference of diverging runs: of states relative to the amplitude, of switch times relative
-# to √(m/stiffness).
+# to √(m/(k1 + k2 + k3)).
 MIN_DIVERGENCE: Final = 0.01
 # Ratio of a target error to the first tolerance; errors of a run are up to 20 times its tolerance.
 _FIRST_TOL_RATIO: Final = 100.0
@@ -122,17 +122,21 @@ def _relative_error(difference: float, scale: float) -> float:
 
 
 def rounding_error(run: Transient) -> Deviation:
-    """Rounding errors of the exact solution of a linear scene; zero for other runs.
+    """Rounding errors of a linear scene that the kernel "exact" solves; zero for other runs.
 
     Runs of a linear scene at two tolerances share them, so that their difference does not show
     them. As the parameters are rounded, the frequency ω has the relative error ε. After a time t
     the phase has the error ω t ε, and the state has that fraction of the vibration as its error.
     """
-    size = max(map(abs, run.final[1:]))
+    _t, *final_state = run.final
+    size = max(map(abs, final_state))
     if run.stats.kernel != "exact" or size == 0.0:
         return Deviation(0.0, 0.0, 0.0, 0.0, 0)
     p, omega = run.parameters, 1.0 / time_scale_of(run.parameters)
-    growth_rate = float(np.linalg.eigvals(np.array(jacobian(p, 0.0, Mode.CONTACT))).real.max())
+    # The Jacobian of a linear scene is the same at any y.
+    matrix = np.array(jacobian(p, y=0.0, mode=Mode.CONTACT))
+    growth_rate = float(np.linalg.eigvals(matrix).real.max())
+    # The greatest displacement or velocity; velocities are about ω times displacements.
     amplitude = max(run.peak.x_abs, run.peak.y_abs) * max(1.0, omega)
     # Share of vibration in the final state, and the time for which the vibration stays large.
     share, duration = 1.0, run.t_end
@@ -166,7 +170,7 @@ def divergence(
 ) -> Divergence | None:
     """The time from which two runs of the same request differ; None if they agree.
 
-    `t_end` is the horizon, s, and `time_scale` is √(m/stiffness), s.
+    `t_end` is the horizon, s, and `time_scale` is √(m/(k1 + k2 + k3)), s.
     """
     times, reference_times = run.switch_times.tolist(), reference.switch_times.tolist()
     divergence_time = _first_difference(times, reference_times, MIN_DIVERGENCE * time_scale)
@@ -200,9 +204,9 @@ def first_tol(errors: Mapping[str, float]) -> float:
 
 
 def finer_tol(tol: float) -> float:
-    """Tolerance of the run that verifies a run of this tolerance: a hundredth of it.
+    """Tolerance of the run that verifies a run of the tolerance `tol`.
 
-    Within ten times the finest tolerance it is the finest tolerance itself.
+    A hundredth of `tol`; if the hundredth is at most ten times the finest tolerance, the finest.
     """
     finer, finest = tol / _FINER_TOL_RATIO, TOL_RANGE[0]
     return finer if finer > _MIN_TOL_RATIO * finest else finest

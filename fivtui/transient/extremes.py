@@ -17,7 +17,8 @@ from fivtui.taylor import Segment, derivative, minimum_maximum, restrict
 class Extremes:
     """Least and greatest x and y, m, and greatest ẋ, m/s, over the segments included so far.
 
-    The greatest ẋ is the least belt speed for which the model is valid.
+    Without a belt speed, the model assumes that the belt is faster than the slider: it is valid for
+    belt speeds above the greatest ẋ.
     """
 
     x_min: float = math.inf

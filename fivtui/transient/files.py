@@ -1,7 +1,8 @@
 """Transients as plain data and in files, with units, provenance and full precision.
 
 A trajectory file (CSV, NPZ or Parquet) has samples and the settings of the run, from which
-`load_transient` estimates the results. `store_transient` writes all results exactly, for sessions.
+`load_transient` estimates the results. `store_transient` writes all results exactly: they are
+restored when the laboratory (the terminal program) starts again.
 """
 
 import json
@@ -80,11 +81,13 @@ def transient_to_dict(transient: Transient) -> dict[str, Any]:
     }
     # JSON needs a dictionary in place of the mapping.
     data["events"]["transitions"] = dict(transient.events.transitions)
+    # Squeal, groan and final stick, only if a table changes the belt speed over time.
     if transient.stop is not None:
         data["stop"] = transient.stop._asdict()
     if transient.sensitivities is not None:
         data[_SENSITIVITIES] = transient.sensitivities.to_dict()
     check_finite(data, "", _NOT_FINITE_ADVICE)
+    # Numbers of reliable digits of the final state.
     digits = final_digits(transient)
     data[_DIGITS] = None if digits is None else digits._asdict()
     return data
@@ -187,14 +190,16 @@ def _assemble_from_samples(header: Mapping[str, Any], motion: Trajectory) -> Tra
     changes = _mode_changes(motion, switches)
     # Intervals of contact and of separation alternate.
     durations = np.diff(np.concatenate(([motion.t[0]], switches, [motion.t[-1]])))
-    separated_durations = durations[0 if separated[0] else 1 :: 2]
+    first_separated = 0 if separated[0] else 1
+    separated_durations = durations[first_separated::2]
+    is_separation = separated[indices + 1]
     run = build_transient(
         request,
         final=_final_state(motion),
         extremes=_extremes(motion, 0.0),
         second_half=_extremes(motion, 0.5),
         switches=switches,
-        separations=int(np.count_nonzero(separated[1:][indices])),
+        separations=int(np.count_nonzero(is_separation)),
         separated_time=float(separated_durations.sum()),
         stats=Stats(steps=motion.t.size - 1),
         first_mode=Mode(int(motion.mode[0])),
@@ -202,6 +207,7 @@ def _assemble_from_samples(header: Mapping[str, Any], motion: Trajectory) -> Tra
         solution=None,
         changes=changes if request.parameters.v_belt is not None else NO_CHANGES,
     )
+    # The final state is that of the last sample, which may be before the horizon.
     return replace(run, final=run.final._replace(t=float(motion.t[-1])))
 
 
@@ -224,7 +230,9 @@ def _mode_changes(motion: Trajectory, switches: NDArray[np.float64]) -> NDArray[
     indices = np.flatnonzero(np.diff(motion.mode))
     before, after = motion.mode[indices], motion.mode[indices + 1]
     times = 0.5 * (motion.t[indices] + motion.t[indices + 1])
-    times[is_in_contact(before) != is_in_contact(after)] = switches
+    # Each change of contact has one of the ascending times `switches`.
+    is_contact_change = is_in_contact(before) != is_in_contact(after)
+    times[is_contact_change] = switches
     return np.stack((times, before, after), axis=1)
 
 
@@ -239,7 +247,10 @@ def _crossing_times(motion: Trajectory, indices: NDArray[np.intp]) -> NDArray[np
 
 
 def store_transient(transient: Transient, path: Path) -> None:
-    """Write a transient without its dense solution, exactly, to an ``.npz`` file (replaced)."""
+    """Write a transient without its dense solution, exactly, to an ``.npz`` file.
+
+    An existing file is replaced.
+    """
     data = {**transient_to_dict(transient), _FIRST_MODE: int(transient.first_mode)}
     arrays: dict[str, Any] = finite_trajectory(transient).to_columns()
     arrays |= {_DATA: np.array(json.dumps(data)), _SWITCHES: transient.switch_times}

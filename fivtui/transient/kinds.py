@@ -17,16 +17,20 @@ RUN: Final = StudyKind(
     suffixes=TABLE_SUFFIXES,
     save=files.save_trajectory,
     load=files.load_transient,
+    # A table is recognised as a trajectory by these keys of its header, JSON by the next ones.
     header_keys=frozenset({"method", "t_end"}),
     json_keys=frozenset({"final", "peak"}),
     json_refusal="has no trajectory; read the file that simulate --out wrote",
+    # The arguments leave out parameters over time: the scene file must have them.
     command=lambda scene: command_for(
         "simulate", scene, SimulateOptions(), scene_only={"over_time": scene.over_time}
     ),
     stored=Storage(
-        ".npz",
-        files.store_transient,
-        files.restore_transient,
-        lambda run: 0 if run.trajectory is None else _SAMPLE_BYTES * int(run.trajectory.t.size),
+        suffix=".npz",
+        save=files.store_transient,
+        load=files.restore_transient,
+        size=lambda run: (
+            0 if run.trajectory is None else _SAMPLE_BYTES * int(run.trajectory.t.size)
+        ),
     ),
 )

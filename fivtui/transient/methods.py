@@ -1,4 +1,8 @@
-"""The table of the native integration methods."""
+"""The table of the native integration methods, which need no FMU.
+
+The methods ``fmu`` and ``fmu-native`` run an FMU, written in Python or in C. The paper is
+"Nonlinear friction-induced vibration of a slider-belt system".
+"""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -9,7 +13,7 @@ from fivtui.taylor import Stepper
 
 from .request import Request
 
-# Default step of RK4, relative to √(m/stiffness).
+# Default step of RK4, relative to √(m/(k1 + k2 + k3)).
 _RELATIVE_STEP: Final = 0.01
 
 
@@ -59,11 +63,12 @@ def _taylor(request: Request) -> Stepper:
 
 def _rk4(*, bisect: bool) -> Callable[[Request], Stepper]:
     def create_stepper(request: Request) -> Stepper:
-        from .steppers.rk4 import ReferenceStepper, RungeKutta4
+        from .steppers.rk4 import RungeKutta4, RungeKuttaStepper
         from .steppers.rk4_on_belts import BeltRungeKutta4
 
         p = request.parameters
         integrator_class = RungeKutta4 if p.v_belt is None else BeltRungeKutta4
+        # The integrator takes any number of runs, here one.
         integrator = integrator_class(
             [p],
             [request.initial],
@@ -71,7 +76,7 @@ def _rk4(*, bisect: bool) -> Callable[[Request], Stepper]:
             separation=request.separation,
             bisect=bisect,
         )
-        return ReferenceStepper(p, integrator)
+        return RungeKuttaStepper(p, integrator)
 
     return create_stepper
 

@@ -115,7 +115,8 @@ def _check_step_count(request: Request) -> None:
 
 
 def check_taylor_options(request: Request) -> None:
-    """Raise `InputError` if options of ``taylor`` are set for a different method."""
+    """Raise `InputError` if options of ``taylor`` are set for a different method, native or FMU."""
+    # The course has parameters over time, which the native FMU, too, can follow.
     if request.course is not None and request.method != "fmu-native":
         names = ", ".join(request.course.tables)
         raise InputError(
@@ -130,7 +131,7 @@ def check_taylor_options(request: Request) -> None:
 
 
 class LaterAmplitude(NamedTuple):
-    """Half peak-to-peak of y, m, at a time after the end of a run, s."""
+    """Half peak-to-peak of y, m, reached when a run is continued by a time `after`, s."""
 
     y_half_range: float
     after: float
@@ -160,9 +161,9 @@ def later_amplitude(result: Transient) -> LaterAmplitude | None:
         )
     except (ComputationError, InputError):
         return None
-    later_amplitude = continuation.steady.y_half_range
-    greater = max(amplitude, later_amplitude)
+    continued_amplitude = continuation.steady.y_half_range
+    greater = max(amplitude, continued_amplitude)
     is_at_rest = greater < _REST_AMPLITUDE * result.peak.y_abs
-    if is_at_rest or abs(later_amplitude - amplitude) <= _MAX_CHANGE * greater:
+    if is_at_rest or abs(continued_amplitude - amplitude) <= _MAX_CHANGE * greater:
         return None
-    return LaterAmplitude(later_amplitude, t_end)
+    return LaterAmplitude(continued_amplitude, t_end)

@@ -24,7 +24,7 @@ _STEPS_PER_REPORT: Final = 32
 
 
 class Recorder:
-    """Collects the result of a run from its segments, which are stored only for samples."""
+    """Collects the result of a run from its segments; stores them for samples and dense output."""
 
     def __init__(self, request: Request, on_samples: OnSamples | None = None) -> None:
         self._request = request
@@ -79,6 +79,7 @@ class Recorder:
         else:
             self._extremes.include_part(segment, segment.start, t_end)
             self._final = segment.state(t_end)
+            # The exact start is start + start_remainder, since `start` is rounded.
             duration = (t_end - segment.start) - segment.start_remainder
         if segment.end > self._half_time:
             if segment.start >= self._half_time and segment.end <= t_end:

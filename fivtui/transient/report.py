@@ -1,4 +1,7 @@
-"""The report of a transient: rows of name, value and note, in the laboratory and when printed."""
+"""The report of a transient: rows of name, value and note.
+
+The command line prints them, the laboratory (the terminal program) displays them.
+"""
 
 from typing import Final
 
@@ -30,11 +33,11 @@ _SENSITIVITY_ROWS: Final = (
 
 
 def transient_rows(
-    result: Transient, accuracy: str = "", errors: Deviation | None = None
+    result: Transient, method_note: str = "", errors: Deviation | None = None
 ) -> list[Row]:
     """The rows of a report on a transient, with its errors as notes if they are known.
 
-    `accuracy` is the note of the method.
+    `method_note` is the note in the row of the method, such as the number of runs that verify it.
     """
     peak, events, force, final = result.peak, result.events, result.contact_force, result.final
 
@@ -53,7 +56,8 @@ def transient_rows(
     rows = [
         *(Row(f"{name} over time", table.describe()) for name, table in result.over_time.items()),
         Row("separation", "considered" if result.separation else "ignored"),
-        Row("peak |y|", f"{number(peak.y_abs)} m", error_note("peak", "exact")),
+        # Exact: an extreme of the Taylor polynomials, not of samples.
+        Row("peak |y|", f"{number(peak.y_abs)} m", error_note("peak", default="exact")),
         Row("range of y", f"{number(peak.y_min)} to {number(peak.y_max)} m", range_note),
         Row("peak |x|", f"{number(peak.x_abs)} m"),
         Row(
@@ -91,15 +95,16 @@ def transient_rows(
         ]
     at_end = f"t = {number(final.t)} s"
     digits = final_digits(result)
-    state_note = at_end if digits is None else f"{at_end}, reliable digits only"
+    digits_note = at_end if digits is None else f"{at_end}, reliable digits only"
+    state_note = error_note("final", default=digits_note, unit=f"relative, {at_end}")
     rows += [
         Row(
             "max ẋ",
             f"{number(peak.vx_max)} m/s",
             "valid for faster belts" if p.v_belt is None else "",
         ),
-        *_final_rows(result, digits, error_note("final", state_note, f"relative, {at_end}")),
-        Row("method", _method_text(result), accuracy),
+        *_final_rows(result, digits, state_note),
+        Row("method", _method_text(result), method_note),
         Row("steps", str(result.stats.steps)),
     ]
     if result.stats.cpu_s is not None:

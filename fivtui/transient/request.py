@@ -80,7 +80,8 @@ class Request:
         course = Course(p, system.over_time) if system.over_time else None
         set_field(self, "course", course)
         if course is not None:
-            p, _ = course.after(0.0)
+            # The parameters just after t = 0, where a table may jump; here without their slopes.
+            p, _rates = course.after(0.0)
             system = System(p, system.separation, system.over_time)
             set_field(self, "system", system)
         set_field(self, "t_end", check_horizon(self.t_end))
@@ -105,6 +106,7 @@ class Request:
     @property
     def first_mode(self) -> Mode:
         """The mode at the start."""
+        # Rates are the slopes of F, μ, μ_s and v_belt over time; all zero in `CONSTANT`.
         p, rates = self.system.parameters, CONSTANT
         if self.course is not None:
             p, rates = self.course.after(0.0)
@@ -129,6 +131,7 @@ def check_sensitivities(names: Sequence[str], p: Parameters) -> tuple[str, ...]:
     """
     names = check_names("sensitivities", names)
     for index, name in enumerate(names):
+        # Optional parameters describe a belt of finite speed: they have no effect without `v_belt`.
         optional = parameter_spec(name).optional
         if optional and None in (getattr(p, name), p.v_belt):
             missing = name if getattr(p, name) is None else "v_belt"

@@ -44,8 +44,8 @@ _NO_TRANSITIONS: Final[Mapping[str, int]] = MappingProxyType({})
 _SEPARATION_NAME: Final = transition_name(Mode.CONTACT, Mode.SEPARATED)
 _REATTACHMENT_NAME: Final = transition_name(Mode.SEPARATED, Mode.CONTACT)
 
-# All pairs of a mode and its successor. The index of a pair is the product of the pair of numbers
-# and `_PAIR_WEIGHTS`.
+# All pairs of a mode and its successor. The index of a pair is mode · number of modes + successor:
+# the scalar product of the pair, as numbers of `Mode`, and `_PAIR_WEIGHTS`.
 _PAIRS: Final = [(before, after) for before in Mode for after in Mode]
 _PAIR_WEIGHTS: Final = np.array([len(Mode), 1.0])
 _PAIR_NAMES: Final = [transition_name(before, after) for before, after in _PAIRS]
@@ -76,7 +76,10 @@ class FinalState(NamedTuple):
 
 
 class Peak(NamedTuple):
-    """Exact extremes over the whole run, m; `vx_max`, m/s, is the least valid belt speed."""
+    """Exact extremes over the whole run, m, and the greatest ẋ, `vx_max`, m/s.
+
+    Without a belt speed, the model is valid for belts faster than `vx_max`.
+    """
 
     y_abs: float
     y_max: float
@@ -86,7 +89,7 @@ class Peak(NamedTuple):
 
 
 class Steady(NamedTuple):
-    """Half peak-to-peak of y, m, over the second half of the run, settled or not."""
+    """Half peak-to-peak of y, m, over the second half of the run, even if it has not settled."""
 
     y_half_range: float
 
@@ -114,7 +117,8 @@ class Events(NamedTuple):
     stick_time : float
         Total time of stick, s.
     transitions : dict of str to int
-        Number of switches by their kind, such as ``"stick-forward"``: see `MODES`.
+        Number of switches by the names of the `Mode` before and after, such as
+        ``"stick-forward"``.
     """
 
     separations: int
@@ -136,7 +140,8 @@ class Stop(NamedTuple):
         First separation.
     groan_begin, groan_end : float or None
         Last interval in which stick and slip alternate, with at least two sticks. A slip longer
-        than two periods 2π √(m/(k1 + k3/2)), or the final stick, ends it.
+        than two periods of the horizontal vibration, or the final stick, ends it. The period is
+        2π √(m/(k1 + k3/2)), with the stiffnesses of the horizontal and the 45° coupling spring.
     final_stick : float or None
         Start of the stick that lasts until the end.
     """
@@ -277,6 +282,7 @@ class Transient(SystemResult, Tabular, Plottable):
         # Start and end of the last groan: sticks in succession without a long slip between them.
         p = self.parameters
         max_slip = _MAX_SLIP_PERIODS * 2.0 * math.pi * math.sqrt(p.m / horizontal_stiffness(p))
+        # Starts and ends of sticks.
         groups: list[list[tuple[float, float]]] = []
         previous_end = -math.inf
         for start, end in self.stick_intervals:
@@ -287,11 +293,14 @@ class Transient(SystemResult, Tabular, Plottable):
         groans = [sticks for sticks in groups if len(sticks) > 1]
         if not groans:
             return None, None
-        (groan_begin, _), *_, (last_stick_begin, last_stick_end) = groans[-1]
+        last_groan = groans[-1]
+        groan_begin, _ = last_groan[0]
+        last_stick_begin, last_stick_end = last_groan[-1]
         if last_stick_end == self.t_end:
             # The last stick lasts until the end of the run; it is the final stick.
             return groan_begin, last_stick_begin
-        continues = groans[-1] is groups[-1] and self.t_end - last_stick_end <= max_slip
+        # The groan continues until the end if neither a stick nor a long slip follows it.
+        continues = last_groan is groups[-1] and self.t_end - last_stick_end <= max_slip
         return groan_begin, self.t_end if continues else last_stick_end
 
     def _summary(self) -> list[tuple[str, str]]:

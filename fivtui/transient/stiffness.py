@@ -102,6 +102,7 @@ def step_limit_error(request: Request, t: float) -> ComputationError:
     if stiffness is None:
         return error
     reason = f"{error.why}; {stiffness}"
+    # Methods for stiff scenes support neither a course (parameters over time) nor sensitivities.
     if method in _STIFF_METHODS or request.course is not None or request.sensitivities:
         return ComputationError(reason, error.advice)
     return ComputationError(reason, f"use the method {' or '.join(_STIFF_METHODS)}")

@@ -5,7 +5,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -56,9 +56,11 @@ class Trajectory(Result, Tabular):
     @classmethod
     def joined(cls, parts: Sequence[Self]) -> Self:
         """One trajectory from consecutive parts, at least one."""
-        return cls(
-            *(np.concatenate([getattr(part, column.name) for part in parts]) for column in COLUMNS)
-        )
+        arrays: dict[str, NDArray[Any]] = {
+            column.name: np.concatenate([getattr(part, column.name) for part in parts])
+            for column in COLUMNS
+        }
+        return cls(**arrays)
 
     def _summary(self) -> list[tuple[str, str]]:
         rows = [("samples", f"{self.t.size}")]
@@ -104,8 +106,9 @@ class DenseSolution:
     def from_arrays(cls, p: Parameters, rows: FloatArray, x: FloatArray, y: FloatArray) -> Self:
         """Construct the solution from arrays of n segments.
 
-        `rows`, shape (n, 5), has start, exact start minus start, duration and end, s, and mode of
-        each segment. `x` and `y`, shape (degree + 1, n), have coefficients of powers of θ, m.
+        `rows`, shape (n, 5), has for each segment its start, the rounding remainder of the start
+        (exact less rounded), duration and end, s, and mode. `x` and `y`, shape (degree + 1, n),
+        have coefficients of powers of θ, m.
         """
         solution = cls.__new__(cls)
         solution._store(p, rows, x, y)

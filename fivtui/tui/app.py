@@ -123,7 +123,8 @@ class FivtuiApp(App[None]):
         self._reported_error = ""
         self._save_timer: Timer | None = None
         self._is_first_start = False
-        # The configuration file overrides theme and live curve of the saved session.
+        # The configuration file overrides the theme of the saved session, and whether it has a live
+        # curve: a run of the edited scene that follows every edit.
         self._configured_theme = ""
         self._live_enabled: bool | None = None
         # Reports to be posted when the screen is displayed.
@@ -155,6 +156,7 @@ class FivtuiApp(App[None]):
         if state is not None:
             notes = self._apply_state(state, keep_scene=keep_scene)
             text = "; ".join(["last session restored", *notes])
+            # A routine report is logged; others are displayed, too.
             self._reports.append(Reported(text, routine=not notes))
         numbers = ", ".join(str(slot.number) for slot in reversed(self._autosave.other_slots))
         if numbers:
@@ -169,9 +171,11 @@ class FivtuiApp(App[None]):
         if state.theme in self.available_themes and not self._configured_theme:
             self.theme = state.theme
         if not keep_scene:
-            self.session = Session(state.edit_state.loaded, state.edit_state.source)
-            if state.edit_state != self.session.edit_state:
-                self.session.restore(state.edit_state)
+            # Load the saved scene (from a preset or file, `source`), then repeat the edits to it.
+            edit_state = state.edit_state
+            self.session = Session(edit_state.loaded, edit_state.source)
+            if edit_state != self.session.edit_state:
+                self.session.restore(edit_state)
             self.session.tab = state.tab
         restore_session(self.session, state)
         return [f"{key} was not saved: {reason}" for key, reason in state.notes.items()]
@@ -284,7 +288,7 @@ class FivtuiApp(App[None]):
             )
 
     async def on_event(self, event: Event) -> None:
-        """Queue keys and pasted text; handle all other events at once."""
+        """Queue keys and pasted text, to handle them in order; handle other events at once."""
         if isinstance(event, Key | Paste) and not event.is_forwarded:
             await self._keys.enqueue(event)
         else:
@@ -297,6 +301,7 @@ class FivtuiApp(App[None]):
                 # The application has quit.
                 return
             if isinstance(event, Key):
+                # In the laboratory, the characters of a Mac's Option key count as Alt with a digit.
                 discard_alt_character(event, mac_option=isinstance(self.screen, LabScreen))
             if not isinstance(event, MouseMove):
                 SCREEN_PRIORITY.claim()

@@ -71,7 +71,7 @@ def serve(port: int = DEFAULT_PORT, *, report: Callable[[str], None]) -> None:
             # A browser may address this machine by name or number; the page uses the same.
             server = copy(self)
             server.public_url = f"http://{request.host}"
-            response: StreamResponse = await super(LocalServer, server).handle_index(request)
+            response: StreamResponse = await Server.handle_index(server, request)
             return response
 
         async def on_startup(self, app: "Application") -> None:  # noqa: ARG002

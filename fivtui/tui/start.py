@@ -20,7 +20,10 @@ def shorten_switch_interval() -> None:
 
 
 def run(scene: "Scene | None" = None, source: str = "") -> None:
-    """Run the terminal UI until the user quits; `scene` replaces that of the last session."""
+    """Run the terminal UI until the user quits.
+
+    `scene`, from the preset or file `source`, replaces the scene of the last session.
+    """
     # Garbage collection would delay the first frame.
     gc.disable()
     from .app import SIGNAL_STATUS_BASE, FivtuiApp
@@ -49,7 +52,7 @@ def run(scene: "Scene | None" = None, source: str = "") -> None:
     if app.save_error:
         sys.stderr.write(f"the session is not saved: {app.save_error}\n")
     if threads.busy:
-        # A normal exit would stop threads inside compiled code.
+        # A normal exit of Python would stop threads inside compiled code, which may crash.
         sys.stdout.flush()
         sys.stderr.flush()
         os._exit(status)

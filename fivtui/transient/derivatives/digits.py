@@ -1,4 +1,8 @@
-"""Estimate of the correct digits of the final state, from the growth of errors in the motion."""
+"""Estimate of the correct digits of the final state, from the growth of errors in the motion.
+
+A run is divided into parts. Over each part the derivatives of the state by x, ẋ, y and ẏ at the
+start are computed; these four directions of change are `START_SEEDS`.
+"""
 
 import math
 from functools import lru_cache
@@ -21,8 +25,9 @@ FloatArray = NDArray[np.float64]
 MAX_DIGITS: Final = 13
 # Number of parts of a run for which derivatives are computed.
 _PARTS: Final = 8
-# Limits of all parts together, with which the estimate takes about 20 ms: in steps, and in units of
-# the shortest of √(m/stiffness) and m/c, because the steps of a slider at rest are long.
+# Limits of all parts together, with which the estimate takes about 20 ms: number of steps, and time
+# in units of the shortest of √(m/(k1 + k2 + k3)), m/c1 and m/c2. The number of steps alone does not
+# limit the time: the steps of a slider at rest are long.
 _MAX_STEPS: Final = 20_000
 _MAX_TIME_UNITS: Final = 12_000.0
 # Relative error by rounding per square root of the number of steps, and error per tolerance.
@@ -93,9 +98,10 @@ def _error_scales(run: Transient) -> FloatArray:
 def _final_errors(
     jacobians: tuple[FloatArray, ...], scales: FloatArray, fraction: float
 ) -> FloatArray:
-    # Errors at the end if errors of size `scales` occur at the worst time. The derivatives of the
-    # parts cover a fraction of the run; errors that grow linearly are extrapolated to all of it,
-    # errors that grow exponentially are infinite.
+    # Errors at the end if errors of size `scales` occur at the worst time. An error at the start of
+    # a part is multiplied by the derivatives of this part and of all later ones. The parts cover a
+    # fraction of the run; errors that grow linearly are extrapolated to all of it, errors that grow
+    # exponentially are infinite.
     product, final_errors = np.eye(4), [scales]
     with np.errstate(over="ignore", invalid="ignore"):
         for jacobian in reversed(jacobians):
@@ -104,6 +110,7 @@ def _final_errors(
     max_errors: FloatArray = np.max(final_errors, axis=0)
     if fraction == 1.0:
         return max_errors
+    # The list goes back from the end: its first half is due to errors in the second half.
     late_errors = np.max(final_errors[: len(final_errors) // 2 + 1], axis=0)
     return np.where(
         max_errors <= _EXPONENTIAL_GROWTH * late_errors, max_errors / fraction, math.inf

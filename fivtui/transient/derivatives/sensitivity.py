@@ -37,11 +37,11 @@ class FinalChange(NamedTuple):
 class Sensitivity:
     """Derivatives of the results of a transient by a parameter, in units of result per parameter.
 
-    The derivative of an extreme is that of the motion at the first time of the extreme. If the
-    motion takes the extreme again, it is a one-sided derivative; for a slider at rest, it is that
-    of the start. At a kink, such as an absolute value at zero or a contact force at touch, the
-    derivative is that towards greater values. If the slider separates, the least contact force is
-    zero with derivative zero.
+    An extreme has the derivative of the motion at the first time at which the motion takes it. If
+    the motion takes it again, the derivative is one-sided. A slider at rest takes its extremes at
+    the start. At a kink, such as an absolute value at zero or a contact force at touch, the
+    derivative is that towards greater values. If the slider separates, the least contact force and
+    its derivative are zero.
 
     Attributes
     ----------
@@ -67,7 +67,7 @@ class Sensitivities(Mapping[str, Sensitivity]):
         The sensitivities.
     growth : float
         Largest factor by which a small deviation of the start grows until the end; velocities are
-        scaled by √(m/stiffness). Derivatives are valid for changes much smaller than 1/growth,
+        scaled by √(m/(k1 + k2 + k3)). Derivatives are valid for changes much smaller than 1/growth,
         and have a relative error of about `tol` times growth.
     """
 
@@ -115,6 +115,7 @@ def compute_sensitivities(request: Request, run: Transient, work: Progress) -> S
     """The requested sensitivities of a transient; see `simulate`."""
     p, names = request.parameters, request.sensitivities
     is_static = isinstance(request.start, str)
+    # Directions of change: the parameter by 1, and the static start with it.
     seeds = [
         Seed(
             static_start_change(request.system, name) if is_static else _ZERO_STATE,
@@ -142,6 +143,7 @@ def _sensitivity(transient: Transient, name: str, variation: Variation, column: 
         zip(EXTREMES, variation.extreme_derivatives[:, column].tolist(), strict=True)
     )
     x, vx, y, vy = variation.derivatives[:, column].tolist()
+    # For derivatives by a complex step: this parameter has the imaginary part `DERIVATIVE_STEP`.
     perturbed = p.perturbed({name: 1.0})
 
     def peak_derivative(minimum: str, maximum: str) -> float:

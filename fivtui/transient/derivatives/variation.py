@@ -101,6 +101,7 @@ def compute_variation(
 
 
 def _run_compiled(request: Request, seeds: Sequence[Seed], work: Progress) -> Variation:
+    # Tolerance of a step, below that of the run: errors of steps add up.
     tol = local_tolerance(request.tol)
     seed_rows = np.zeros((len(seeds), _STATE_SIZE + len(PARAMETERS)))
     for row, seed in zip(seed_rows, seeds, strict=True):
@@ -192,12 +193,15 @@ class _Extremes:
         for index, (sign, polynomial, component, begin) in enumerate(
             self._extreme_polynomials(segment)
         ):
+            # Skip a segment that ends before the second half of the run. One that lies in the range
+            # of the extreme (begin = 0) counts even if it has no length.
             if begin > 0.0 and begin >= end:
                 continue
             stationary = roots(derivative(polynomial))
             candidates = [begin, *(theta for theta in stationary if begin < theta < end), end]
             if component == 1 and self._begins_to_stick(segment):
-                # An extreme of the speed at the start of stick belongs to the stick segment.
+                # Deviations jump at the start of stick. An extreme of ẋ there is the belt's speed;
+                # its derivative is that after the jump, at the start of the stick segment.
                 candidates.pop()
             values = [sign * evaluate(polynomial, theta) for theta in candidates]
             greatest = max(values)
@@ -206,6 +210,7 @@ class _Extremes:
                 thetas[index], components[index] = candidates[values.index(greatest)], component
         deviations_at = deviations.advance(segment, end, list(thetas.values()))
         for index, seed_deviations in zip(thetas, deviations_at, strict=True):
+            # The exact start is start + start_remainder, since `start` is rounded.
             self.times[index] = segment.start + (
                 segment.start_remainder + thetas[index] * segment.duration
             )
@@ -214,7 +219,9 @@ class _Extremes:
             ]
 
     def _begins_to_stick(self, segment: Segment) -> bool:
-        if segment.end >= 2.0 * self._half_time:
+        t_end = 2.0 * self._half_time
+        if segment.end >= t_end:
+            # No stick segment follows the end of the run.
             return False
         return segment.mode is not Mode.STICK and segment.next_mode is Mode.STICK
 

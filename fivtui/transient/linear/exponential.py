@@ -33,7 +33,8 @@ FloatArray = NDArray[np.float64]
 # rounding.
 _MAX_NORM: Final = 2.0
 DEGREE: Final = 26
-# Magnitude that counts as overflow; bounds computed from smaller states are finite.
+# Magnitude that counts as overflow. It is so far below the greatest float, 1.8e308, that bounds of
+# extremes computed from smaller states are finite.
 _OVERFLOW_LIMIT: Final = 1e300
 # Number of halvings of the base span. Over the shortest span a motion equals its chord to rounding.
 HALVINGS: Final = 28
@@ -41,6 +42,8 @@ HALVINGS: Final = 28
 
 class LinearMotion:
     """The linear motion in contact, in (x, ẋ/ω, y, ẏ/ω) with ω² = (k1 + k2 + k3)/m.
+
+    k1, k2 and k3 are the stiffnesses of the horizontal, contact and coupling springs.
 
     Attributes
     ----------
@@ -65,8 +68,10 @@ class LinearMotion:
         norm = float(np.abs(matrix).sum(axis=1).max())
         self.matrix = matrix
         self.rest = np.linalg.solve(matrix, -self.load)
-        # Longest span with ‖A‖ s between 1 and 2.
-        base_span = math.ldexp(1.0, math.frexp(_MAX_NORM / norm)[1] - 1)
+        # The longest span with ‖A‖ s between 1 and 2: frexp gives the exponent e for which
+        # 2^(e − 1) ≤ _MAX_NORM/‖A‖ < 2^e.
+        _, exponent = math.frexp(_MAX_NORM / norm)
+        base_span = math.ldexp(1.0, exponent - 1)
         self._double_spans(base_span, t_end)
 
     def _double_spans(self, base_span: float, t_end: float) -> None:
@@ -161,6 +166,7 @@ class Propagation:
                     end_state = motion.states_after(self.z, level)
                     is_finite = self._is_finite(end_state)
                 if not is_finite:
+                    # Shorter spans then approach the time of the overflow.
                     overflows = True
                     break
                 spans.append((level, self.z))

@@ -1,8 +1,10 @@
 """Exact extremes of a linear motion by branch and bound over time.
 
 A span of time is halved and searched only if its bounds exceed the extremes so far. If the motion
-grows or decays, few periods are searched for any horizon. The bounds need no eigenvectors. Spans
-have levels, as in `exponential.py`.
+grows or decays, few periods are searched for any horizon. The bounds need no eigenvectors.
+
+Spans are powers of two in seconds; the level of a span is its index, from the shortest. The base
+span is the longest over which a Taylor series gives the motion.
 """
 
 from typing import Final
@@ -41,16 +43,20 @@ class Search:
         self._span_count, self._finished_time = 0, 0.0
         self._extremes = np.full(5, -np.inf)
         self._rest_values = _QUANTITIES @ motion.rest
+        # Chords are used only over spans up to about the base span, because the bound of the
+        # distance from them grows as the square of the span.
         spans = motion.spans[: motion.base + _REFINEMENT, None, None]
-        # Factors by level, shape (levels, 5, 4): times |z − rest| they bound the distance of each
-        # quantity from its value at rest; times |ż| they bound its distance from the chord.
+        # Arrays by level, quantity and component of the state, shape (levels, 5, 4). Multiplied by
+        # |z − rest|, `_distance_bounds` bound the distance of each quantity from its value at rest.
+        # Multiplied by |ż|, `_chord_bounds` bound its distance from the chord.
         self._distance_bounds = self._row_bounds(_QUANTITIES, motion.spans.size)
         chord_bounds = self._row_bounds(_QUANTITIES @ motion.matrix, len(spans))
         self._chord_bounds = chord_bounds * spans[: len(chord_bounds)] ** 2 / 8.0
 
     def _row_bounds(self, rows: FloatArray, levels: int) -> FloatArray:
-        # Bounds of |rows exp(A s)| over the span of each level. From `fine_level` on they are
-        # computed at multiples of the span of that level, times the largest growth within it.
+        # Bounds of |rows exp(A s)| over the span of each level. Up to `fine_level` the growth
+        # exp(|A| s) bounds exp(A s). Above, exp(A s) is computed at multiples of the span of
+        # `fine_level`, and the growth over that span bounds it between two multiples.
         motion = self._motion
         fine_level = motion.base - _REFINEMENT
         growth, term = np.eye(4)[None], np.eye(4)
@@ -60,7 +66,9 @@ class Search:
             term = term @ scaled_matrix / n
             growth = growth + term * span_ratios**n
         bounds = list(np.abs(rows) @ growth)
-        # Powers of exp(A s) within a span; for long spans they begin anew from the bounds so far.
+        # Powers of exp(A s) for s = span of `fine_level`, within the span of the level. After
+        # `_BOUNDS_PER_CHUNK` they begin anew, with the powers of exp(A S) for the span S reached:
+        # |rows exp(A (r + n S))| ≤ (bound of |rows exp(A r)| for r ≤ S) · |exp(A S)ⁿ|.
         powers, previous_bounds = np.eye(4)[None], None
         with np.errstate(over="ignore", invalid="ignore"):
             for exponential in motion.exponentials[fine_level : levels - 1]:
@@ -113,6 +121,8 @@ class Search:
         with np.errstate(over="ignore", invalid="ignore"):
             distance_bounds = self._distance_bounds[level].T
             rounding = _STATE_ROUNDING * (np.abs(z) + np.abs(motion.rest))
+            # Exceeding an extreme by less than the rounding error does not count. The bound of the
+            # rounding error may be large if the motion grows; the tolerance limits it.
             tolerance = np.minimum(rounding @ distance_bounds, _EXTREME_TOLERANCE * scale)
             bounds = self._rest_values + np.abs(z - motion.rest) @ distance_bounds
             if level < len(self._chord_bounds):

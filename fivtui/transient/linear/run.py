@@ -19,7 +19,7 @@ _TIMES_PER_REPORT: Final = 4096
 
 
 def is_linear(request: Request) -> bool:
-    """Whether the scene is linear: no cubic term, no separation, no belt speed, no tables."""
+    """Whether the scene is linear: no separation, cubic term, belt speed or changing parameters."""
     system = request.system
     p = system.parameters
     return not system.separation and p.k_nl == 0.0 and p.v_belt is None and not system.over_time
@@ -71,6 +71,7 @@ def _trajectory(
 ) -> Trajectory:
     states = np.empty((times.size, 4))
     for first in range(0, times.size, _TIMES_PER_REPORT):
+        # The search for extremes has completed the progress: this only lets the user cancel.
         work.report(1.0)
         chunk = slice(first, first + _TIMES_PER_REPORT)
         states[chunk] = motion.states(motion.states_at(start, times[chunk]))
@@ -87,7 +88,8 @@ def _solution(request: Request, motion: LinearMotion, start: NDArray[np.float64]
             f"the dense solution needs {count} polynomials, more than {max_steps}",
             "use a shorter horizon, or sample times",
         )
-    # A polynomial per base span; the last one ends at the horizon.
+    # A polynomial per base span, the longest that a Taylor series covers; the last one ends at the
+    # horizon.
     begin: NDArray[np.float64] = np.arange(count, dtype=float) * span
     end = np.minimum(begin + span, t_end)
     duration = end - begin

@@ -1,4 +1,8 @@
-"""Options of the commands that compute one run."""
+"""Options of the commands that compute one run.
+
+Each field is an option: of a setting of scenes (`setting`), of one command (`option`), or an
+`Option` that several commands share (`option_field`).
+"""
 
 from pathlib import Path
 from typing import Final
@@ -14,6 +18,7 @@ OVER_TIME: Final = Option(
     flag="--over-time",
     metavar="FILE.csv",
     help="Preload, friction and belt speed over time: columns time (s) and F, mu or v_belt.",
+    # The value is the name of an input file.
     file=True,
     group=SCENE,
 )
@@ -23,6 +28,7 @@ OVER_TIME: Final = Option(
 class RunOptions:
     """Options of commands that analyse one run."""
 
+    # A flag that sets `separation` to false.
     ignore_separation: bool = setting("separation")
     t_end: str | None = setting("t_end")
     method: str | None = setting("method")

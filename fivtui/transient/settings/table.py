@@ -1,7 +1,8 @@
 """The settings of a transient: one table for scene files, form and command line.
 
 A row has a parser of text (form and command line), a check of values in scene files, an option of
-commands, and texts of help.
+commands, and texts of help. The paper, with its Cases 1 and 2, is "Nonlinear friction-induced
+vibration of a slider-belt system".
 """
 
 from collections.abc import Callable, Mapping
@@ -71,6 +72,7 @@ def _read_start(text: str) -> Start:
 def _read_step(text: str) -> float | None:
     if not text.strip():
         return None
+    # The horizon is not known here; the request of a run compares the step with it.
     return check_step(parse_number("step", text, _STEP_TEXT), MAX_T_END)
 
 
@@ -168,6 +170,7 @@ class RunSetting:
     def command_options(self, text: str) -> list[str]:
         """The command-line options that set the value with this text."""
         if self.option.metavar is None:
+            # The one flag, --ignore-separation, stands for a false value.
             return [] if self.read(text) else [self.option.flag]
         texts = text.split(",") if self.option.multiple else [text]
         return [f"{self.option.flag}={part.replace(' ', '')}" for part in texts if part.strip()]
@@ -244,8 +247,8 @@ SETTINGS: Final[Mapping[str, RunSetting]] = {
             read=check_tolerance,
             check_file_value=check_file_number,
             details=(
-                ("use", "methods with variable step, without error targets"),
-                ("taylor, fmu", "what a tolerance promises is a page of the manual"),
+                ("use", "by methods with variable step, unless there are error targets"),
+                ("taylor, fmu", "the manual explains what a tolerance promises"),
             ),
             option=Option(
                 flag="--tol", group=ACCURACY, metavar="R", help="Relative tolerance, 1e-13 to 1e-2."

@@ -1,8 +1,8 @@
 """The paper's method (section 5.1): fixed-step RK4 with bisection at every switch, in NumPy.
 
-This is the reference for all other methods, so it shares no stepping code with the Taylor
-integrator. Several parameter sets advance together, one per column. A switch is a change between
-contact and separation.
+The paper is "Nonlinear friction-induced vibration of a slider-belt system". This is the reference
+for all other methods, so it shares no stepping code with the Taylor integrator. Several parameter
+sets advance together, one per column. A switch is a change between contact and separation.
 """
 
 from collections.abc import Sequence
@@ -171,6 +171,7 @@ class RungeKutta4:
 
     def _overflow_error(self, state: FloatArray) -> ComputationError:
         index = np.flatnonzero(~np.isfinite(state).all(axis=0))[0]
+        # `advise` keeps the remedies that apply: separation if ignored, a cubic contact if linear.
         remedies = ("a smaller step", SEPARATION, CUBIC_CONTACT, "a shorter run")
         return ComputationError(
             f"the motion grows beyond the floating-point range at t = {self.t:.6g} s",
@@ -193,7 +194,7 @@ class RungeKutta4:
             )
 
 
-class ReferenceStepper:
+class RungeKuttaStepper:
     """A stepper that returns the steps of `RungeKutta4` for one parameter set as segments.
 
     A switch that is not located is attributed to the end of its step.
@@ -215,9 +216,10 @@ class ReferenceStepper:
             next_mode = self._mode_of(self._integrator.contact)
             for part in reversed(parts):
                 start = begin + float(part.begin[0])
-                # The last part ends exactly at the end of the step, to accumulate no rounding.
-                ends_step = not (self._integrator.bisect and bool(part.switches[0]))
-                end = self._integrator.t if ends_step else start + float(part.duration[0])
+                # Only a switch that bisection located ends a part within the step. Any other part
+                # ends exactly at the end of the step, to accumulate no rounding.
+                switch_is_located = self._integrator.bisect and bool(part.switches[0])
+                end = start + float(part.duration[0]) if switch_is_located else self._integrator.t
                 if end > start:
                     mode = self._mode_of(part.contact)
                     first, final = (state[:, 0].tolist() for state in (part.first, part.final))
@@ -229,5 +231,6 @@ class ReferenceStepper:
         return self._segments.pop()
 
     def _mode_of(self, contact: NDArray[Any]) -> Mode:
-        # `contact` has a flag, whose values are those of two modes, or the number of a mode.
+        # `contact`, shape (1,), has the number of a mode on a belt of finite speed. Otherwise it is
+        # a flag, whose values 0 and 1 are the numbers of SEPARATED and CONTACT.
         return Mode(int(contact[0]))

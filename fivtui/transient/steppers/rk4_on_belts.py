@@ -38,7 +38,8 @@ class BeltRungeKutta4(RungeKutta4):
         values = self._values
         values["v"] = np.array([p.v_belt for p in parameters], dtype=float)
         values["mu_s"] = np.array([p.mu_static for p in parameters])
-        # The friction law μ + (μ_s − μ) exp(−|v_r|/v_s): μ_s − μ and 1/v_s; 0 if μ is constant.
+        # The friction law μ + (μ_s − μ) exp(−|v_r|/v_s): μ_s − μ and 1/v_s. Both are 0 for constant
+        # friction; else `speed_law` is v_s, m/s.
         values["fall"] = np.array([p.mu_static - p.mu if p.speed_law else 0.0 for p in parameters])
         values["rate"] = np.array([1.0 / p.speed_law if p.speed_law else 0.0 for p in parameters])
         modes = [
@@ -67,7 +68,8 @@ class BeltRungeKutta4(RungeKutta4):
         if not self.bisect:
             mode, sign = self._sliding_mode(state), np.sign(p["v"] - vx)
         force = np.where(mode == Mode.SEPARATED, 0.0, self._forces(state)[0])
-        # Beyond v_r = 0, where bisection will end the step, continue the law smoothly.
+        # In the law |v_r| is sign · v_r. A trial step beyond v_r = 0, where bisection will end it,
+        # makes that negative: the law continues smoothly.
         exponent = np.minimum(-sign * (p["v"] - vx) * p["rate"], _MAX_EXPONENT)
         friction = sign * (p["mu"] + p["fall"] * np.exp(exponent)) * force
         coupling = 0.5 * p["k3"] * (x - y)
@@ -101,6 +103,8 @@ class BeltRungeKutta4(RungeKutta4):
         v_r = self._values["v"] - state[1]
         # A slider that sticks until now starts to slide.
         belt_holds = (self._values["mu_s"] * force >= np.abs(holding_force)) & (mode != Mode.STICK)
+        # The first condition that holds decides. After a slide or a stick v_r is 0, so that forces
+        # decide; after a flight it usually is not.
         next_mode = np.select(
             [separates, v_r > 0.0, v_r < 0.0, belt_holds, holding_force < 0.0],
             [Mode.SEPARATED, Mode.FORWARD, Mode.BACKWARD, Mode.STICK, Mode.BACKWARD],

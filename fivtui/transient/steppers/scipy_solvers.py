@@ -84,7 +84,8 @@ class ScipyStepper:
         def state_jacobian(_t: float, z: NDArray[np.float64]) -> NDArray[np.float64]:
             return np.array(jacobian(p, float(z[2]), mode))
 
-        # With a friction law of speed, the solver approximates the Jacobian.
+        # `jacobian` has the friction of steady sliding. On a belt of finite speed, where friction
+        # may depend on ẋ, the solver approximates the Jacobian; DOP853 is explicit and needs none.
         needs_no_jacobian = self._solver_class is DOP853 or p.v_belt is not None
         options = {} if needs_no_jacobian else {"jac": state_jacobian}
         return self._solver_class(
@@ -124,7 +125,8 @@ class ScipyStepper:
             end = start + (end - start) * root
             final = self._next_state(transition, _state_of(dense(end)))
             x, y = self._polynomials(dense(start + (end - start) * self._nodes))
-            # If several modes may follow, the state decides.
+            # The state decides if several modes may follow, and at y = 0, which the slider may only
+            # touch: then it keeps its mode.
             if len(transition.next_modes) == 1 and transition.guard not in _HEIGHT_GUARDS:
                 self._mode = transition.next_modes[0]
             else:
@@ -160,7 +162,8 @@ class ScipyStepper:
         coefficients = (self._to_coefficients @ np.array(values)).tolist()
         coefficients[0] = values[0]
         if coefficients[0] <= 0.0:
-            # At the start of its mode a guard is zero and rises; remove rounding errors.
+            # The mode began at a zero of this guard, which rises from there: without this, rounding
+            # errors would end the mode at once.
             coefficients[0], coefficients[1] = 0.0, max(coefficients[1], 0.0)
         root = first_root(coefficients)
         return 1.0 if root is None and guard_value(self._p, final, guard) <= 0.0 else root

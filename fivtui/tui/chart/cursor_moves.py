@@ -2,7 +2,9 @@
 
 The active cursor is the one that keys move. Usually it stands at a sample of x. In a plane, where y
 is no function of x, it stands at a point; along a curve it stands at a value, such as a time. Axis
-positions run from 0 to 1 over the visible part of an axis.
+positions run from 0 to 1 over the visible part of an axis. A cursor without position is off. Keys
+and clicks move pinned cursors; a cursor that is not pinned follows the pointer. A map is a chart
+with a backdrop: values over the plane, drawn as shades.
 """
 
 from typing import Final
@@ -32,6 +34,7 @@ def switch_cursor(chart: Chart, view: View, *, second: bool) -> None:
     cursors = view.cursors
     position = cursors.second if second else cursors.first
     if cursors.pinned and position is not None and cursors.second_is_active is second:
+        # Remove the active cursor; the other cursor, if it is on, becomes active.
         cursors.move(None)
         cursors.second_is_active = cursors.second is not None
         cursors.pinned = cursors.active_position is not None
@@ -69,6 +72,7 @@ def cursor_position(chart: Chart, view: View) -> Position | None:
         points = points_at(chart, view, position)
         if chart.curve_label and not points:
             return None
+        # The cursor stands at the point of the topmost trace, which is the last one.
         position = crosshair(chart, position, points[-1:])
     x, y = view.axes(chart)
     return float(x.positions([position[0]])[0]), float(y.positions([position[1]])[0])

@@ -40,14 +40,16 @@ from .raster import DOTS_X, Raster
 MARGIN: Final = 8
 _COLUMNS_PER_TICK: Final = 8
 _ROWS_PER_TICK: Final = 2
-# Minimum rows of the plot below a long legend, and below a heading that shows values at cursors.
-_MIN_ROWS: Final = 7
-_MIN_ROWS_BELOW_VALUES: Final = 2
+# Rows of the plot for which lines of a heading are omitted: more for a legend, fewer for texts that
+# are needed, such as values at cursors.
+_MIN_ROWS_BELOW_LEGEND: Final = 7
+_MIN_ROWS_BELOW_NEEDED: Final = 2
 # Where traces share cells, each is drawn in stripes of this many columns.
 _STRIPE_WIDTH: Final = 2
-# A cell with this many braille dots or more is dense; a lower trace keeps the dots `_SPARSE` of it.
+# A cell with this many Braille dots or more is dense. Of a dense cell of a lower trace, only the
+# dots in this mask are drawn.
 _DENSE_DOTS: Final = 5
-_SPARSE: Final = 0b10010101
+_SPARSE_MASK: Final = 0b10010101
 _BLANK: Final = ord(" ")
 _VERTICAL: Final = ord("│")
 _HORIZONTAL: Final = ord("─")
@@ -90,9 +92,11 @@ def draw(chart: Chart, view: View, width: int, height: int, *, reserved: int = 0
     cursors = (view.cursors.first, view.cursors.second)
     cursor_points = [points_at(chart, view, position) for position in cursors]
     lines, needed_lines = _wrap_spans(*heading_spans(chart, view, *cursor_points), width, reserved)
-    # A long heading loses its last lines, to keep a few rows for the plot.
-    most_needed = min(needed_lines, height - bottom_rows - _MIN_ROWS_BELOW_VALUES)
-    del lines[max(most_needed, height - bottom_rows - _MIN_ROWS, 1) :]
+    # A long heading loses its last lines, to leave a few rows for the plot.
+    free_rows = height - bottom_rows
+    needed_rows = min(needed_lines, free_rows - _MIN_ROWS_BELOW_NEEDED)
+    heading_rows = max(needed_rows, free_rows - _MIN_ROWS_BELOW_LEGEND, 1)
+    del lines[heading_rows:]
     top_row = len(lines)
     columns, rows = max(width - MARGIN, 1), max(height - top_row - bottom_rows, 1)
     canvas = _Canvas(columns, rows, x_axis, y_axis)
@@ -206,14 +210,17 @@ class _Canvas:
         styles = [self._style_id(trace_style(trace, index)) for index, trace in reversed(lines)]
         has_dots = dots > 0
         counts = has_dots.sum(axis=0)
-        # A stripe shows one of the traces that have dots in the cell: that of rank `shown_rank`.
+        # Rank of a trace among those with dots in a cell; 0 for the topmost. Successive stripes
+        # show traces of ranks 0, 1, … in turn.
+        ranks = np.cumsum(has_dots, axis=0) - 1
         stripes = np.arange(self._columns)[None, :] // _STRIPE_WIDTH
         shown_rank = stripes % np.maximum(counts, 1)
-        is_shown = has_dots & (np.cumsum(has_dots, axis=0) - 1 == shown_rank)
+        is_shown = has_dots & (ranks == shown_rank)
         is_dense = np.bitwise_count(dots) >= _DENSE_DOTS
         # Fewer dots distinguish the stripes of lower traces without colour.
         is_thinned = is_shown[1:] & is_dense[1:] & (shown_rank > 0)
-        thinned_dots = np.where(is_thinned, dots[1:] & _SPARSE, 0).sum(axis=0)
+        thinned_dots = np.where(is_thinned, dots[1:] & _SPARSE_MASK, 0).sum(axis=0)
+        # Other cells have the dots of all traces, in the style of the one shown.
         all_dots = np.bitwise_or.reduce(dots, axis=0)
         cell_dots = np.where(thinned_dots > 0, thinned_dots, all_dots)
         is_drawn = counts > 0
@@ -237,7 +244,8 @@ class _Canvas:
         elif trace.ordered:
             raster.draw_lines(x, y)
         else:
-            # Lines join the last samples only.
+            # Unordered traces are not reduced to what the plot resolves. To limit the time, lines
+            # join the last samples only.
             dot_count = max(x.size - MAX_JOINED_SAMPLES, 0)
             raster.draw_dots(x[:dot_count], y[:dot_count])
             raster.draw_lines(x[dot_count:], y[dot_count:])

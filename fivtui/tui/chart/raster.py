@@ -41,7 +41,8 @@ class Raster:
         counts = np.ceil(lengths).astype(int) + 1
         # For every dot, the index of its line, its index in the line, and its fraction along it.
         line = np.repeat(np.arange(counts.size), counts)
-        index = np.arange(line.size) - np.repeat(np.cumsum(counts) - counts, counts)
+        first_dots = np.cumsum(counts) - counts
+        index = np.arange(line.size) - first_dots[line]
         fraction = index / np.maximum(counts - 1, 1)[line]
         self._set_dots(_interpolate(columns, line, fraction), _interpolate(rows, line, fraction))
 

@@ -38,7 +38,8 @@ _RIGHT_BUTTON: Final = 3
 class ChartView(DrawnChart, can_focus=True):
     """A chart with zoom, pan, cursors, typed limits and logarithmic axes, by key and mouse.
 
-    In an `openable` chart, a point can be opened: its parameters are run.
+    The points of an `openable` chart, such as that of growth rates over a parameter, stand for
+    parameter sets. Opening a point runs its parameters.
 
     The package textual-plot would take over 50 ms per plot, without log axes, cursors or shades.
     """
@@ -121,7 +122,7 @@ class ChartView(DrawnChart, can_focus=True):
             self._handle_new_limits()
 
     def action_step(self, right: int, up: int) -> None:
-        """Move the cursor if it is fixed, else pan."""
+        """Move the active cursor if it is pinned (does not follow the pointer), else pan."""
         picture = self._current_picture()
         if self._chart is None or picture is None:
             return
@@ -197,7 +198,7 @@ class ChartView(DrawnChart, can_focus=True):
     # The mouse
 
     def on_mouse_move(self, event: MouseMove) -> None:
-        """Pan while dragging, else let a cursor that is not fixed follow the pointer."""
+        """Pan while dragging, else let a cursor that is not pinned follow the pointer."""
         picture = self._current_picture()
         if picture is None or self._chart is None:
             return
@@ -206,6 +207,7 @@ class ChartView(DrawnChart, can_focus=True):
             right, down = event.x - self._drag_position[0], event.y - self._drag_position[1]
             if right or down:
                 self._drag_position, self._was_dragged = (event.x, event.y), True
+                # Without chosen limits (None) the y axis fits the data and does not pan.
                 y_fits_data = not self._chart.is_plane and self.view.y is None
                 up = 0.0 if y_fits_data else down / area.rows
                 self.view.pan(self._chart, -right / area.columns, up)
@@ -259,6 +261,7 @@ class ChartView(DrawnChart, can_focus=True):
         if picture is None or self._was_dragged:
             return
         if event.y < picture.plot_area.top_row:
+            # Clickable labels at the end of the heading: columns and action.
             for first, stop, action in self._controls:
                 if event.y == 0 and first <= event.x < stop:
                     await self.run_action(action)
@@ -273,7 +276,7 @@ class ChartView(DrawnChart, can_focus=True):
         cursors = self.view.cursors
         second = event.button == _RIGHT_BUTTON
         if second and not cursors.pinned:
-            # Discard the position of the first cursor: it followed the pointer to the click.
+            # The first cursor followed the pointer to the click: place it at its initial position.
             cursors.first = None
             self.action_cursor(0)
         cursors.pinned, cursors.second_is_active = True, second
@@ -289,6 +292,7 @@ def _legend_index(spans: Sequence[Span], column: int) -> int | None:
     for text, style in spans:
         end += len(text)
         if column < end:
+            # The style of an entry is that of a trace, a name or a colour, or that of hidden ones.
             is_entry = style == "hidden" or style.startswith(("trace-", "#"))
             return int(text[1]) - 1 if is_entry and text[1:2].isdigit() else None
     return None
