@@ -42,11 +42,11 @@ from fivtui.transient.result import Transient
 
 from .support import own_slider
 from .support.reading import (
+    drawn_line,
+    drawn_lines,
     handles_by_text,
     labels,
     legend_entries,
-    line_like,
-    lines_like,
     points,
     spans,
     transient_figure,
@@ -54,7 +54,8 @@ from .support.reading import (
 )
 
 FloatArray = NDArray[np.float64]
-# A title is broken into lines without a comma; `without_mathtext` replaces the break by a space.
+# The parameters are in two lines, without a comma between the lines; `without_mathtext` turns the
+# line break into a space.
 BASE_TITLE = (
     "m = 5 kg, k_1 = 100 N/m, k_2 = 50 N/m, k_3 = 60 N/m, c_1 = 0.32 N s/m "
     "c_2 = 0.32 N s/m, F = 80 N, k_nl = 100 N/m^3, μ = 0.7"
@@ -91,7 +92,7 @@ def test_panels_of_a_transient_agree_with_their_labels(runs: list[Transient]) ->
     for case, name in ((True, "separation considered"), (False, "separation ignored")):
         t, motion = own_slider.motion(3.0, separation=case)
         for axes, column in zip(overviews, motion.T, strict=True):
-            x, y = points(line_like(axes, legend[name]))
+            x, y = points(drawn_line(axes, legend[name]))
             is_compared = x <= 3.0
             assert is_compared.sum() == 301
             scale = np.abs(column).max()
@@ -150,7 +151,7 @@ def test_runs_that_differ_in_several_parameters_are_named_in_the_legend() -> Non
     legend = legend_entries(figure)
     for force in forces:
         name = f"separation considered, F = {force:g} N, k_nl = {2.0 * force:g} N/m^3"
-        line = line_like(figure.axes[0], legend[name])
+        line = drawn_line(figure.axes[0], legend[name])
         # Runs start from rest under the preload, before friction acts.
         _, y, _ = own_slider.equilibrium(F=force, k_nl=2.0 * force, mu=0.0)
         assert points(line)[1][0] == pytest.approx(y, rel=1e-9)
@@ -177,8 +178,8 @@ def test_modes_over_mu_are_the_eigenvalues_in_hertz_and_one_over_seconds() -> No
     for index in (0, 40, 80, 160, 240):
         drawn = []
         for name in ("mode 1", "mode 2"):
-            mu, hertz = points(line_like(frequency, legend[name]))
-            growth_mu, rate = points(line_like(growth, legend[name]))
+            mu, hertz = points(drawn_line(frequency, legend[name]))
+            growth_mu, rate = points(drawn_line(growth, legend[name]))
             assert mu[index] == growth_mu[index] == pytest.approx(1.5 * index / 240)
             drawn.append(complex(rate[index], 2.0 * np.pi * hertz[index]))
         expected = own_slider.eigenvalues(mu=float(mu[index]))
@@ -198,7 +199,7 @@ def test_the_critical_and_the_present_friction_are_marked() -> None:
     for axes in figure.axes[:2]:
         assert axes.get_xlim() == (0.0, 2.0)
         for label, position in ((f"μ_c = {critical:.4g}", critical), ("μ = 1.1", 1.1)):
-            x, y = points(line_like(axes, legend[label]))
+            x, y = points(drawn_line(axes, legend[label]))
             assert x.tolist() == pytest.approx([position, position], abs=1e-9)
             assert y.tolist() == [0.0, 1.0]
     zero_lines = [
@@ -206,13 +207,13 @@ def test_the_critical_and_the_present_friction_are_marked() -> None:
     ]
     assert len(zero_lines) == 1
     plane = figure.axes[2]
-    x, y = points(line_like(plane, legend["at μ = 1.1"]))
+    x, y = points(drawn_line(plane, legend["at μ = 1.1"]))
     expected = own_slider.eigenvalues(F=100.0, k_nl=500.0, mu=1.1)
     # With the frequency as real part, both are sorted by frequency first.
     np.testing.assert_allclose(
         np.sort_complex(y + 1j * x), np.sort_complex(expected.imag + 1j * expected.real)
     )
-    path = points(line_like(plane, legend["eigenvalues, μ = 0 to 2"]))
+    path = points(drawn_line(plane, legend["eigenvalues, μ = 0 to 2"]))
     start = own_slider.eigenvalues(F=100.0, k_nl=500.0, mu=0.0)
     for value in start:
         assert np.abs(path[0] + 1j * path[1] - value).min() < 1e-6
@@ -333,18 +334,21 @@ def test_curves_of_a_sweep_are_the_outputs_and_cases_that_their_legend_names() -
     # Both amplitudes of y, with and without separation; the peak of |x| is not drawn.
     assert len(shown) == len(axes.lines) == 4
     for text, handle in shown.items():
-        output_index = 2 if text.startswith("peak of |y|") else 1
-        assert output_index == 2 or "half" in text
+        is_peak, is_half_range = text.startswith("peak of |y|"), "half" in text
+        assert is_peak != is_half_range
+        output_index = 2 if is_peak else 1
+        # The case is whether separation is considered.
         case = text.endswith("considered")
-        assert case or text.endswith("ignored")
+        assert case != text.endswith("ignored")
         line = next(
             candidate
-            for candidate in lines_like(axes, handle)
+            for candidate in drawn_lines(axes, handle)
             if candidate.get_linewidth() == handle.get_linewidth()
         )
         x, y = points(line)
         assert x.tolist() == [20.0, 50.0, 80.0]
         np.testing.assert_allclose(y, output_value(output_index, case, x))
+        # Lines with separation considered are dashed.
         assert line.is_dashed() == case
     assert labels(axes) == ("Preload F (N)", "Amplitude (m)")
     assert (axes.get_xscale(), axes.get_yscale()) == ("linear", "linear")
@@ -401,7 +405,7 @@ def test_points_of_a_sweep_without_grid_are_drawn_where_they_were_computed() -> 
 # Trade-offs
 
 
-# Figures draw smaller errors here, also zero.
+# Figures draw smaller errors, also zero, at this value: their axes are logarithmic.
 LEAST_DRAWN_ERROR = 1e-16
 
 
@@ -413,6 +417,7 @@ def invented_tradeoff() -> Tradeoff:
     def row(
         method: str, tol: float, cpu_s: float, errors: tuple[float, float, float, float]
     ) -> MeasuredSetting:
+        # The knob is the name of the option whose value is measured, tol or step.
         setting = Setting(method, kernel="", knob="tol", value=tol)
         return MeasuredSetting(setting, cpu_s, steps=7, error=deviation(*errors))
 
@@ -423,7 +428,8 @@ def invented_tradeoff() -> Tradeoff:
         row("rk4", 0.001, 3.0, (5e-8, 0.0, 7e-9, 8e-7)),
         MeasuredSetting(Setting("lost", "", "step", 1.0), 9.0, 7, error=None, failure="why"),
     ]
-    # Uncertainty of the reference: the figure has a band below it.
+    # Errors below the floor are within the uncertainty of the reference: the figure has a band
+    # there. It shows neither the reference itself nor the costs of a scene's features.
     floor = deviation(1e-13, 2e-14, 3e-14, 4e-12)
     return Tradeoff(PRESETS["base"], reference=None, floor=floor, rows=rows, features=[])
 
@@ -442,7 +448,7 @@ def test_errors_of_every_method_are_drawn_over_cpu_time() -> None:
         assert labels(axes) == ("CPU time of a run (s)", label or "Error of the switch times (s)")
         assert (axes.get_xscale(), axes.get_yscale()) == ("log", "log")
         for method, handle in legend.items():
-            x, y = points(line_like(axes, handle))
+            x, y = points(drawn_line(axes, handle))
             rows = [
                 (row.cpu_s, max(getattr(row.error, name), LEAST_DRAWN_ERROR))
                 for row in result.rows
@@ -514,11 +520,12 @@ def test_attractors_along_a_parameter_are_drawn_by_kind_and_direction() -> None:
     }
     assert set(legend) == {*expected, "coexistence"}
     for name, (marker, colour, positions) in expected.items():
-        line = line_like(axes, legend[name])
+        line = drawn_line(axes, legend[name])
         assert (line.get_marker(), line.get_color()) == (marker, colour)
         assert list(zip(*points(line), strict=True)) == positions
         assert line.get_linestyle() == "None"
-    # Half-way to the neighbouring values.
+    # Coexistence: up and down reach different attractors only at 20. The span ends half-way to the
+    # neighbouring values.
     assert spans(axes) == [(15.0, 30.0)]
     x, y = labels(axes)
     assert x == "Cubic contact stiffness k_nl (N/m^3)"
@@ -568,8 +575,8 @@ def test_starts_of_a_basin_have_the_colour_of_the_attractor_they_reach() -> None
     for position, patch in enumerate(legend.values()):
         assert to_hex(mesh.to_rgba(float(position))) == to_hex(patch.get_facecolor())  # type: ignore[arg-type]
         assert bool(patch.get_hatch()) == (position != 1)
-    # The hatching of a cycle covers exactly its starts. Outer starts lie on the edge of the map;
-    # all are moved slightly towards its centre.
+    # The hatching of a cycle covers exactly its starts. Outer starts lie on the edge of the map:
+    # test points that are slightly nearer to its centre.
     filled = [
         collection
         for collection in axes.collections
@@ -577,11 +584,11 @@ def test_starts_of_a_basin_have_the_colour_of_the_attractor_they_reach() -> None
     ]
     grid = np.stack(np.meshgrid(first, second, indexing="ij"), axis=-1)
     map_centre = np.array([first.mean(), second.mean()])
-    samples = map_centre + 0.99 * (grid.reshape(-1, 2) - map_centre)
+    tested_points = map_centre + 0.99 * (grid.reshape(-1, 2) - map_centre)
     hatched = [patch.get_hatch() for patch in legend.values() if patch.get_hatch()]
     for contours, hatch, index in zip(filled, hatched, (0, 2), strict=True):
         assert list(contours.hatches) == [hatch]
-        inside = sum(path.contains_points(samples) for path in contours.get_paths()) > 0
+        inside = sum(path.contains_points(tested_points) for path in contours.get_paths()) > 0
         np.testing.assert_array_equal(inside, reached.ravel() == index)
     assert to_hex(legend["equilibrium"].get_facecolor()) == "#ffffff"
     assert without_mathtext(axes.get_title()).endswith("x_0 = 0.1 m, vy_0 = 0.4 m/s")

@@ -17,8 +17,8 @@ def times_text(count: int) -> str:
     return {0: "never", 1: "once", 2: "twice"}.get(count, f"{count} times")
 
 
-class SingleValueOption(click.Option):
-    """An option that must not be empty, nor given twice unless it takes several values.
+class CheckedOption(click.Option):
+    """An option that must not be empty, nor given twice unless it is `multiple`.
 
     `group` is its heading in the help of a command with many options; by default the heading of
     options that define the study.
@@ -120,4 +120,4 @@ def parameter_hint(args: Sequence[str]) -> str | None:
     return None
 
 
-option: Final[Callable[..., Callable[..., Any]]] = partial(click.option, cls=SingleValueOption)
+option: Final[Callable[..., Callable[..., Any]]] = partial(click.option, cls=CheckedOption)

@@ -42,7 +42,7 @@ class ProgressBar:
     Examples
     --------
     >>> from fivtui import ProgressBar, sweep
-    >>> table = sweep(vary={"F": [20.0, 80.0]}, t_end=20.0, progress=ProgressBar("two preloads"))
+    >>> table = sweep(vary={"F": [20.0, 80.0]}, t_end=20.0, progress=ProgressBar("F = 20, 80 N"))
     """
 
     def __init__(self, label: str, *, remaining: bool = True) -> None:
@@ -172,6 +172,7 @@ def print_titled(title: str, *parts: RenderableType) -> None:
             console.print(Text(title, style="italic", overflow="fold"))
         for part in parts:
             console.print(part)
+    # rich pads lines with blanks to the width of a table or of the console: programs get none.
     for line in captured.get().splitlines():
         sys.stdout.write(f"{line if width else line.rstrip()}\n")
 
@@ -208,6 +209,7 @@ def print_rows(
         for index, name in enumerate(header)
     ]
     tables: list[RenderableType] = []
+    # A block has columns that fit side by side, with their widths; the first are always the keys.
     for block in split_columns(columns, keys, terminal_width()):
         table = Table(box=None, pad_edge=False)
         for column, width in block:

@@ -1,5 +1,5 @@
-/* The exponential function by the same arithmetic as in `fivtui.model.field`, for a number (V) of
-   each run. A mask (M) has a truth value for each run: see vector.h. */
+/* The exponential function of one number per run, by the arithmetic of `fivtui.model.field`. V is a
+   vector of the numbers of all runs, M a mask with a truth value for each: see vector.h. */
 
 #ifndef FIVTUI_EXPONENTIAL_H
 #define FIVTUI_EXPONENTIAL_H
@@ -11,6 +11,7 @@
 #define LN2_LOW 1.90821492927058770002e-10
 #define LOG2_E 1.44269504088896338700
 #define MAX_EXPONENT 700.0
+/* n!, for all files that include this one: the series below ends with 13!. */
 static const double FACTORIAL[] = {
     1.0, 1.0, 2.0, 6.0, 24.0, 120.0, 720.0, 5040.0, 40320.0, 362880.0, 3628800.0, 39916800.0,
     479001600.0, 6227020800.0, 87178291200.0, 1307674368000.0, 20922789888000.0,
@@ -30,16 +31,16 @@ INLINE V exponential(V exponent)
     /* exp(clamped) = 2^count exp(reduced) with |reduced| ≤ ln 2/2. */
     V reduced = vfma(count, splat(-LN2_LOW), vfma(count, splat(-LN2_HIGH), clamped));
     V square = reduced * reduced, fourth = square * square;
-    /* The exponential series up to degree 13. `term[n]` is the sum of the terms of degrees 2n and
-       2n + 1, divided by square^n. `low` has the terms up to degree 7, and `high` the others,
-       divided by square^4. */
+    /* The exponential series up to degree 13: the terms of degrees 2n and 2n + 1 are `term[n]`
+       square^n. `low` has the terms up to degree 7, and `high` the others, divided by square^4. */
     V term[7];
     UNROLL for (int n = 0; n < 7; n++)
         term[n] = vfma(reduced, splat(1.0 / FACTORIAL[2 * n + 1]), splat(1.0 / FACTORIAL[2 * n]));
     V low = vfma(vfma(term[3], square, term[2]), fourth, vfma(term[1], square, term[0]));
     V high = vfma(term[6], fourth, vfma(term[5], square, term[4]));
     V value = vfma(high, fourth * fourth, low);
-    /* A number's exponent begins at bit 52: adding 2^52 count to the bits of 1 makes 2^count. */
+    /* A number's exponent begins at bit 52. So 2^52 count, as an integer, added to the bits of 1
+       makes 2^count. */
     V power = number_from_bits(count * 0x1p52, BITS_OF_ONE);
     return choose(is_nonzero, value * power, splat(0.0));
 }

@@ -20,12 +20,13 @@
 /* Dimension of a plane that the orbit crosses. */
 #define PLANE (STATE - 1)
 #define MAX_NEWTON_ITERATIONS 8
-/* Rows and columns of the buffer into which `vary.c` writes switches between modes; a search does
-   not read it. CROSSING_HEAD is the number of columns before the derivatives of the state. */
+/* Rows and columns of the buffer into which `vary.c` writes separations and reattachments; a search
+   does not read it. CROSSING_HEAD is the number of columns before the derivatives of the state. */
 #define MAX_CROSSINGS 64
 #define CROSSING_COLUMNS (CROSSING_HEAD + STATE * MAX_SEEDS)
 #define EXTREMES 7
-/* Smaller coordinates of a start are set to zero, as by `Request` in `fivtui.transient`. */
+/* Smaller components of a start are set to zero, because their products would underflow: equal to
+   START_THRESHOLD of `fivtui.transient`. */
 #define MIN_START 1e-150
 /* Relative residuals: Newton's method stops below the first, and fails above the second. */
 #define EXACT_RESIDUAL 2e-13
@@ -35,8 +36,8 @@ enum { NOT_FOUND, FOUND };
 
 /* Inputs of a search. `scales` are the units of the unknowns. `varied_count` parameters vary
    between `low` and `high`; `columns` are their indices in `parameters`. Periods are at most
-   `max_period`, s. A run has the tolerance `tol`, Taylor series of this `order`, and at most
-   `budget` steps. */
+   `max_period`, s. `separation` is 0 if the slider cannot leave the belt. A run has the tolerance
+   `tol`, Taylor series of this `order`, and at most `budget` steps. */
 typedef struct {
     double parameters[PARAMETERS], scales[MAX_UNKNOWNS], low[MAX_VARIED], high[MAX_VARIED];
     double tol, max_period;
@@ -145,6 +146,7 @@ static int compute_period(void *memory, const OrbitRequest *request, const doubl
     LIBRARY_NAME(vary_begin)(memory, parameters, request->separation, start, seeds[0], seed_count,
                              t_end, request->tol, request->order);
     int64_t remaining = request->budget, status = RUNNING;
+    /* `vary_advance` also returns when `crossings` is full: call it again to continue. */
     while (status == RUNNING && remaining > 0) {
         status = LIBRARY_NAME(vary_advance)(memory, crossings, MAX_CROSSINGS, remaining, result,
                                             period->derivatives, extremes);
@@ -155,8 +157,8 @@ static int compute_period(void *memory, const OrbitRequest *request, const doubl
     memcpy(period->final, result + R_X, sizeof period->final);
     period->rate[S_X] = result[R_VX], period->rate[S_VX] = result[R_AX];
     period->rate[S_Y] = result[R_VY], period->rate[S_VY] = result[R_AY];
-    /* In the order of the struct `Extremes` in motion.h, which is not that of the columns. The last
-       two are the extremes of y in the second half of the run. */
+    /* Columns of `result`, in the order of `FoundOrbit.extremes` in `fivtui.kernel.orbits`. The
+       last two are the extremes of y in the second half of the run. */
     static const int COLUMNS[EXTREMES] = {R_X_MIN, R_X_MAX, R_Y_MIN, R_Y_MAX, R_VX_MAX,
                                           R_SECOND_HALF_MIN, R_SECOND_HALF_MAX};
     for (int i = 0; i < EXTREMES; i++)
@@ -222,8 +224,8 @@ static int complete_orbit(const OrbitRequest *request, const Period *period, con
     const double speed = vector_length(orbit->flow_direction, STATE);
     for (int i = 0; i < STATE; i++)
         flow_normal[i] = orbit->flow_direction[i] /= speed;
-    /* The product of each row and the tangent is 0, except that of the heading, the last row, which
-       is 1. The flow may replace the first of `normals`. */
+    /* Rows: the equations of closure, `normals` without the last one, and the heading. The flow may
+       replace the first normal. The product with the tangent is 1 for the heading, 0 for others. */
     for (int n = 0; n < request->varied_count; n++)
         memcpy(system[STATE + n], n == 0 && is_normal_to_flow ? flow_normal : normals + n * count,
                count * sizeof *normals);
@@ -245,17 +247,18 @@ static int complete_orbit(const OrbitRequest *request, const Period *period, con
     return is_finite_number(length);
 }
 
-/* Bytes of both structs. */
+/* Bytes of the structs `OrbitRequest` and `Orbit`. */
 EXPORT int64_t LIBRARY_NAME(orbit_request_size)(void) { return sizeof(OrbitRequest); }
-EXPORT int64_t LIBRARY_NAME(orbit_found_size)(void) { return sizeof(Orbit); }
+EXPORT int64_t LIBRARY_NAME(orbit_size)(void) { return sizeof(Orbit); }
 
 /* Find the periodic orbit near a guess of the unknowns.
 
-   The search runs in the planes through the guess that have these normals: one more than varied
-   parameters, each with an element per unknown. The tangent of the curve of orbits has a positive
-   component in the direction `heading`. It is normal to the flow if `is_normal_to_flow`, else to
-   the first of `normals`. `memory` is a buffer of `vary_size` bytes that a run with derivatives
-   overwrites. Returns FOUND or NOT_FOUND. */
+   There are as many equations as unknowns: STATE equations close the orbit, the others keep it in
+   planes through the guess. `normals` are those of the planes, varied_count + 1 rows of an element
+   per unknown. The tangent of the curve of orbits has a positive component in the direction
+   `heading`. The tangent is normal to the flow if `is_normal_to_flow`, else to the first of
+   `normals`; it is also normal to the further ones, except the last. `memory` is a buffer of
+   `vary_size` bytes that a run with derivatives overwrites. Returns FOUND or NOT_FOUND. */
 EXPORT int64_t LIBRARY_NAME(orbit_solve)(void *memory, const OrbitRequest *request,
                                          const double *guess, const double *normals,
                                          const double *heading, int64_t is_normal_to_flow,

@@ -56,8 +56,10 @@ class FoundOrbit(NamedTuple):
 
     `tangent` is that of the curve of orbits, `flow_direction` the unit vector of (ẋ, ẍ, ẏ, ÿ) at
     the start. `extremes` are least and greatest x, least and greatest y, greatest ẋ, and least and
-    greatest y in the second half of the period. `determinant` is that of an n×n matrix: the four
-    linearised equations of a closed orbit, n − 5 of the normals of `OrbitSearch.solve`, and the
+    greatest y in the second half of the period.
+
+    `determinant` is that of an n×n matrix for n unknowns. Its rows are the four linearised
+    equations of a closed orbit, the normals of `OrbitSearch.solve` without the last one, and the
     tangent. If the tangent is normal to the flow, the flow replaces the first normal.
     """
 
@@ -81,16 +83,16 @@ class VariedParameter(NamedTuple):
 class OrbitSearch:
     """A search for periodic orbits of a parameter set of which one or two parameters vary.
 
-    `function` is `orbit_solve` of orbit.c, and `size` the floats of its work memory. `scales` are
-    the units of state, period and varied parameters, `max_period` is in s. Periods are computed in
-    Taylor steps of an `order`, with the local tolerance `tol`, in at most `budget` steps.
-    `separation` is whether the slider can leave the belt.
+    `function` is `orbit_solve` of orbit.c, which needs a work memory of `memory_size` floats.
+    `scales` are the units of state, period and varied parameters, `max_period` is in s. Periods are
+    computed in Taylor steps of an `order`, with the local tolerance `tol`, in at most `budget`
+    steps. `separation` is whether the slider can leave the belt.
     """
 
     def __init__(
         self,
         function: Any,
-        size: int,
+        memory_size: int,
         *,
         parameters: Sequence[float],
         varied: Sequence[VariedParameter],
@@ -101,7 +103,7 @@ class OrbitSearch:
         max_period: float,
         budget: int,
     ) -> None:
-        self._function, self._memory = function, np.empty(size)
+        self._function, self._memory = function, np.empty(memory_size)
         count = len(varied)
         self._request = _Request(
             tuple(parameters),
@@ -131,7 +133,8 @@ class OrbitSearch:
         excludes it: to the flow if `is_normal_to_flow`, else to the first row of `normals`.
         """
         orbit = np.empty(_ORBIT_SIZE)
-        # One array for the three inputs: each `ctypes.data` takes longer than an addition.
+        # One array for the three inputs: it takes longer to read an address from `ctypes.data` than
+        # to compute it by an addition.
         arguments = np.concatenate([guess, normals.ravel(), heading])
         guess_address = arguments.ctypes.data
         normals_address = guess_address + guess.nbytes

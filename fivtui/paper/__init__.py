@@ -1,6 +1,6 @@
 """The paper's figures and claims, computed from the model.
 
-`families` lists the scenes of every figure, `results` computes them once, `export` writes the
+`panels` lists the scenes of every figure, `results` computes them once, `export` writes the
 figures, and `claims` compares the paper's statements with the model.
 """
 
@@ -14,8 +14,8 @@ if TYPE_CHECKING:
     from .claims.report import claims_markdown
     from .data import FigureData, FloatArray
     from .export import DEFAULT_FORMATS, figure_numbers, figures, save_figures
-    from .families import PANELS, SEPARATION, Panel
     from .kinds import ComputedPanel
+    from .panels import PANELS, SEPARATION, Panel
     from .results import PaperResults
     from .tables import critical_mu, modes
 else:

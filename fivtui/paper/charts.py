@@ -23,7 +23,7 @@ from fivtui.model import PARAMETERS
 from fivtui.transient import TIME_LABEL, column_label, transient_sheet
 
 from .data import FigureData, FloatArray
-from .families import SEPARATION, Kind, Panel, figure_panels
+from .panels import SEPARATION, Kind, Panel, figure_panels
 from .results import PaperResults
 
 if TYPE_CHECKING:

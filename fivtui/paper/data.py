@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from fivtui.io import write_table
 from fivtui.model import COLUMNS, PARAMETERS, Column, ComputationError
 
-from .families import SEPARATION
+from .panels import SEPARATION
 
 FloatArray = NDArray[np.float64]
 

@@ -1,4 +1,8 @@
-"""The paper's figures as files: pictures, with their data as CSV."""
+"""The paper's figures as files: pictures, with their data as CSV.
+
+A figure has panels, each with a data file. The points of a panel are computed from scenes:
+parameter sets with the settings of their runs.
+"""
 
 import re
 from collections.abc import Sequence
@@ -12,7 +16,7 @@ from fivtui.model import InputError, OnProgress, Progress, check_known, check_na
 
 from .charts import draw
 from .data import save_data
-from .families import FIRST_FIGURE, LAST_FIGURE, figure_panels
+from .panels import FIRST_FIGURE, LAST_FIGURE, figure_panels
 from .results import PaperResults
 
 NUMBERS: Final = tuple(range(FIRST_FIGURE, LAST_FIGURE + 1))
@@ -111,7 +115,7 @@ def figures(
     ['fig-02.png']
     """
     chosen = figure_numbers([str(number) for number in numbers])
-    # The folder's path passes `force` on to the paths of the files in it.
+    # With `force` the path has a type that permits replacing files; paths in the folder inherit it.
     return save_figures(
         chosen, output_path(folder, force=force), formats=formats, progress=progress
     )
@@ -151,11 +155,12 @@ def save_figures(
         work.stage(0.0, share).callback,
     )
     for panel in panels:
-        # `source` keeps the table, and `report` may cancel.
+        # `source` keeps the table. `report` lets the caller cancel; the progress stays the same.
         source.table(panel.key)
         work.report(share)
     for count, files in enumerate(all_files, start=1):
         figure = draw(files.number, source)
+        # All files of a figure appear at once, or none if one cannot be written.
         with publish_together():
             for path in files.pictures:
                 save_figure(figure, path)

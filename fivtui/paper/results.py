@@ -16,7 +16,7 @@ from fivtui.transient import Transient
 
 from .amplitudes import Amplitude, compute_amplitudes
 from .data import FigureData
-from .families import PANELS, Panel
+from .panels import PANELS, Panel
 from .tables import COLUMNS, amplitude_columns, motion_columns, panel_data
 
 # Number of samples of the trajectory of a run.

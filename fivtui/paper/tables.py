@@ -20,7 +20,7 @@ from fivtui.transient import Transient, finite_trajectory
 
 from .amplitudes import Amplitude
 from .data import FigureData
-from .families import SEPARATION, Kind, Panel
+from .panels import SEPARATION, Kind, Panel
 
 Columns = Mapping[str, ArrayLike]
 

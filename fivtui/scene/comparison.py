@@ -1,6 +1,7 @@
 """A scene run natively and as an FMU, in both cases of the paper that the README cites.
 
-Case 1 considers separation of slider and belt, Case 2 ignores it.
+A scene is a parameter set with the settings of its run. Case 1 considers separation of slider and
+belt, Case 2 ignores it.
 """
 
 import dataclasses
@@ -88,7 +89,7 @@ def compare(
     case_1, case_2 = (dataclasses.replace(scene, separation=flag) for flag in (True, False))
     considered = _case_runs(case_1, fmu, work.stage(0.0, 0.5))
     ignored = _case_runs(case_2, fmu, work.stage(0.5, 1.0))
-    # A sheet is a picture of several charts. The last run, Case 1, is drawn over Case 2.
+    # A sheet is a picture of several charts, here of both runs: the last, Case 1, covers Case 2.
     sheet = transient_sheet([ignored.native, considered.native])
     save_figure(sheet_figure(sheet), figure)
     return Comparison(considered, ignored, build_s, fmu, figure)

@@ -13,10 +13,11 @@ from fivtui.transient import check_file_number
 # Tables over time, with the names of their parameters.
 OverTime = tuple[tuple[str, TimeTable], ...]
 
-# Default name of the column of time (s).
+# Default name of the column of time (s), and the key by which a scene file gives another name.
 TIME: Final = "time"
+_TIME_KEY: Final = "time"
 _MAX_ROWS: Final = 20_000
-_FILE_KEYS: Final = ("file", TIME, *TIME_DEPENDENT)
+_FILE_KEYS: Final = ("file", _TIME_KEY, *TIME_DEPENDENT)
 _COLUMN_KEYS: Final = ("column", "scale", "offset")
 _ALLOWED_FORM: Final = "a table such as {F = [[0, 10], [4, 60]]}, or with file = a CSV file"
 
@@ -47,7 +48,7 @@ def parse_over_time(key: str, value: object, folder: Path | None = None) -> Over
         raise InputError(f"{key}.file = {value['file']!r}: must be the name of a file in quotes")
     path = (folder or Path()) / value["file"]
     columns = {name: _read_column(name, value[name]) for name in TIME_DEPENDENT if name in value}
-    return read_over_time(path, time=str(value.get(TIME, TIME)), columns=columns)
+    return read_over_time(path, time=str(value.get(_TIME_KEY, TIME)), columns=columns)
 
 
 def read_over_time(
@@ -104,6 +105,7 @@ def _read_column(name: str, value: object) -> ScaledColumn:
         )
     for key in value:
         check_known(f"key of {name}", str(key), _COLUMN_KEYS)
+    # Raises `InputError` if a value of the scene file is no number.
     scale, offset = (
         check_file_number(f"{name}.{key}", value.get(key, default))
         for key, default in (("scale", 1.0), ("offset", 0.0))

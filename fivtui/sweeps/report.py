@@ -1,6 +1,7 @@
 """Console output of a sweep: rows on stdout, progress on stderr.
 
-A member is one computed parameter set, a row of the sweep. Rows can be computed in two cases, with
+A member is one computed parameter set, a row of the sweep. The design of a study gives the varied
+values of its members, on an axis for each varied quantity. Rows can be computed in two cases, with
 separation of slider and belt considered (True) and ignored (False).
 """
 
@@ -110,8 +111,8 @@ def _is_printed(result: Sweep, index: int, name: str) -> bool:
 
 
 def _fast_belt_text(result: Sweep, *, separation: bool) -> str:
-    # The belt speed from which on the belt is always faster than the slider, with one output there;
-    # empty if there is no such speed. Without v_belt the model assumes such a fast belt.
+    # Says from which v_belt on the belt is always faster than the slider, and an output's value
+    # there; empty without such a speed. Without v_belt the model assumes that the belt is so fast.
     row = result.fast_belt(separation)
     printed_outputs = [name for name in _PRINTED_OUTPUTS if name in result.study.outputs]
     if row is None or not printed_outputs:
@@ -131,5 +132,7 @@ def _cell(value: Any, column: SweepColumn) -> str:
     if isinstance(value, bool):
         return "yes" if value else "no"
     if isinstance(value, float):
-        return number(value, _ERROR_DIGITS if column in ERROR_COLUMNS.values() else _DIGITS)
+        # ERROR_COLUMNS maps quantities to the columns of their errors.
+        is_error = column in ERROR_COLUMNS.values()
+        return number(value, _ERROR_DIGITS if is_error else _DIGITS)
     return str(value)

@@ -51,16 +51,16 @@ from .study import (
 Indices = NDArray[np.int64]
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
-# Start states of a block of members, shape (n, 4).
+# Start states of a block of members, shape (n, 4), or static: at rest at the equilibrium for μ = 0.
 BlockStart = Literal["static"] | Floats
 
 # Outputs of transients. Those on intervals of stick, without slip on the belt, need single runs.
 _RUN_COLUMNS: Final = (*TRANSIENT_COLUMNS, *STICK_COLUMNS)
 # Outputs for which a batch must record the extremes of x and ẋ beside those of y.
 _X_OUTPUTS: Final = ("x_abs", "vx_max")
-# Attribute of `Transient` with the extremes of P; batches do not have it.
+# Attribute of `Transient` with the extremes of the contact force P; batches do not have it.
 _FORCE: Final = "contact_force"
-# Number of intervals of a run, in one of which the divergence of two runs is located.
+# Intervals into which a run is divided, to say in which of them two runs diverge.
 _INTERVAL_COUNT: Final = 8
 # Number of members between two calls of `progress`.
 _CHUNK_MEMBERS: Final = 8192
@@ -152,12 +152,13 @@ def compute_rows(study: Study, first: int, stop: int, progress: OnProgress | Non
     A row does not depend on other rows or on earlier calls.
     """
     members = np.arange(first, stop, dtype=np.int64)
-    # The cases of a point are consecutive members.
-    points, case_indices = np.divmod(members, len(study.cases))
+    # A member is a point of the design, its varied values, in one case. The cases of a point are
+    # consecutive members.
+    point_indices, case_indices = np.divmod(members, len(study.cases))
     error_names = [ERROR_COLUMNS[quantity].name for quantity in dict(study.accuracy)]
     block = _MemberBlock(
         study,
-        varied=study.design.columns(points),
+        varied=study.design.columns(point_indices),
         separation=np.array(study.cases)[case_indices],
         results={name: np.full(members.size, np.nan) for name in (*study.outputs, *error_names)},
         reasons=[""] * members.size,
@@ -208,6 +209,7 @@ class _MemberBlock:
     def _simulate(self, indices: Indices, start: BlockStart, progress: OnProgress | None) -> None:
         # Simulate members one by one, for features that batches do not have.
         study = self.study
+        # A `path` is a dotted attribute of `Transient`, such as peak.y_abs.
         readers = {column.name: attrgetter(column.path) for column in self._requested}
         for position, index in enumerate(indices.tolist()):
 
@@ -238,8 +240,8 @@ class _MemberBlock:
         targets, first_fraction = dict(self.study.accuracy), 0.0
 
         def report(fraction: float) -> bool:
-            # The number of runs is not known. The first one is half of the progress, and each
-            # further one the other half.
+            # The number of runs is not known. The first one is the first half of the progress, and
+            # each further one is its second half again.
             return progress(first_fraction + 0.5 * fraction)
 
         tol = first_tol(targets)
@@ -255,9 +257,10 @@ class _MemberBlock:
             is_computed[batch.failed] = False
             is_accurate = np.all([errors[name] <= targets[name] for name in targets], axis=0)
             is_diverged = is_computed & _is_diverged(coarse, fine, self._time_scales(indices))
-            is_missed = is_computed & ~is_diverged & ~is_accurate
+            # Failed members are neither inaccurate nor diverged: there are no finer runs of them.
+            is_inaccurate = is_computed & ~is_diverged & ~is_accurate
             if is_finest:
-                for row in np.flatnonzero(is_missed).tolist():
+                for row in np.flatnonzero(is_inaccurate).tolist():
                     member_errors = {name: float(error[row]) for name, error in errors.items()}
                     self.reasons[indices[row]] = _missed_target_reason(member_errors, targets)
                 self._explain_divergence(indices[is_diverged], start, (previous_tol, tol), report)
@@ -266,8 +269,9 @@ class _MemberBlock:
             self._store(indices, batch)
             if is_finest:
                 return
-            is_open = is_missed | is_diverged
-            indices, coarse = indices[is_open], {name: fine[name][is_open] for name in fine}
+            needs_finer_run = is_inaccurate | is_diverged
+            indices = indices[needs_finer_run]
+            coarse = {name: values[needs_finer_run] for name, values in fine.items()}
 
     def _time_scales(self, indices: Indices) -> Floats:
         # √(m/stiffness) of members, s, as `time_scale`.
@@ -325,11 +329,12 @@ class _MemberBlock:
     def _requirements(self) -> set[Requirement]:
         # The results that a batch must compute for the requested outputs and the error targets.
         accuracy = dict(self.study.accuracy)
-        # The extremes of y alone take less time.
+        # "peak" has the extremes of x, ẋ and y, "amplitude" those of y alone, which take less time.
         extremes = "peak" if any(name in self.study.outputs for name in _X_OUTPUTS) else "amplitude"
-        attributes = {column.path.partition(".")[0] for column in self._requested}
-        # Forces follow from the extremes of y: see `_store_forces`.
-        required = {extremes if name in ("peak", _FORCE) else name for name in attributes}
+        # A path such as peak.y_abs begins with the requirement. Forces have none: they follow from
+        # the extremes of y, see `_store_forces`.
+        requirements = {column.path.partition(".")[0] for column in self._requested}
+        required = {extremes if name in ("peak", _FORCE) else name for name in requirements}
         if accuracy:
             # `_is_diverged` needs these to compare two runs.
             required |= {"final", "events", extremes}
@@ -435,7 +440,8 @@ class _MemberBlock:
 
 
 def _observe(batch: Batch) -> dict[str, Floats]:
-    # Quantities by which two runs of each member are compared; members are the first axis.
+    # Quantities by which two runs of each member are compared; members are the first axis. As in
+    # the error targets, "peak" is the greatest |y|.
     columns = batch.to_columns()
     return {
         "final": batch.final,

@@ -69,7 +69,8 @@ class BeltStepper(TaylorStepper):
         self._row_time = self._course.next_row_time(t)
         self._mode = mode_of(p, state, separation=system.separation, rates=self._rates)
         if tables:
-            # Even if μ = μ_s now, where the law is constant: a table of μ may fall below μ_s later.
+            # A table of μ may begin at μ_s and fall later. `speed_law` cannot be used: it is None
+            # where μ = μ_s, because friction is constant there.
             self._by_law = p.v_s is not None and p.mu_s is not None
         else:
             self._by_law = p.speed_law is not None
@@ -112,6 +113,7 @@ class BeltStepper(TaylorStepper):
         speed = MODES[self._mode].friction_sign * ((self._p.v_belt or 0.0) - x[1])
         exponent = max(speed / v_s, 0.0)
         convergent_change = _MAX_CHANGE + _GROWTH * exponent
+        # After this change v/v_s is _NEGLIGIBLE.
         negligible_change = exponent - _NEGLIGIBLE
         allowed = max(convergent_change, negligible_change) * v_s
         # v also changes with the speed of the belt.
@@ -153,7 +155,7 @@ class BeltStepper(TaylorStepper):
             motion = motion_function(self._terms, mode)
             x, y = motion(self._p, self._rates, state, self._degree - 1)
         else:
-            x, y = self._coefficient_functions[mode](*state, *self._constants[mode])
+            x, y = self._coefficient_functions[mode](*state, *self._fields[mode])
         if state[2] == 0.0 and self._separation:
             y = self._balance_forces(y)
         if state[1] == self._p.v_belt and MODES[mode].slips:
@@ -161,31 +163,38 @@ class BeltStepper(TaylorStepper):
         return x, y
 
     def _balance_forces(self, y: tuple[float, ...]) -> tuple[float, ...]:
-        balanced = super()._balance_forces(y)
-        if self._rates is CONSTANT or lifting_force(self._p, self._state[0]) != 0.0:
-            return balanced
+        # If the coupling spring balances the load at y = 0, the base class leaves both out of the
+        # coefficients of t² and t³: their sum is a rounding error.
+        y = super()._balance_forces(y)
+        is_balanced = lifting_force(self._p, self._state[0]) == 0.0
+        # The rates CONSTANT are zero.
+        if self._rates is CONSTANT or not is_balanced:
+            return y
         # A load that changes at a constant rate Ḟ adds −Ḟ/m to the third derivative of y. Its
         # Taylor coefficient is a sixth of it.
-        return (*balanced[:3], balanced[3] - self._rates.F / (6.0 * self._p.m), *balanced[4:])
+        return (*y[:3], y[3] - self._rates.F / (6.0 * self._p.m), *y[4:])
 
     def _set_belt_acceleration(self, x: tuple[float, ...], *, forward: bool) -> tuple[float, ...]:
-        # Where friction balances the other forces, or the slider would pass the belt, use the
-        # belt's acceleration: else a rounding error makes the slider stick again at once.
+        # At the belt's speed, where friction balances the other forces or the slider would become
+        # faster (`forward`) or slower than the belt, use the belt's acceleration: else a rounding
+        # error makes the slider stick again at once.
         guard = Guard.HELD_FORWARD if forward else Guard.HELD_BACKWARD
         p, (position, _, y, _) = self._p, self._state
-        grip = p.mu_static * abs(spring_force(p, y))
-        size = holding_force_size(p, position, y, self._rates) + grip
-        margin = guard_value(p, self._state, guard, self._rates)
+        # Limit of static friction, and its excess over the force that would hold the slider, N.
+        max_friction = p.mu_static * abs(spring_force(p, y))
+        excess = guard_value(p, self._state, guard, self._rates)
+        # Sum of the absolute terms of the excess, N, to which its rounding error is relative.
+        size = holding_force_size(p, position, y, self._rates) + max_friction
         # Friction is continuous at v_r = 0.
         is_continuous = p.mu_static == p.mu or p.speed_law is not None
-        balanced = is_continuous and abs(margin) <= BALANCE_TOL * size
+        is_balanced = is_continuous and abs(excess) <= BALANCE_TOL * size
         half_belt_acceleration = 0.5 * self._rates.v_belt
         passes_belt = x[2] > half_belt_acceleration if forward else x[2] < half_belt_acceleration
-        return (x[0], x[1], half_belt_acceleration, *x[3:]) if balanced or passes_belt else x
+        return (x[0], x[1], half_belt_acceleration, *x[3:]) if is_balanced or passes_belt else x
 
     def _check_progress(self, mode: Mode, start: float, duration: float, *, cut: bool) -> None:
-        # `cut` says whether a guard ended the step: the base class counts only such short steps as
-        # stalled.
+        # `cut` says whether a guard ended the step. The base class counts a short step as stalled
+        # only if it is cut; a friction law also shortens steps without a guard.
         if self._by_law and MODES[mode].slips and duration < UNRESOLVED * start:
             self._count_stalled(start, short=True)
         else:
@@ -206,8 +215,8 @@ class BeltStepper(TaylorStepper):
             else:
                 c = guard_function(self._terms, guard)(self._p, self._rates, *motion)
                 if c[0] <= 0.0:
-                    # Guards of the current mode are positive, or zero and rising at its start: what
-                    # differs is rounding.
+                    # A guard of the current mode is positive, or zero and rising where the mode
+                    # begins. It is negative or falling only by rounding: set these to zero.
                     c[0], c[1] = 0.0, max(c[1], 0.0)
                 end_state = (final[0], final[1] / duration, final[2], final[3] / duration)
                 value = self._guard_at_end(end_state, guard, duration)
@@ -235,9 +244,10 @@ def _max_speed_change(x: Sequence[float], duration: float) -> float:
 
 def _first_root_of_guard(c: Sequence[float], final: float) -> float | None:
     # First root of a guard over a step, of which θ in [0, 1] is the fraction. A function differs
-    # from its chord by at most max|second derivative|/8. If both ends are higher, there is no root.
-    # A guard that starts at zero is tested as guard/θ: its end is the same, its coefficients move
-    # down by a degree, and so the bound is even smaller.
+    # from its chord by at most max|second derivative|/8. If its values at both ends exceed this
+    # distance, it has no root.
+    # Of a guard that starts at zero, guard/θ is tested: it starts at c[1] and has the same end. The
+    # distance is a bound for it, too: its coefficients are the same at lower degrees.
     start_value = c[0] if c[0] != 0.0 else c[1]
     chord_distance = sum(abs(coefficient) * n * (n - 1) for n, coefficient in enumerate(c)) / 8.0
     if min(start_value, final) > chord_distance:

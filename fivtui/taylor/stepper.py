@@ -164,7 +164,7 @@ class TaylorStepper:
         self._tol = tol
         self._degree = (order or order_for(tol, by_law=follows_law(p))) + 1
         modes = ALWAYS_SLIDING if p.v_belt is None else tuple(Mode)
-        self._constants = {mode: field(p, mode) for mode in modes}
+        self._fields = {mode: field(p, mode) for mode in modes}
         self._coefficient_functions = {
             mode: coefficient_function(right_hand_side(p, mode), self._degree - 1) for mode in modes
         }
@@ -217,7 +217,7 @@ class TaylorStepper:
 
     def _expand(self, mode: Mode) -> Coefficients:
         # The coefficients of x and y in m/sⁿ.
-        x, y = self._coefficient_functions[mode](*self._state, *self._constants[mode])
+        x, y = self._coefficient_functions[mode](*self._state, *self._fields[mode])
         return x, self._balance_forces(y) if self._state[2] == 0.0 and self._separation else y
 
     def _find_first_end(
@@ -244,7 +244,7 @@ class TaylorStepper:
         x, vx, _, vy = self._state
         if lifting_force(self._p, x) != 0.0:
             return y
-        coefficients = self._constants[self._mode]
+        coefficients = self._fields[self._mode]
         half = 0.5 * coefficients.yvy * vy
         sixth = (coefficients.yx * vx + coefficients.yy * vy + 2.0 * coefficients.yvy * half) / 6.0
         return (*y[:2], half, sixth, *y[4:])

@@ -1,4 +1,9 @@
-"""Model descriptions, FMI's XML files: completing that of pythonfmu, and parts for native FMUs."""
+"""Model descriptions, the XML files that FMI requires of an FMU.
+
+For a Python FMU pythonfmu writes the description, and `complete_xml` completes it. Native FMUs
+have descriptions of this project: `native.py` and `description_3.py` compose them from functions
+here.
+"""
 
 import hashlib
 import math
@@ -20,8 +25,8 @@ GENERATION: Final = {
     "variableNamingConvention": "structured",
 }
 AUTHOR: Final = {"author": "The fivtui developers", "license": "MIT"}
-# Units of which other units are products, with their exponents of the SI base units kg, m and s.
-# FMI has an attribute for each base unit, in this order.
+# The factors of units such as N s/m, with their exponents of the SI base units kg, m and s. FMI has
+# an attribute for each base unit, in this order.
 _BASE_EXPONENTS: Final = {
     "kg": {"kg": 1},
     "m": {"m": 1},
@@ -137,16 +142,17 @@ def common_attributes(variable: Variable, reference: int) -> dict[str, str]:
 
 
 def new_description(
-    identity: Mapping[str, str],
+    root_attributes: Mapping[str, str],
     interfaces: Mapping[str, Mapping[str, str]],
     table: VariableTable,
     types: Sequence[ET.Element],
     categories: Mapping[str, str],
 ) -> ET.Element:
     """A model description without variables; `categories` are log categories, described by name."""
-    root = ET.Element("fmiModelDescription", dict(identity))
+    root = ET.Element("fmiModelDescription", dict(root_attributes))
     for interface, capabilities in interfaces.items():
-        ET.SubElement(root, interface, dict(capabilities), modelIdentifier=identity["modelName"])
+        identifier = root_attributes["modelName"]
+        ET.SubElement(root, interface, dict(capabilities), modelIdentifier=identifier)
     root.append(unit_definitions(table))
     root.extend(types)
     log = ET.SubElement(root, "LogCategories")
@@ -177,6 +183,7 @@ def value_attributes(variable: Variable, derivative_of: str) -> dict[str, str]:
     """
     attributes: dict[str, str] = {}
     if variable.unit:
+        # By default tools display values in the SI unit, without a conversion.
         attributes |= {"unit": variable.unit, "displayUnit": variable.unit}
     for name, bound in (("min", variable.lower), ("max", variable.upper)):
         if math.isfinite(bound):

@@ -91,7 +91,7 @@ def native_description_3(component: Component, categories: Mapping[str, str]) ->
     `categories` are log categories with their descriptions.
     """
     table, indicators = component.table, INDICATORS[component.model]
-    identity = {
+    root_attributes = {
         "fmiVersion": "3.0",
         "modelName": component.model,
         "instantiationToken": model_guid(component.model),
@@ -102,7 +102,7 @@ def native_description_3(component: Component, categories: Mapping[str, str]) ->
     types = type_definitions(
         table, lambda group, name: ET.SubElement(group, "EnumerationType", name=name)
     )
-    root = new_description(identity, _INTERFACES, table, types, categories)
+    root = new_description(root_attributes, _INTERFACES, table, types, categories)
     variables = ET.SubElement(root, "ModelVariables")
     for reference, variable in enumerate(table.variables):
         ET.SubElement(variables, _TAGS[variable.type], _attributes(variable, reference, table))

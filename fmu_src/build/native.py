@@ -137,7 +137,7 @@ def native_description(component: Component, *, with_sources: bool = False) -> b
     """
     table = component.table
     states = {v.derivative_of for v in table.variables if v.derivative_of}
-    identity = {
+    root_attributes = {
         "fmiVersion": "2.0",
         "modelName": component.model,
         "guid": model_guid(component.model),
@@ -147,7 +147,7 @@ def native_description(component: Component, *, with_sources: bool = False) -> b
         **AUTHOR,
     }
     types = type_definitions(table, add_type)
-    root = new_description(identity, _INTERFACES, table, types, _LOG_CATEGORIES)
+    root = new_description(root_attributes, _INTERFACES, table, types, _LOG_CATEGORIES)
     if with_sources:
         for element in root[: len(_INTERFACES)]:
             files = ET.SubElement(element, "SourceFiles")

@@ -9,8 +9,9 @@
 
 #include "component.h"
 #ifdef __ELF__
-/* FMI functions must call each other, not functions of that name in a host or FMU. The headers give
-   them default visibility by an attribute; the macro replaces its argument. */
+/* The headers of FMI declare its functions with the attribute visibility("default"). This macro
+   makes that visibility("protected"), so that FMI functions call each other, and not functions of
+   these names in the host or another FMU. */
 #define visibility(kind) visibility("protected")
 #endif
 #include "fmi2Functions.h"
@@ -46,14 +47,15 @@ typedef struct {
     /* Whether the motion has begun, with the parameters and inputs in `values`; whether the outputs
        in `values` are those at `t`. */
     int has_motion, has_outputs;
-    /* Whether an input has a slope; whether the inputs are those at the end of the last
-       communication step: none has been set since. */
+    /* Whether an input has a slope. Whether no input was set since the last communication step:
+       then mode and acceleration of the belt are those at its end. */
     int has_slopes, has_inputs_of_step;
     /* Whether the last step ended at a switch (`component.h`) and the importer has not yet entered
        event mode there: until then mode and counts stay those before the switch. */
     int switch_pending;
-    /* Times, s; `t` is the current one. Up to `fast_until` the motion is computed already: steps
-       that end before it only advance `t`. It is −INFINITY where the next step must check more. */
+    /* Times, s; `t` is the current one. The motion is computed up to `fast_until`, so that a
+       communication step that ends before it only advances `t`. It is −INFINITY where the next step
+       must check more. */
     double start_time, stop_time, tolerance, t, fast_until;
     /* Values of all variables; slopes of inputs over the next communication step. */
     double values[MAX_VARIABLES], slopes[MAX_VARIABLES];
@@ -131,7 +133,7 @@ typedef struct {
 /* Append "; use A, B or C" to the reason, from the remedies that apply; returns the reason. */
 const char *advise(Instance *i, const Remedy *remedies, int count);
 
-/* The reason why a communication step with too many steps of the motion stopped at t. */
+/* The reason why a communication step stopped at t: the motion needed too many steps of its own. */
 const char *step_limit_reason(Instance *i, double t);
 
 /* A number as the shortest text that reads back as the number, like Python's `repr`. */

@@ -1,8 +1,10 @@
 /* The motion in Taylor steps, with the kernel's functions, for one instruction set.
 
-   `m` is the motion, whose flags and counts are doubles as in saved states. `w` has the kernel's
-   variables in it: `w->side` is −1 in contact and 1 off the belt, `w->t` is a rounded time and
-   `w->remainder` the exact time less it. `groups` counts groups of GROUP_SIZE coefficients of a
+   `m` is the motion, whose flags and counts are doubles as in saved states; `m->cubic` is whether
+   the contact spring has a cubic term. `w` has the kernel's variables in it: `w->side` is −1 in
+   contact and 1 off the belt, `w->t` is a rounded time and `w->remainder` the exact time less it.
+   Ramps are inputs that change linearly with time; functions of the kernel with `driven` in their
+   names compute steps under ramps. `groups` counts groups of GROUP_SIZE coefficients of a
    polynomial. INFINITE as an argument means no limit. */
 
 #include "stepping.h"
@@ -39,7 +41,7 @@ INLINE void expand_sliding(Motion *m, int order)
     Block *w = &m->w;
     if (has_ramps(m)) {
         const Course course = input_course(m);
-        /* On such a belt only `w->side` is kept from step to step. */
+        /* Between steps only `w->side` is up to date on such a belt: the mode follows from it. */
         m->belt.mode = motion_mode(m);
         set_course_parameters(&m->belt, w, &course, elapsed_time(&course, w->t, w->remainder));
         expand_driven(&m->belt, w->xs, w->ys, order);
@@ -80,8 +82,9 @@ NOINLINE int compute_motion_step(Motion *m)
         evaluate_end_y(w, groups);
         if (may_reach_zero_height(w) && cut_at_zero_height(w, groups))
             cut = CUT_AT_ZERO_HEIGHT;
-        /* Without a bound of x: only the zeros of y end steps here. */
-        evaluate_end_x(w, groups, 0);
+        /* x needs no bound: its extremes are not searched, and no guard of this belt reads it. */
+        const int bounded = 0;
+        evaluate_end_x(w, groups, bounded);
     }
     if (!is_finite_step(w))
         return OVERFLOW;
@@ -118,7 +121,7 @@ static StepFlags finish_belt_step(Motion *m, const StepEnd *step_end)
         return accept_belt_step(&m->belt, &m->w, step_end, cut, next_mode);
     const Course course = input_course(m);
     const double speed = end_speed(&course, step_end);
-    /* A course without a table, in whose rows the mode could change. */
+    /* Only at a row of a table the mode changes without a cut. This course has no table. */
     const int at_row = 0;
     return accept_driven_step(&m->belt, &m->w, step_end, cut, next_mode, speed, &course, at_row);
 }
@@ -136,6 +139,7 @@ static int finish_motion_step(Motion *m)
         count_switch(m, before, m->end);
         return flags.stalled ? STALLED : RUNNING;
     }
+    /* `accept_step` compares the preload at the end of the step with the force of the coupling. */
     w->preload = m->force.value + m->force.slope * (m->end - m->ramp_start);
     /* On this belt `cut` is NOT_CUT, 0, or CUT_AT_ZERO_HEIGHT, 1. */
     const int is_cut = (int)m->cut, is_finite = 1;
@@ -156,9 +160,9 @@ static void state_at(const Motion *m, double t, double *state)
     state[S_X] = x.value, state[S_VX] = x.slope, state[S_Y] = y.value, state[S_VY] = y.slope;
 }
 
-/* The order of the polynomials, `order_for` in `fivtui.taylor.stepper`: order n is enough down to
-   the tolerance e^(−n/0.655); the numbers are e^(−8/0.655), e^(−12/0.655) and so on. Only a
-   friction law needs order 24. */
+/* The order of the polynomials, as `order_for` in `fivtui.taylor.stepper`. By measurement, order n
+   is the cheapest down to the tolerance e^(−n/0.655). The numbers are e^(−8/0.655), e^(−12/0.655)
+   and so on. Only a friction law needs order 24. */
 static double order_for(double tol, int has_friction_law)
 {
     return tol >= 4.961807550971286e-06                        ? 8.0
@@ -204,8 +208,8 @@ static void begin_motion(Motion *m, const double *p, int separation, int finite_
     m->ramp_start = m->last_belt_switch = t;
     m->force = (Ramp){p[P_F], 0.0}, m->friction = (Ramp){p[P_MU], 0.0};
     m->speed = (Ramp){finite_belt ? p[P_V_BELT] : 0.0, 0.0};
-    /* `start_step` begins `belt` only if its speed is finite; ramps of inputs always need its
-       constants, and `begin_belt` the scales of `w`. */
+    /* Ramps need the constants of `belt` on every belt, but `start_step` begins it only if its
+       speed is finite. `begin_belt` reads scales that `begin_problem` sets in `w`. */
     begin_problem(&m->w, ONLY_LANE, m->p, m->separation != 0.0, state);
     begin_belt(&m->belt, &m->w, ONLY_LANE, m->p, finite_belt);
     start_step(m, state, t);
@@ -234,7 +238,7 @@ static void change_inputs(Motion *m, double t, Ramp force, Ramp friction, Ramp s
     m->force = force, m->friction = friction, m->speed = speed, m->ramp_start = t;
     start_step(m, state, t);
     if (m->w.side != before.side && state[S_Y] != 0.0) {
-        /* Only rounding changed the side of y: the slider is at the switch. */
+        /* Inputs do not change y, so only rounding changed its side: the slider is at a switch. */
         state[S_Y] = 0.0;
         start_step(m, state, t);
     }
@@ -281,7 +285,7 @@ static int advance(Motion *m, double from, double *t, int *switched, Ramp force,
         if (status == RUNNING)
             status = compute_motion_step(m);
         if (status != RUNNING) {
-            /* Messages need the time and the size of the state. */
+            /* Messages need the time, and the greatest number of the state, m or m/s. */
             const double failed_at = m->w.t;
             *m = before;
             m->failed_at = failed_at, m->failed_size = 0.0;
@@ -289,6 +293,7 @@ static int advance(Motion *m, double from, double *t, int *switched, Ramp force,
                 m->failed_size = __builtin_fmax(m->failed_size, __builtin_fabs(state[n]));
             return status;
         }
+        /* The finished step ended at a switch; the step after it is computed already. */
         if (switched && switch_count(m) != switches) {
             *t = end, *switched = 1;
             break;

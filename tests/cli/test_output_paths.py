@@ -43,7 +43,7 @@ def find_command(names: tuple[str, ...]) -> click.Command:
 
 
 ALL_COMMANDS = list(list_commands(commands))
-# Arguments that each command needs besides its output paths.
+# The commands that write files, with the arguments that each needs besides its output paths.
 REQUIRED_ARGUMENTS: dict[tuple[str, ...], list[str]] = {
     ("stability",): [],
     ("attractors",): ["--vary=F=20:80:2"],
@@ -88,9 +88,9 @@ def test_every_command_declares_its_input_and_output_paths() -> None:
         for param in command.params:
             kinds = (InputFile, OutputFile, OutputFolder)
             assert not isinstance(param.type, click.Path) or isinstance(param.type, kinds)
-            has_scene_type = isinstance(param.type, SceneName)
-            assert has_scene_type if param.name == "scene" else not has_scene_type
-    assert {names for names in ALL_COMMANDS if output_flags(names)} == set(REQUIRED_ARGUMENTS)
+            assert isinstance(param.type, SceneName) == (param.name == "scene")
+    commands_with_outputs = {names for names in ALL_COMMANDS if output_flags(names)}
+    assert commands_with_outputs == set(REQUIRED_ARGUMENTS)
     folders = {
         n
         for n in ALL_COMMANDS
@@ -270,7 +270,7 @@ def test_a_comparison_does_not_overwrite_its_scene(
 
 
 @pytest.mark.parametrize("ignores_case", [True, False])
-def test_upper_case_names_another_file_in_a_case_sensitive_folder(
+def test_paths_that_differ_in_case_are_one_file_only_in_a_folder_that_ignores_case(
     ignores_case: bool, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     outputs = [("--out", tmp_path / "A.csv"), ("--events", tmp_path / "a.CSV")]

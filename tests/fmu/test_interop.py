@@ -24,7 +24,7 @@ from tests.support.fmu_hosts import HOSTS
 
 # Number and length (s) of the communication steps.
 STEPS, H = 500, 0.01
-# The Python packages of the hosts, whose names may also end in `_ssp`.
+# The Python package of each host. A host of HOSTS with the suffix `_ssp` reads `brake.ssp`.
 PACKAGES = {
     "libcosim": "libcosimpy",
     "ecos": "ecospy",
@@ -132,7 +132,9 @@ def test_fmpy_runs_the_archive_with_inputs_of_zero_in_the_first_step(folder: Pat
     # The stop time is between two steps: rounding does not change their number.
     run = simulate_ssp(str(folder / "brake.ssp"), stop_time=1.0 - 0.5 * H, step_size=H)
     fmus = (folder / "slider_belt.fmu", folder / "brake_actuator.fmu")
-    expected = run_coupled(*fmus, steps=run.size, h=H, first=(0.0, 0.0, 0.0))
+    # A row of y, P and F: the inputs P and F of the first step are zero.
+    zero_row = (0.0, 0.0, 0.0)
+    expected = run_coupled(*fmus, steps=run.size, h=H, first=zero_row)
     names = ("slider_belt.y", "slider_belt.P", "brake_actuator.F")
     columns = (run[name].tolist() for name in names)
     assert_same(list(zip(*columns, strict=True)), expected)

@@ -53,9 +53,10 @@ def assert_same(fmu_run: Transient, direct: Transient, rel: float = 1e-9) -> Non
 @pytest.mark.parametrize(
     ("step", "t_end"),
     [
-        # All runs end after the first switches, at 2.9 s and 3.3 s; with long steps, which are
-        # cheap, they are longer. The step None is the default.
+        # All runs include the first switches, at 2.9 s and 3.3 s. Runs with long steps may last
+        # 20 s, because such steps are cheap. The step None is the default.
         *((None, 5.0), (0.003, 5.0), (0.1, 5.0), (1.0, 20.0), (20.0, 20.0)),
+        # Runs of 100 s are computed only by `pytest -m whole`.
         *(pytest.param(step, 100.0, marks=pytest.mark.whole) for step in (None, 0.001, 0.01, 0.1)),
     ],
 )
@@ -102,7 +103,7 @@ def test_samples_are_the_outputs_at_the_requested_times(fmu: Path) -> None:
         actual, expected = getattr(fmu_run.trajectory, name), getattr(direct.trajectory, name)
         assert actual.dtype == expected.dtype
         assert actual == pytest.approx(expected, rel=1e-12, abs=1e-12)
-    # Samples have the bits of a run that ends at their time; a run cannot end at the first, 0.
+    # Samples have the bits of a run that ends at their time. At the first time, 0, no run can end.
     for t, y in zip(times[1:], fmu_run.trajectory.y[1:], strict=True):
         assert simulate_interpreted(t_end=t).final.y == y
     assert_same(fmu_run, direct)

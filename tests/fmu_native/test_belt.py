@@ -1,7 +1,7 @@
 """The native FMU on a belt of finite speed: model exchange, derivatives, ramps, and events.
 
-Results of `simulate`, which runs the kernel without an FMU, are named `direct`. The FMU is in the
-folder `folder`, and where fmpy runs it, in the file `fmu`.
+Results of `simulate`, which runs the kernel without an FMU, are named `direct`. `fmu` is the FMU as
+a file, which fmpy runs; `folder` has its extracted files.
 """
 
 import itertools
@@ -110,20 +110,22 @@ def test_event_indicators_are_those_of_the_events_that_end_the_mode(folder: Path
         assert set_states(instance, 0.0, 1.5, -0.5, 0.1) == (Mode.FORWARD, [-0.5, 0.5, 1.0, 1.0])
         assert set_states(instance, 0.0, 2.5, -0.5, 0.1) == (Mode.BACKWARD, [-0.5, -0.5, 1.0, 1.0])
         assert set_states(instance, 0.0, 2.5, 0.5, 0.1) == (Mode.SEPARATED, [0.5, 1.0, 1.0, 1.0])
-        stick_mode, indicators = set_states(instance, 0.0, 2.0, -0.5, 0.1)
+        vx, y = 2.0, -0.5
+        stick_mode, indicators = set_states(instance, 0.0, vx, y, 0.1)
         assert stick_mode == Mode.STICK
-        contact_force = ALL_MODES.k2 * 0.5 + ALL_MODES.k_nl * 0.5**3
+        contact_force = -ALL_MODES.k2 * y - ALL_MODES.k_nl * y**3
         limit = 0.8 * contact_force
-        # The force that holds the slider against the damper c1 and the spring k3.
-        f = ALL_MODES.c1 * 2.0 + 0.5 * ALL_MODES.k3 * 0.5
-        assert indicators == pytest.approx([-0.5, 1.0, limit - f, limit + f])
+        # The force that holds the slider at x = 0 against the damper c1 and the spring k3, which
+        # acts along x with half of its stiffness.
+        f = ALL_MODES.c1 * vx - 0.5 * ALL_MODES.k3 * y
+        assert indicators == pytest.approx([y, 1.0, limit - f, limit + f])
         # v_r is zero to rounding, but to hold the slider at these x takes f = 54.6 N and −49.4 N,
         # beyond the limits ±30 N: it slips.
         for x, mode in ((0.3, Mode.FORWARD), (-0.5, Mode.BACKWARD)):
             slip_mode, (height, v_r, *_) = set_states(instance, x, 2.0 + 1e-12, -0.5, 0.1)
             assert (slip_mode, height) == (mode, -0.5)
-            # The FMU sets v_r to zero; the indicator then has the sign of v_r in the new mode, so
-            # that the importer finds no event at its start.
+            # The FMU sets vx to v_belt. The indicator v_r is not zero, but the smallest number of
+            # the sign that v_r has in the new mode: the importer finds no event at its start.
             assert instance.get("vx") == [2.0]
             assert v_r == (1 if mode is Mode.FORWARD else -1) * np.finfo(float).tiny
 
@@ -180,6 +182,7 @@ def test_the_belt_speed_may_change_during_stick_only_in_event_mode(folder: Path)
     with model_exchange_instance(folder, **start_values(ALL_MODES, START)) as instance:
         fmi = instance.fmi
         assert set_states_for_mode(instance, 0.0, 2.0, -0.5, 0.1) == Mode.STICK
+        # Setting the present value is no change.
         instance.set(v_belt=2.0)
         with pytest.raises(FMICallException, match="discard"):
             instance.set(v_belt=2.1)
@@ -344,8 +347,8 @@ def test_a_ramp_of_the_belt_speed_adds_to_friction_until_a_new_input_is_set(fold
         state = (x, vx, y, vy)
         on_ramp = friction_force(held_parameters, state, Mode.STICK, Rates(v_belt=-0.5))
         assert friction == pytest.approx(on_ramp, rel=1e-12)
-        # New inputs belong to the next step, in which the belt has a constant speed. F does not
-        # change friction in stick.
+        # Once an input is set, friction is that of the next step, in which the belt has a constant
+        # speed. The input here is F, which does not change friction in stick.
         instance.slope(v_belt=0.0)
         instance.set(F=81.0)
         assert instance.get("friction_slider") == pytest.approx(

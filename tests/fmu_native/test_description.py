@@ -54,6 +54,7 @@ def test_the_fmu_reproduces_its_reference_run(fmu: Path, folder: Path) -> None:
         assert result[name] == pytest.approx(table[name], rel=1e-8, abs=1e-8)
 
 
+# `host`: the test depends on a program of this machine, nm.
 @pytest.mark.skipif(fmpy.platform != "linux64", reason="nm reads libraries of Linux")
 @pytest.mark.host
 def test_only_functions_of_fmi_are_exported(folder: Path) -> None:
@@ -119,7 +120,8 @@ def test_without_a_binary_the_reason_is_reported(
 def test_a_binary_of_other_sources_is_refused(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    # The binary contains this hash of its sources: 32 hexadecimal digits.
+    # The binary contains the result of `build_name`, a hash of its sources with 32 hexadecimal
+    # digits. Here that is replaced, as if the sources had changed.
     monkeypatch.setattr(native, "build_name", lambda: "0" * 32)
     with pytest.raises(InputError, match="compiled from other sources"):
         build_fmu(tmp_path / "m.fmu", flavour="native")

@@ -1,4 +1,7 @@
-"""The native FMU in processes without Python, and its C sources under invalid and random calls."""
+"""The native FMU in processes without Python, and its C sources under invalid and random calls.
+
+The tests need programs of this machine (`host`). Only `pytest -m whole` runs those marked `whole`.
+"""
 
 import os
 import shutil
@@ -182,7 +185,8 @@ def test_the_library_is_unloaded_with_its_instance(fmu: Path, tmp_path: Path) ->
         assert str(folder) not in maps.read_text()
 
 
-# Steps and instances over which memory may not grow, and rounds of each attack.
+# Steps and instances over which memory may not grow, and rounds of each attack: a function of
+# attack.c that passes damaged states or calls FMI functions at random.
 @pytest.mark.parametrize(
     ("steps", "instances", "rounds"),
     [(30_000, 300, 100), pytest.param(1_000_000, 10_000, 3000, marks=pytest.mark.whole)],

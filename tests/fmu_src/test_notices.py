@@ -14,8 +14,8 @@ from fivtui.fmu.run import run_fmu
 from fivtui.model.errors import ComputationError
 from tests.support.fmu_tools import simulate_interpreted
 
-# With k_nl < 0 a parameter is out of range. With F < 0 and without the coupling stiffness k3
-# nothing holds the slider: there is no equilibrium.
+# With k_nl < 0 a parameter is out of range. A preload F < 0 pulls the slider off the belt; without
+# the coupling stiffness k3 nothing holds it there, so there is no equilibrium.
 SCRIPT = """
 import json, sys
 import fmpy
@@ -83,6 +83,8 @@ def script_output(
 
 @pytest.mark.parametrize(
     ("run_index", "reason", "prefixes"),
+    # k_nl is refused when it is set, then by the initialization because of that refusal. Only the
+    # initialization finds that there is no equilibrium.
     [
         (0, "k_nl = -1: must be from 0", ["", "not initialized: ", "the step is refused: "]),
         (1, "no equilibrium: F = -1 N", ["", "the step is refused: "]),

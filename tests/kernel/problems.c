@@ -23,7 +23,7 @@ void fivtui_vary_begin_baseline(void *, const double *, int64_t, const double *,
 int64_t fivtui_vary_advance_baseline(void *, double *, int64_t, int64_t, double *, double *,
                                      double *);
 int64_t fivtui_orbit_request_size_baseline(void);
-int64_t fivtui_orbit_found_size_baseline(void);
+int64_t fivtui_orbit_size_baseline(void);
 int64_t fivtui_orbit_solve_baseline(void *, const void *, const double *, const double *,
                                     const double *, int64_t, void *);
 int64_t fivtui_batch_size_baseline(void);
@@ -183,7 +183,7 @@ static void solve_orbit(const Problem *p, const double *parameters, int64_t sepa
             normals[n * count + i] = seeds[(i + 3 * n) % (STATE + PARAMETERS)];
     }
     void *run = malloc((size_t)fivtui_vary_size_baseline());
-    void *orbit = malloc((size_t)fivtui_orbit_found_size_baseline());
+    void *orbit = malloc((size_t)fivtui_orbit_size_baseline());
     fivtui_orbit_solve_baseline(run, request, guess, normals, heading, p->cubic, orbit);
     free(request), free(guess), free(heading), free(normals), free(run), free(orbit);
 }

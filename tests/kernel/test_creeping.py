@@ -15,8 +15,8 @@ from tests.kernel.test_same_bits import random_members
 from tests.references import random_scenes
 from tests.transient.test_switch_starts import PAST_FAILURES, draw_cases
 
-# Steps between two checks, and the least mean step between them relative to √(m/stiffness) at the
-# deepest contact. The least measured mean step is twice as large.
+# After every WINDOW steps their mean is checked: it must be above MIN_MEAN_STEP √(m/stiffness),
+# with the stiffness at the deepest contact. The least measured mean step is twice as large.
 WINDOW, MIN_MEAN_STEP = 256, 0.25
 NEVER_REACHED = 1e12
 # Parameters, whether the slider can leave the belt (separation), and the start.
@@ -33,7 +33,7 @@ def random_motions(seed: int, count: int) -> Iterator[Motion]:
     # Starts that once failed, and random ones at or near y = 0 where the forces nearly balance.
     for p, state in [*PAST_FAILURES, *draw_cases(seed, count)]:
         yield p, True, state
-    # Every tenth of the stored random scenes, from another one for each seed.
+    # Every tenth of the stored random scenes, from the one whose index is the seed.
     for scene in random_scenes()[seed::10]:
         yield scene.parameters, scene.separation, scene.start
 
@@ -41,7 +41,7 @@ def random_motions(seed: int, count: int) -> Iterator[Motion]:
 def count_steps(kernel: Kernel, motion: Motion, order: int, step_limit: int) -> int:
     """Number of steps until the limit or an overflow; checks the mean step of each `WINDOW`."""
     p, separation, start = motion
-    # Tighter than the tolerances for which runs choose this order: 1e-9 for 12, 1e-15 for 20.
+    # 1e-9 at order 12, 1e-15 at order 20: tighter than any tolerance for which a run has the order.
     tol = 10.0 ** (-0.75 * order)
     run = kernel.begin_run(
         np.array(p.values()),
@@ -74,6 +74,7 @@ def test_steps_keep_to_the_time_scale_of_the_motion(order: int) -> None:
     assert total > 200_000
 
 
+# Only `pytest -m whole` runs so many steps.
 @pytest.mark.whole
 @pytest.mark.parametrize("order", [8, 12, 16, 20])
 def test_millions_of_steps_keep_to_the_time_scale_of_the_motion(order: int) -> None:

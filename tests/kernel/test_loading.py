@@ -1,4 +1,7 @@
-"""The compiled kernel is available from the first run on, or the program gives the reason."""
+"""The compiled kernel is available from the first run on, or the program gives the reason.
+
+In the context INTERPRETED the library seems to be missing.
+"""
 
 import math
 import os
@@ -126,7 +129,7 @@ def test_the_command_line_reports_once_why_runs_are_interpreted(
     assert capsys.readouterr().err.count(NO_COMPILER) == 1
 
 
-# So short a run does not move: its final state is the static start.
+# So short a run does not move: its final state is the static start, the equilibrium for μ = 0.
 NO_TIME = 1e-300
 
 
@@ -152,11 +155,12 @@ def read_table(table: str) -> np.ndarray:
 
 
 def test_the_tabulated_bounds_hold_and_are_tight() -> None:
-    # The search for roots replaces θⁿ by the cubic with its values and slopes at 0 and 1. The
-    # tables bound, from n = 2 on, the difference, its slope, the deviation of θⁿ's second
-    # derivative from its mean, and the difference divided by θ.
+    # The search for roots replaces θⁿ by the cubic with its values and slopes at 0 and 1. Tables
+    # begin at n = 2. CUBIC_BOUND bounds the difference, CUBIC_SLOPE_BOUND its slope; DIVIDED_BOUND
+    # times CUBIC_BOUND bounds the difference divided by θ.
     theta = np.linspace(0.0, 1.0, 20_001)[1:]
     cubic, slope = read_table("CUBIC_BOUND"), read_table("CUBIC_SLOPE_BOUND")
+    # The distance of the second derivative n (n − 1) θⁿ⁻² from its mean n is greatest at θ = 1.
     assert (read_table("CURVATURE_BOUND") == [n * (n - 2.0) for n in range(2, 26)]).all()
     divided_ratios = []
     for n in range(4, 26):
@@ -186,6 +190,7 @@ def test_the_bernstein_tables_hold_ratios_of_binomials(
         assert table[n].tolist() == [*expected, *[0.0] * (padded_size - rows)]
 
 
+# A slow test. With a library it needs a compiler of this machine; only `pytest -m whole` runs it.
 @pytest.mark.slow
 @pytest.mark.host
 @pytest.mark.parametrize("is_compiled", [pytest.param(True, marks=pytest.mark.whole), False])
@@ -214,8 +219,8 @@ def test_a_wheel_contains_the_library_or_the_reason_why_it_is_missing(
         assert (hatch_build.FMU_REASON in names) != is_compiled
         if not is_compiled:
             assert b"broken" in archive.read("fivtui/kernel/libfivtui.txt")
-    assert re.search(
-        r"-(py2\.)?py3-none-any" if not is_compiled else r"-py3-none-(?!any)", wheel.name
-    )
+    # The name ends with the platform: a library is for one platform, Python code alone for `any`.
+    tag = r"-py3-none-(?!any)" if is_compiled else r"-(py2\.)?py3-none-any"
+    assert re.search(tag, wheel.name)
     assert not list(source.rglob("libfivtui*"))
     assert not list(source.rglob("SliderBelt*"))

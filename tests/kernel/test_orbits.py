@@ -104,4 +104,4 @@ def test_searches_from_invalid_guesses_find_no_orbit(replaced_number: tuple[int,
 def test_structures_have_the_same_size_in_python_and_c() -> None:
     library = native._load_library()
     assert library.fivtui_orbit_request_size_baseline() == ctypes.sizeof(orbits._Request)
-    assert library.fivtui_orbit_found_size_baseline() == 8 * orbits._ORBIT_SIZE
+    assert library.fivtui_orbit_size_baseline() == 8 * orbits._ORBIT_SIZE

@@ -1,4 +1,6 @@
-"""Recordings as text in sections, without run-dependent parts, compared number by number.
+"""Recorded outputs of commands, files and calls, as text in sections.
+
+They are without run-dependent parts, and compared number by number.
 
 A section begins with a line ``$ title``; fresh output is compared with the recorded section.
 """
@@ -17,8 +19,8 @@ from fivtui import __version__
 
 RECORDED: Final = Path(__file__).parent / "recorded"
 RELATIVE_TOLERANCE: Final = 1e-9
-# Numbers that consist of rounding errors may also differ by this fraction of the line's largest
-# number, or be any numbers below an absolute tolerance.
+# Small numbers may consist of rounding errors. So two numbers are also equal if they differ by less
+# than LINE_TOLERANCE times the largest number in their lines, or both are below ABSOLUTE_TOLERANCE.
 LINE_TOLERANCE: Final = 1e-12
 ABSOLUTE_TOLERANCE: Final = 1e-10
 # A longer list is recorded as its length, a selection of items, and the sum of magnitudes.
@@ -43,12 +45,13 @@ _MASKS: Final = (
     # The progress of a sweep, in computed members.
     (r"(?m)^fivtui: \d+ of \d+ members .*\n", ""),
     (r"[^\s'\"]*/tests/net/inputs/", "<inputs>/"),
-    # Rows of a trade-off: mask the CPU time, and the marks of the errors for which a setting is
-    # best: F final state, P peak, H half peak-to-peak, E events.
+    # Rows of a trade-off: method and setting (group 1), CPU time, errors (group 2), and marks of
+    # the errors for which the setting is best: F final state, P peak, H half peak-to-peak, E
+    # events. Time and marks vary.
     (r"(?m)^(\S.*? (?:tol|step)=\S+) +\S+(.*? [+-]\d+)(?: +[FPHE]+)?$", r"\1 <time>\2"),
 )
-# Names whose values differ between runs or machines: CPU times, versions, and `transients`, a
-# digest of a machine's arithmetic.
+# Names whose values differ between runs or machines: CPU times, versions, and `transients`. In
+# stored sweeps the latter is a hash of test runs, which identifies the arithmetic of a machine.
 _VARYING: Final = re.compile(
     r"(^|_)(cpu|wall)_(s|ms)$|^cpu_time|^(fivtui|numpy|scipy|version|transients)$"
 )

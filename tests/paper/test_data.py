@@ -11,7 +11,7 @@ from fivtui.model.errors import Cancelled, ComputationError, InputError
 from fivtui.model.parameters import Parameters
 from fivtui.paper.amplitudes import compute_amplitudes
 from fivtui.paper.data import DATA_COLUMNS, FigureData, save_data
-from fivtui.paper.families import PANELS, figure_panels
+from fivtui.paper.panels import PANELS, figure_panels
 from fivtui.paper.results import PaperResults
 from fivtui.paper.tables import critical_mu
 from fivtui.scene.scene import Scene

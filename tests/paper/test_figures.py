@@ -17,7 +17,7 @@ from fivtui.model.errors import Cancelled, InputError
 from fivtui.paper.amplitudes import Amplitude
 from fivtui.paper.charts import draw as paper_figure
 from fivtui.paper.export import NUMBERS, figure_files, figure_numbers, save_figures
-from fivtui.paper.families import PANELS
+from fivtui.paper.panels import PANELS
 from fivtui.paper.results import PaperResults
 from fivtui.scene.scene import Scene
 from tests.support.reading import transient_figure

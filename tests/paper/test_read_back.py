@@ -18,16 +18,16 @@ from fivtui.paper import results as paper_results
 from fivtui.paper.amplitudes import Amplitude
 from fivtui.paper.charts import draw, figure_charts
 from fivtui.paper.data import DATA_COLUMNS, save_data
-from fivtui.paper.families import PANELS, figure_panels
+from fivtui.paper.panels import PANELS, figure_panels
 from fivtui.paper.results import PaperResults
 from fivtui.scene.scene import Scene
 from fivtui.tui.tabs.requests.paper import figure_rows, point_scene
 from tests.support import own_slider
 from tests.support.reading import (
+    drawn_line,
     handles_by_text,
     labels,
     legend_entries,
-    line_like,
     points,
     without_mathtext,
 )
@@ -150,7 +150,7 @@ def check_line(
 def named_lines(
     axes: Axes, handles: Mapping[str, Any]
 ) -> list[tuple[str, tuple[FloatArray, FloatArray]]]:
-    return [(name, points(line_like(axes, handle))) for name, handle in handles.items()]
+    return [(name, points(drawn_line(axes, handle))) for name, handle in handles.items()]
 
 
 def split_modes(line: Line2D) -> list[tuple[FloatArray, FloatArray]]:
@@ -199,7 +199,7 @@ def test_figs_3_to_5_have_both_modes_of_every_line_and_its_critical_friction(
     assert list(shown) == [*names, "μ_c"]
     for name, value in names.items():
         for axes, part in ((left_axes, "imag"), (right, "real")):
-            first, second = split_modes(line_like(axes, shown[name]))
+            first, second = split_modes(drawn_line(axes, shown[name]))
             check_line(key, first, value, lambda part=part, **p: getattr(modes(**p)[0], part))
             check_line(
                 key, second, value, lambda part=part, **p: getattr(modes(**p)[1], part), True
@@ -253,7 +253,7 @@ def test_figs_10_to_12_have_the_motions_of_the_papers_method(
     assert list(shown) == [*CASES, "off the belt"]
     for name, case in CASES.items():
         for axes, times in ((overview, (5.0, 25.0, 50.0)), (late, (99.0,))):
-            line = line_like(axes, shown[name])
+            line = drawn_line(axes, shown[name])
             x, drawn = points(line)
             assert x[-1] == 100.0
             for time in times:
@@ -289,7 +289,7 @@ def test_figs_13_to_16_have_both_amplitudes_of_both_cases(key: str, results: Pap
                 float(case),
                 lambda case=case, index=index, **p: amplitude(case, own_slider.BASE | p)[index],
             )
-            assert line_like(axes, shown[name]).is_dashed() == case
+            assert drawn_line(axes, shown[name]).is_dashed() == case
 
 
 PARAMETER_TEXTS: Final = {

@@ -19,6 +19,7 @@ from fivtui.reliability.statistics import rank_inputs
 
 @pytest.fixture(scope="module")
 def result() -> Uncertainty:
+    # The growth rate and the probability of `unstable` are always outputs, too.
     vary = {"mu": "uniform:0.2:0.8", "F": "uniform:79:81"}
     return uncertainty(vary=vary, samples=256, repeats=4, outputs=("critical_mu", "safe_mu"))
 
@@ -30,7 +31,8 @@ def bar_patches(axes: Axes) -> list[Rectangle]:
 def sum_of_bin_heights(axes: Axes) -> float:
     """Sum of the heights of all 40 bins of a histogram, of all regions.
 
-    The bins of a region are one filled outline, whose area is the sum of heights times bin width.
+    The bins of a region are one filled outline. The areas of all outlines, by the trapezoidal rule
+    along them, are the bin width times the sum of heights.
     """
     low, high = axes.dataLim.intervalx
     bin_width = (high - low) / 40.0
@@ -79,8 +81,9 @@ def test_histograms_indices_and_samples_agree_with_the_study(result: Uncertainty
         for line in axes.lines:
             if line.get_marker() == "D":
                 diamonds += np.asarray(line.get_xdata(), dtype=float).tolist()
-        # The index of each input if the output were linear, from its derivatives at the means of
-        # all inputs. Events, such as unstable, have no derivatives and no diamonds.
+        # Diamonds are the indices that the inputs would have if the output were linear, `share` in
+        # `result.local`: from the derivatives of the output at the means of all inputs. Events,
+        # such as unstable, have no derivatives and no diamonds.
         if output in result.local:
             assert diamonds == [result.local[output][name].share for name, _ in rows]
         else:

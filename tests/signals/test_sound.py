@@ -35,6 +35,7 @@ def test_the_sound_is_the_signal_with_its_time_compressed(tmp_path: Path) -> Non
     # The peak has 0.9 of the full scale of 16 bits; fades at the ends are outside the middle.
     expected = 0.9 * 32_767 * signal / amplitude
     assert np.abs(values[middle] - expected[middle]).max() < 1.0
+    # In m: the signal at the peak of the sound.
     assert audio.full_scale == pytest.approx(amplitude)
     # The sound begins and ends in silence.
     for value in (int(values[0]), int(values[-1])):
@@ -64,6 +65,7 @@ def test_rest_is_silence(tmp_path: Path) -> None:
         ({"signal": "t"}, "signal"),
         ({"factor": 0.0}, "must be above 0"),
         ({"factor": math.nan}, "must be above 0"),
+        # Sounds of 1000 s and 0.001 s.
         ({"factor": 0.1}, "must be 0.01 to 600 s"),
         ({"factor": 1e5}, "must be 0.01 to 600 s"),
         ({"window": (5.0, 101.0)}, "from 0 to 100 s"),

@@ -33,11 +33,12 @@ FloatArray = NDArray[np.float64]
 def equilibrium(**changes: float) -> tuple[float, float, float]:
     """x, y and P at rest, from the only real root of the cubic equation for y (Eq. 6).
 
-    At rest kx x = (k3/2) y + μ P. With this x, and P by y, the vertical equation contains y alone.
+    At rest kx x = k y + μ P with k = k3/2, so the vertical equation, P − F + k (x − y) = 0, becomes
+    (1 + k μ/kx) P = F + (k − k²/kx) y. With P by y it contains y alone.
     """
     p = BASE | changes
     kx, coupling, mu = p["k1"] + p["k3"] / 2, p["k3"] / 2, p["mu"]
-    # P acts along y and, through the friction that moves x, by the coupling as well.
+    # The factor of P.
     contact_factor = 1 + coupling * mu / kx
     # cubic y³ + linear y + F = 0.
     cubic = p["k_nl"] * contact_factor
@@ -109,10 +110,10 @@ def motion(
     count = math.ceil(t_end / step)
     for _ in range(count + 1):
         rows.append([*state.tolist(), force(float(state[2]))])
-        k1 = state_rate(state)
-        k2 = state_rate(state + step / 2 * k1)
-        k3 = state_rate(state + step / 2 * k2)
-        k4 = state_rate(state + step * k3)
-        state = state + step / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
+        rate_1 = state_rate(state)
+        rate_2 = state_rate(state + step / 2 * rate_1)
+        rate_3 = state_rate(state + step / 2 * rate_2)
+        rate_4 = state_rate(state + step * rate_3)
+        state = state + step / 6 * (rate_1 + 2 * rate_2 + 2 * rate_3 + rate_4)
     times: FloatArray = np.linspace(0.0, step * count, count + 1)
     return times, np.array(rows)

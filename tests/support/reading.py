@@ -44,14 +44,14 @@ def legend_entries(figure: Figure) -> dict[str, Any]:
     return handles_by_text(legend)
 
 
-def lines_like(axes: Axes, entry: Line2D) -> list[Line2D]:
+def drawn_lines(axes: Axes, entry: Line2D) -> list[Line2D]:
     """Lines that look like a legend's entry."""
     return [line for line in axes.get_lines() if line_style(line) == line_style(entry)]
 
 
-def line_like(axes: Axes, entry: Line2D) -> Line2D:
+def drawn_line(axes: Axes, entry: Line2D) -> Line2D:
     """The only line that looks like a legend's entry."""
-    (line,) = lines_like(axes, entry)
+    (line,) = drawn_lines(axes, entry)
     return line
 
 

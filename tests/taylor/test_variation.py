@@ -1,4 +1,8 @@
-"""Derivatives of a motion by parameters and start: of its coefficients, and across a switch."""
+"""Derivatives of a motion by parameters and start: of its coefficients, and across a switch.
+
+`mode_coefficients` are those of the equations of motion in a mode. `derivative` reads derivatives
+off the imaginary parts of numbers.
+"""
 
 import dataclasses
 from typing import Any
@@ -36,7 +40,8 @@ def test_derivatives_of_the_coefficients_equal_their_differences(
 
 def test_saltation_is_exact_for_constant_rates_on_both_sides_of_a_switch() -> None:
     # The state z has constant rates before and after the plane n·z = 1 + q, where the guard
-    # n·z - 1 - q vanishes. Derivatives are those by q, of the start and of the guard at constant z.
+    # n·z - 1 - q vanishes. `start_change` and `guard_change` are the derivatives by q of the start
+    # and, at constant z, of the guard.
     rng = np.random.default_rng(1)
     start, normal, before, after = rng.normal(size=(4, 4))
     horizon, start_change, guard_change = 5.0, rng.normal(size=4), -1.0
@@ -60,4 +65,5 @@ def test_saltation_is_exact_for_constant_rates_on_both_sides_of_a_switch() -> No
 
 def test_a_deviation_is_unchanged_at_a_switch_at_which_no_rate_jumps() -> None:
     deviation = (1.0, -2.0, 3.0, 0.5)
-    assert apply_saltation(deviation, (0.0,) * 4, 3.0, 0.0) == deviation
+    unchanged = apply_saltation(deviation, jumps=(0.0,) * 4, guard_change=3.0, rate=0.0)
+    assert unchanged == deviation

@@ -31,7 +31,8 @@ def assert_runs_agree(
     speed = length * math.sqrt((p.k1 + p.k2 + p.k3) / p.m)
     scale = {"x": length, "y": length, "vx": speed, "vy": speed, "t": interpreted.t_end}
     # Rounding decides whether separations of a height of 1e-14 lengths occur. The duration of a
-    # separation is proportional to the square root of its height.
+    # separation is proportional to the square root of its height, here 1e-7. The time off the belt
+    # adds up the durations.
     separations = max(run.events.separations for run in (interpreted, compiled, tighter_run))
     grazing_time = 1e-7 * length / speed * separations if length > 0.0 else 0.0
 
@@ -42,7 +43,7 @@ def assert_runs_agree(
         allowed = rtol * scale[unit] + 10.0 * abs(tighter_value - expected)
         allowed += grazing_time if unit == "t" else 0.0
         # Subnormal numbers lack relative accuracy. The kernel multiplies derivatives by 2⁻⁶⁴, lest
-        # they overflow, so that numbers up to 2⁶⁴ times larger become subnormal.
+        # they overflow: numbers below 2⁶⁴ times the least normal number become subnormal.
         allowed = max(allowed, sys.float_info.min * 2.0**64)
         assert value == pytest.approx(expected, rel=rtol, abs=allowed), name
 
@@ -78,8 +79,10 @@ def test_kernels_agree_to_rounding(
             p, t_end=10.0, start=start, separation=separation, tol=tol, kernel="interpreted"
         )
     except ComputationError as error:
-        # The kernels may fail at different times: compare only the beginning of the message.
-        with pytest.raises(ComputationError, match=error.why.split(" at ")[0][:20]):
+        # The kernels may fail at different times and states: compare only the beginning of the
+        # message, up to the time. 20 characters distinguish the reasons.
+        beginning = error.why.split(" at ")[0][:20]
+        with pytest.raises(ComputationError, match=beginning):
             simulate(p, t_end=10.0, start=start, separation=separation, tol=tol, kernel="compiled")
         return
     compiled = simulate(
@@ -109,12 +112,14 @@ def test_extremes_are_those_of_the_dense_output(p: Parameters, start: State, t_e
     samples = run.solution(np.linspace(0.0, t_end, 4001))
     second_half = run.solution(np.linspace(0.5 * t_end, t_end, 4001))
     peak, spacing = run.peak, t_end / 4000.0
-    # Samples miss an extremum by at most the acceleration times the square of the spacing. The
-    # acceleration is at most stiffness/m times `size`, increased by damping and friction (2 + μ).
-    # For ẋ the rate of the acceleration counts: the error is allowed to be 10 times as large.
+    # Samples miss an extremum by at most the acceleration times the square of the spacing. For ẋ
+    # the rate of the acceleration counts: the error is allowed to be 10 times as large.
     stiffness = p.k1 + p.k2 + p.k3 + 3.0 * p.k_nl * peak.y_min**2
+    # Above the peaks of x, y and ẋ in SI units, and never zero.
     size = peak.y_abs + peak.x_abs + peak.vx_max + 1.0
-    sampling_error = spacing**2 * stiffness / p.m * size * (2.0 + p.mu) + 1e-9
+    # Shares of springs and dampers, 2, and of friction, μ.
+    max_acceleration = stiffness / p.m * size * (2.0 + p.mu)
+    sampling_error = spacing**2 * max_acceleration + 1e-9
     x_abs, y_half_range = np.abs(samples.x).max(), np.ptp(second_half.y) / 2.0
     for lower_bound, extreme, upper_bound in (
         (samples.y.max(), peak.y_max, samples.y.max() + sampling_error),
@@ -132,7 +137,8 @@ def test_extremes_are_those_of_the_dense_output(p: Parameters, start: State, t_e
 
 
 def test_an_extremum_just_after_a_start_of_tiny_acceleration_is_found() -> None:
-    # At x = 0 the acceleration of x is proportional to y, which rises from -2⁻⁵² through zero.
+    # As long as x is negligible, the coupling spring k3 makes ẍ proportional to y. y rises from
+    # -2⁻⁵² m at 1 m/s: after 2⁻⁵² s ẍ changes its sign, and ẋ is least.
     p = Parameters(m=1.0, k1=20.0, k2=20.0, k3=1.0, c1=0.0, c2=0.0, F=5.0, k_nl=0.0, mu=0.0)
     interpreted, compiled = simulate_with_both_kernels(
         p, t_end=1.0, start=(0.0, 0.0, -(2.0**-52), 1.0)

@@ -1,6 +1,7 @@
 """Key bindings of the laboratory, the most important first, and all active keys.
 
-The laboratory is the screen of the terminal program in which a scene is edited and run.
+The laboratory is the screen of the terminal program in which a scene, a parameter set with the
+settings of its run, is edited and run.
 """
 
 from collections.abc import Iterable
@@ -62,7 +63,7 @@ LAB_KEYS: Final = (
     _key("compute", "f10,ctrl+g", "toggle_computation", "Compute in the tab, or stop"),
     _key("figure", "f6", "export('figure')", "Figure…", label="F6", tooltip="Write the figure"),
     _key("data", "f7", "export('data')", "Data…", label="F7", tooltip="Write the data"),
-    # The live curve is a run in the background that follows every edit.
+    # The live curve is the motion of the edited scene, run in the background after every edit.
     _key("live", "alt+l", "switch_live", "Live curve on or off", priority=True),
     _key("reset", "f8", "reset", "Reset the field"),
     _key("reset-all", "shift+f8", "reset_all", "Reset all fields"),

@@ -1,4 +1,7 @@
-"""Rows of the help dialog. Imports no Textual, so that sessions work without a screen."""
+"""Rows of the help dialog.
+
+Imports no Textual, which draws the screen: a session, the state of the program, needs none.
+"""
 
 from typing import Final
 
@@ -20,10 +23,12 @@ HINTS: Final = (
     Row(
         "c, C",
         "in a plot: set the first or second cursor in all plots of the tab (mouse: left or right "
-        "button); ← → move the cursor that was set last, the same key again (c or C) removes it",
+        "button); ← → move the cursor of the key pressed last, which removes it if pressed again",
     ),
     # Not keys: a text in the titles of plots.
-    Row("zoom t, y", "in a title: the axes keep their limits for new runs; r fits them to data"),
+    Row(
+        "zoom t, y", "in a title: axes t and y keep their limits for new runs; r fits them to data"
+    ),
     Row("Ctrl+P", "palette: all commands that apply now, found by name or meaning"),
     Row("Ctrl+Q", "quit; the next start restores the session"),
 )

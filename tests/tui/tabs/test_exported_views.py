@@ -45,6 +45,7 @@ def screen_texts(chart: Chart, view: View) -> set[str]:
     """Texts of a chart on the screen, except the numbers of its axes."""
     x, y = view.axes(chart)
     labels = {chart.y_label, chart.note}
+    # A guide is a labelled line at a value of x (vertical) or y.
     for guide in chart.guides:
         position = float((x if guide.vertical else y).positions([guide.value])[0])
         labels |= {guide.label} if 0.0 <= position <= 1.0 else set()
@@ -53,6 +54,7 @@ def screen_texts(chart: Chart, view: View) -> set[str]:
     labels |= {strip.meaning for strip in chart.strips if strip.intervals}
     if len(chart.traces) > 1:
         labels |= {trace.name for _, trace in view.visible_traces(chart)}
+    # A backdrop is a map: the plane behind the traces, with a shade for each range of values.
     if chart.backdrop is not None:
         labels |= {chart.backdrop.label, *(shade.text for shade in chart.backdrop.shades)}
     return {" ".join(text.split()) for text in labels} - {""}
@@ -60,7 +62,7 @@ def screen_texts(chart: Chart, view: View) -> set[str]:
 
 @pytest.fixture
 def disable_safe_friction_search() -> None:
-    """Do nothing, instead of the fixture of this name in conftest: maps need the search."""
+    """Replace the fixture of this name in conftest, which disables the search: maps need it."""
 
 
 @pytest.fixture
@@ -86,6 +88,7 @@ async def add_runs(pilot: Pilot[None]) -> None:
         result = simulate(p, t_end=20.0, separation=scene.separation, samples=samples)
         session.runs.add_loaded(scene, result, "")
     first, second = session.runs
+    # Both runs are plotted: numbers of the displayed run are compared with those of the baseline.
     session.runs.displayed, session.runs.baseline = first, second
     # Measured data that differ from the first run by 2%, and a band around them: a tolerance of 10%
     # of half peak-to-peak.
@@ -155,6 +158,7 @@ async def check_export(pilot: Pilot[None], name: str) -> set[str]:
     return set(file_texts)
 
 
+# Only `pytest -m whole` runs this long test.
 @pytest.mark.whole
 async def test_every_view_is_exported_as_displayed(
     pilot: Pilot[None], monkeypatch: pytest.MonkeyPatch
@@ -163,7 +167,8 @@ async def test_every_view_is_exported_as_displayed(
     monkeypatch.setattr(measure, "QUICK_S", 0.02)
     await add_runs(pilot)
     add_studies(app_of(pilot).session)
-    # Texts by tab and view; a map has a view for each mapped value, the sweep tab one for two axes.
+    # Texts by tab and view. The chart of a view depends on the quantity of a map and on the number
+    # of varied parameters of a sweep: these charts have keys of their own.
     texts_by_view: dict[tuple[str, str], set[str]] = {}
     for tab in TABS:
         if tab.id in ("result", "log"):
@@ -209,6 +214,7 @@ async def test_every_view_is_exported_as_displayed(
 async def zoom_charts(pilot: Pilot[None], pane: ViewsPane) -> None:
     """Zoom, set a logarithmic axis, and hide a trace in the charts of a view."""
     for widget in pane.query_one(f"#{pane.view}").query(ChartView):
+        # Maps, and charts whose axes have the same scale (`to_scale`), stay as they are.
         if widget.chart is None or widget.chart.backdrop is not None or widget.chart.to_scale:
             continue
         widget.action_zoom(-1)

@@ -29,7 +29,7 @@ from tests.support.laboratory import app_of, show_tab, text_of, until_shown
 DISTRIBUTION = "mu~uniform:0.2:0.8"
 # Of the scene `base`.
 SAFE_MU, CRITICAL_MU = 0.278, 0.4394
-# Squeal is possible above SAFE_MU: a probability of 0.87.
+# Squeal is possible above SAFE_MU: a probability of 0.87, of which this text has the first digit.
 SQUEAL_POSSIBLE = "P(squeal possible) = 0.8"
 
 
@@ -40,9 +40,11 @@ def _use_few_samples(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.fixture(scope="module")
 def result() -> Uncertainty:
+    # `_use_few_samples` applies only during a test.
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(requests, "SAMPLES", 256)
         study = requests.uncertainty_request(PRESETS["base"], DISTRIBUTION)
+    # On this machine, with one thread.
     return compute_uncertainty(study, local_engine(1))
 
 
@@ -80,6 +82,7 @@ def test_the_table_shows_sobol_indices_as_numbers_and_bars(result: Uncertainty) 
     assert rows[0][2].startswith("1.0")
     # Twelve characters for 0 to 1: dark up to the first-order index, light up to the total one.
     assert requests.index_bar(0.5, 0.75) == "█" * 6 + "░" * 3
+    # By sampling errors indices may be below 0 or above 1, where the bar ends.
     assert requests.index_bar(-0.1, 1.3) == "░" * 12
 
 
