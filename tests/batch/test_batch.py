@@ -63,7 +63,8 @@ def assert_agrees(result: Batch, row: int, run: Transient, *, close: float) -> N
         same(getattr(result.peak, name)[row], getattr(run.peak, name), length)
     same(result.peak.vx_max[row], run.peak.vx_max, speed)
     same(result.steady.y_half_range[row], run.steady.y_half_range, length)
-    # A touch below rounding in y lasts about the square root of the rounding error.
+    # Near a touch y is a parabola in time: an error of y, relative 1e-15, changes the time off the
+    # belt by about its square root, 3e-8.
     time_tolerance = max(close, 3e-8) * run.t_end
     assert result.events.separated_time[row] == pytest.approx(
         run.events.separated_time, rel=close, abs=time_tolerance
@@ -91,7 +92,9 @@ def test_any_members_are_those_of_single_runs(
                 p, t_end=8.0, tol=tol, start=start, separation=separation, kernel="interpreted"
             )
         except ComputationError as error:
-            assert str(result.failure(row)).endswith(error.advice)  # noqa: PT017
+            failure = result.failure(row)
+            assert failure is not None
+            assert failure.advice == error.advice  # noqa: PT017
             continue
         assert_agrees(result, row, run, close=1e-9 if tol < 1e-7 else 1e-3)
 
@@ -149,12 +152,12 @@ def test_an_empty_batch_is_empty() -> None:
 def test_a_member_that_fails_has_a_reason_and_does_not_change_others() -> None:
     good_sets = varied(30)
     bad = np.array([0, 7, 11, 31])
-    sets = np.insert(good_sets, [0, 6, 9, 28], rows_of(*[GROWING] * 4), axis=0)
-    assert np.array_equal(sets[bad], rows_of(*[GROWING] * 4))
+    sets = np.repeat(rows_of(GROWING), len(good_sets) + len(bad), axis=0)
     # With separation ignored, the growing motions have no bound.
     flags = np.ones(len(sets), bool)
     flags[bad] = False
     good = np.flatnonzero(flags)
+    sets[good] = good_sets
     options = {"t_end": 3000.0, "tol": 1e-3}
     result = simulate_batch(sets, separation=flags, **options)  # type: ignore[arg-type]
     assert result.failed.tolist() == bad.tolist()
@@ -298,6 +301,7 @@ def test_without_a_compiled_kernel_members_are_interpreted() -> None:
     assert (interpreted.status == compiled.status).all()
     assert halted.status[0] == Status.STEP_LIMIT
     assert halted.steps[0] == 5
+    # Only the slider without equilibrium fails: the growing motion does not overflow within 40 s.
     assert set(interpreted.status) == {Status.DONE, Status.NO_START}
     for name, value in compiled.to_columns().items():
         assert interpreted.to_columns()[name] == pytest.approx(

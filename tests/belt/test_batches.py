@@ -28,7 +28,7 @@ def test_an_interpreted_batch_equals_the_compiled_one(monkeypatch: pytest.Monkey
     assert interpreted.final == pytest.approx(compiled.final, abs=1e-11)
 
 
-def test_the_peak_over_belt_speed_ends_at_the_peak_of_a_belt_that_is_always_faster(
+def test_belts_faster_than_the_slider_have_the_peak_of_a_run_without_belt_speed(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     study = sweep_request(PRESETS["base"], "peak-over-belt-speed")
@@ -45,12 +45,12 @@ def test_the_peak_over_belt_speed_ends_at_the_peak_of_a_belt_that_is_always_fast
     assert max(peaks[0.1], peaks[0.2]) < 0.0
     result = partial_sweep(study, list(sweep_parts(study, lambda _share: True)))
     assert result.rows[0][2] == next(row["y_abs"] for row in rows)
-    for case, slowest in ((True, 26.0), (False, 24.0)):
-        row = result.fast_belt(case)
-        assert row is not None
-        assert result.rows[row][0] == slowest
-        assert fast_runs[case].peak.vx_max < slowest
-        assert result.rows[row][2] == fast_runs[case].peak.y_abs
+    for case, least_speed in ((True, 26.0), (False, 24.0)):
+        row_index = result.fast_belt(case)
+        assert row_index is not None
+        v_belt, _, y_abs, *_ = result.rows[row_index]
+        assert v_belt == least_speed > fast_runs[case].peak.vx_max
+        assert y_abs == fast_runs[case].peak.y_abs
     chart = sweep_chart(result)
     assert {guide.value: guide.label for guide in chart.guides} == {
         fast_runs[True].peak.y_abs: "always faster, separation considered",
@@ -68,9 +68,11 @@ def test_only_belts_faster_than_the_slider_throughout_a_run_are_always_faster(
 ) -> None:
     slow_belts = sweep(vary={"v_belt": [0.2, 1.0]}, t_end=10.0)
     assert slow_belts.fast_belt(True) is None
+    # Friction that falls with the sliding speed depends on the belt speed at any speed.
     falling = Parameters(mu_s=0.9, v_s=0.4)
     assert sweep(falling, vary={"v_belt": [50.0]}, t_end=10.0).fast_belt(True) is None
     assert sweep(vary={"F": [20.0]}, t_end=1.0).fast_belt(True) is None
+    # Only the output vx_max shows whether the slider reaches the belt speed.
     assert sweep(vary={"v_belt": [50.0]}, outputs=["y_abs"], t_end=1.0).fast_belt(True) is None
     assert run(["sweep", "--vary", "v_belt=1,50", "--t-end", "10"]) == 0
     message = "from v_belt = 50 m/s on the belt is always faster than the slider: y_abs = "

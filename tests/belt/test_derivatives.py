@@ -1,4 +1,7 @@
-"""Derivatives on a belt of finite speed, against differences of runs and known identities."""
+"""Derivatives on a belt of finite speed, against differences of runs and known identities.
+
+`UNIT_MASS` is a mass without coupling with m, k1, k2 and F of 1, mu = 0.5 and mu_s = 1.
+"""
 
 from collections.abc import Sequence
 from typing import Any, Final
@@ -18,7 +21,7 @@ from fivtui.transient.derivatives.variation import EXTREMES
 from tests.support.strategies import states
 
 from .test_model import belts
-from .test_motion import MASS
+from .test_motion import UNIT_MASS
 
 # Parameters, start, horizon in s, and whether separation is considered.
 SCENES: Final[dict[str, tuple[Parameters, State, float, bool]]] = {
@@ -42,14 +45,14 @@ SCENES: Final[dict[str, tuple[Parameters, State, float, bool]]] = {
         8.0,
         True,
     ),
-    "law alone": (
+    "v_s without mu_s": (
         Parameters(v_belt=0.1, mu=0.1, v_s=0.3, F=20.0),
         (2.0, 5.0, -0.3, 4.0),
         8.0,
         True,
     ),
     "at rest": (
-        MASS.with_values({"v_belt": 0.0, "k_nl": 5.0}),
+        UNIT_MASS.with_values({"v_belt": 0.0, "k_nl": 5.0}),
         (0.0, 0.0, -0.5, 3.0),
         9.0,
         True,
@@ -136,6 +139,7 @@ def test_the_scenes_have_all_transitions_of_the_table() -> None:
         transitions |= set(run.events.transitions)
     rows = [(mode, end) for mode, row in MODES.items() for end in row.ends]
     pairs = [(mode, successor) for mode, end in rows for successor in end.next_modes]
+    # CONTACT is the mode on a belt that is always faster, without `v_belt`.
     assert transitions == {transition_name(*pair) for pair in pairs if Mode.CONTACT not in pair}
 
 
@@ -163,7 +167,8 @@ def test_the_scenes_have_all_transitions_of_the_table() -> None:
 def test_derivatives_of_random_scenes_are_differences_of_runs(
     p: Parameters, start: State, duration: float, separation: bool
 ) -> None:
-    # Central differences need values inside the ranges of the parameters.
+    # Central differences need values inside the ranges of the parameters: above 0, and mu_s above
+    # mu. Without mu_s, `mu_static` is mu.
     inside = {name: max(value, 0.01) for name, value in p.as_dict().items()}
     p = p.with_values({**inside, "mu_s": max(p.mu_static, inside["mu"] + 0.01)})
     (direction,) = random_directions(p, 1)
@@ -178,7 +183,7 @@ def test_derivatives_of_random_scenes_are_differences_of_runs(
     assert np.abs(derivative - fine).max() < 3e-6 * scale
 
 
-def test_the_law_has_a_derivative_where_friction_does_not_fall_yet() -> None:
+def test_the_friction_law_has_a_derivative_by_mu_s_where_mu_s_is_equal_to_mu() -> None:
     p = Parameters(v_belt=0.5, mu_s=0.7, v_s=0.4)
     runs = [
         compute_derivatives(
@@ -204,13 +209,16 @@ def test_a_stick_reduces_the_rank_of_the_derivatives_exactly() -> None:
     assert inside.final[1] == 1.0
     assert inside.final_rate[1] == 0.0
     after = compute_derivatives(p, start, 8.0, separation=True).derivatives[:, :4]
-    values = np.linalg.svd(after, compute_uv=False)
-    assert values[3] < 1e-14 * values[0] < values[2]
+    greatest, _, third, least = np.linalg.svd(after, compute_uv=False)
+    assert third > 1e-14 * greatest
+    assert least < 1e-14 * greatest
 
 
-def test_volume_jumps_by_the_ratio_of_the_accelerations_where_slip_turns_back() -> None:
-    # Friction is constant and too weak for a stick: only the dampers contribute to the divergence.
+def test_a_reversal_of_slip_multiplies_the_volume_of_states_by_the_ratio_of_accelerations() -> None:
+    # The volume is the determinant of the derivatives by the start. Friction is constant and too
+    # weak for a stick: between reversals only the dampers change the volume.
     p = Parameters(v_belt=0.5, mu=0.05, F=10.0, k_nl=0.0)
+    assert sliding_coefficients(p, -0.4, Mode.FORWARD) == (p.mu, p.c1)
     start, t_end = (3.0, 0.0, -0.4, 0.0), 3.0
     run = simulate(p, start=start, t_end=t_end, separation=False, tol=1e-13, samples="dense")
     assert set(run.events.transitions) == {"forward-backward", "backward-forward"}
@@ -222,7 +230,6 @@ def test_volume_jumps_by_the_ratio_of_the_accelerations_where_slip_turns_back() 
         volume *= accelerations(p, state, change.then)[0] / accelerations(p, state, change.first)[0]
     flow = compute_derivatives(p, start, t_end, separation=False).derivatives[:, :4]
     assert np.linalg.det(flow) == pytest.approx(volume, rel=1e-10)
-    assert sliding_coefficients(p, -0.4, Mode.FORWARD) == (0.05, p.c1)
 
 
 def test_a_motion_that_only_touches_a_guard_has_no_derivatives() -> None:
@@ -230,17 +237,18 @@ def test_a_motion_that_only_touches_a_guard_has_no_derivatives() -> None:
     state: State = (0.5, 0.2, -1.0, 0.0)
     segment = Segment(
         Mode.FORWARD,
-        0.0,
-        0.0,
-        1e-9,
-        1e-9,
-        (0.5, 2e-10, 0.0, 0.0),
-        (-1.0, 0.0, 0.0, 0.0),
-        state,
+        start=0.0,
+        start_remainder=0.0,
+        duration=1e-9,
+        end=1e-9,
+        # Coefficients in the fraction of the duration: x grows by 0.2 m/s.
+        x=(0.5, 2e-10, 0.0, 0.0),
+        y=(-1.0, 0.0, 0.0, 0.0),
+        final=state,
         next_mode=Mode.BACKWARD,
     )
     with pytest.raises(ComputationError, match="touches v_r = 0 without crossing it"):
-        Deviations(MASS, START_SEEDS).advance(segment)
+        Deviations(UNIT_MASS, START_SEEDS).advance(segment)
 
 
 def test_sensitivities_of_simulate_are_those_of_the_run() -> None:
@@ -277,4 +285,5 @@ def test_derivatives_by_parameters_without_value_are_refused() -> None:
             InputError, match=f"^{missing} = none: must have a value for .* {name}$"
         ):
             simulate(p, t_end=1.0, sensitivities=[name])
-    assert set(ALL_PARAMETERS) > set(parameter_names(Parameters()))
+    # Without values the belt's parameters are not among the names.
+    assert set(parameter_names(Parameters())) < set(ALL_PARAMETERS)

@@ -16,29 +16,19 @@ from tests.support.strategies import moderate_parameters, states
 SLIDING = (Mode.FORWARD, Mode.BACKWARD)
 
 
-def set_on_belt(
-    p: Parameters, speed: float, static: float, speed_scale: float | None
-) -> Parameters:
-    return p.with_values({"v_belt": speed, "mu_s": p.mu + static, "v_s": speed_scale})
-
-
 @st.composite
 def belts(draw: st.DrawFn) -> Parameters:
     speed_scale = draw(st.one_of(st.none(), st.floats(0.05, 2.0)))
-    return set_on_belt(
-        draw(moderate_parameters()),
-        draw(st.floats(0.0, 5.0)),
-        draw(st.floats(0.0, 0.5)),
-        speed_scale,
-    )
+    p = draw(moderate_parameters())
+    v_belt = draw(st.floats(0.0, 5.0))
+    mu_s = p.mu + draw(st.floats(0.0, 0.5))
+    return p.with_values({"v_belt": v_belt, "mu_s": mu_s, "v_s": speed_scale})
 
 
 def test_belt_parameters_are_none_or_within_bounds() -> None:
-    assert (Parameters().v_belt, Parameters().mu_static, Parameters().speed_law) == (
-        None,
-        0.7,
-        None,
-    )
+    # `mu_static` is mu_s, or mu without it; `speed_law` is v_s, or None if friction is constant.
+    base = Parameters()
+    assert (base.v_belt, base.mu_static, base.speed_law) == (None, base.mu, None)
     p = Parameters().with_values({"v_belt": "1", "mu_s": "0.9", "v_s": "0.4"})
     assert (p.v_belt, p.mu_static, p.speed_law) == (1.0, 0.9, 0.4)
     assert Parameters(**p.as_dict()) == p
@@ -114,23 +104,26 @@ def test_in_tension_the_slider_does_not_stick() -> None:
     p = Parameters(v_belt=1.0, mu=5.0)
     assert mode_of(p, (0.0, 1.0, -0.5, 0.0), separation=False) is Mode.STICK
     assert mode_of(p, (0.0, 1.0, 0.5, 0.0), separation=False) in SLIDING
+    # The guard against slip forward: the margin of static friction over the holding force.
     assert guard_value(p, (0.0, 1.0, -0.5, 0.0), Guard.HELD_FORWARD) > 0.0
 
 
 @pytest.mark.parametrize("kernel", ["interpreted", "compiled"])
 @pytest.mark.parametrize("side", [1.0, -1.0])
 @pytest.mark.parametrize("rises", [True, False])
-def test_where_the_margin_of_a_stick_and_its_rate_are_zero_the_second_derivative_decides(
+def test_a_stick_with_zero_margin_and_rate_lasts_if_the_second_derivative_is_positive(
     kernel: KernelChoice, side: float, rises: bool
 ) -> None:
-    # The margin of the stick is mu_s P - side f, where the spring pushes forward (side 1) or
-    # backward (side -1).
+    # The margin is mu P - side f: for side 1 slip forward follows, for side -1 slip backward. The
+    # holding force is f = c1 v + a x - h y at the belt speed v; the contact force is P = -k2 y.
     p = Parameters(m=2.0, k1=30.0, k2=20.0, k3=90.0, c1=0.5, c2=4.0, k_nl=0.0, v_belt=1.0, mu=0.5)
     h, y, speed = 0.5 * p.k3, -1.0, 1.0
     a = p.k1 + h
+    # At y = -1 the margin is zero with this x, and its rate, -mu k2 vy - side (a v - h vy), with
+    # this vy.
     x = (side * p.mu * p.k2 - p.c1 * speed + h * y) / a
     vy = a * speed / (h - side * p.mu * p.k2)
-    # The damping term determines the sign of the second derivative of the margin.
+    # The second derivative is slope ay; the preload F that gives this ay decides its sign.
     slope = side * h - p.mu * p.k2
     ay = (0.5 if rises == (slope > 0.0) else -0.5) * p.c2 * vy / p.m
     p = p.with_values({"F": p.k2 + h * (x - y) - p.c2 * vy - p.m * ay})

@@ -1,4 +1,8 @@
-"""Limit cycles on a belt of finite speed: attractors and multipliers."""
+"""Limit cycles on a belt of finite speed: attractors and multipliers.
+
+An `Explorer` follows the motion of one parameter set from a start to its attractor. `UNIT_MASS` is
+a mass without coupling with m, k1, k2 and F of 1, mu = 0.5 and mu_s = 1.
+"""
 
 import json
 import math
@@ -17,7 +21,7 @@ from fivtui.orbits.rest import sticks_forever
 from fivtui.orbits.shooting import PeriodicOrbit, Section
 from fivtui.transient import Start
 
-from .test_motion import MASS, PERIOD
+from .test_motion import CYCLE_PERIOD, UNIT_MASS
 
 
 def reach_orbit(p: Parameters, start: Start) -> PeriodicOrbit:
@@ -27,14 +31,15 @@ def reach_orbit(p: Parameters, start: Start) -> PeriodicOrbit:
 
 
 def test_a_mass_on_a_belt_settles_on_the_cycle_in_closed_form() -> None:
-    p = MASS.with_values({"c2": 0.1})
+    p = UNIT_MASS.with_values({"c2": 0.1})
     orbit = reach_orbit(p, (0.0, 0.2, -1.0, 0.0))
-    assert orbit.period == pytest.approx(PERIOD, rel=1e-12)
+    assert orbit.period == pytest.approx(CYCLE_PERIOD, rel=1e-12)
     assert (orbit.section, orbit.sticks, orbit.start[1]) == (Section.STICK, 1, 0.2)
     assert orbit.stick_time == pytest.approx(5.0, rel=1e-12)
     # The stick removes horizontal deviations; vertically the slider is a damped oscillator.
     assert orbit.multipliers[2] == 0.0
-    assert np.abs(orbit.multipliers[:2]) == pytest.approx(math.exp(-0.05 * PERIOD), rel=1e-9)
+    vertical_decay = math.exp(-p.c2 / (2.0 * p.m) * CYCLE_PERIOD)
+    assert np.abs(orbit.multipliers[:2]) == pytest.approx(vertical_decay, rel=1e-9)
 
 
 def test_multipliers_are_eigenvalues_of_differences_of_the_return_map() -> None:
@@ -43,6 +48,7 @@ def test_multipliers_are_eigenvalues_of_differences_of_the_return_map() -> None:
     assert orbit.stable
     assert (orbit.sticks, orbit.separations) == (1, 1)
     columns = []
+    # Deviations of x, y and ẏ: the orbit begins in a stick, where ẋ is the belt speed.
     for column in (0, 2, 3):
         final_states = []
         for size in (-1e-6, 1e-6):
@@ -52,9 +58,10 @@ def test_multipliers_are_eigenvalues_of_differences_of_the_return_map() -> None:
         low, high = (np.array([end.x, end.y, end.vy]) for end in final_states)
         columns.append((high - low) / 2e-6)
     values = np.linalg.eigvals(np.array(columns).T)
-    values = values[np.argsort(np.abs(values - 1.0))]
-    assert values[0] == pytest.approx(1.0, abs=1e-6)
-    assert np.sort(values[1:]) == pytest.approx(np.sort(orbit.multipliers[:2].real), abs=1e-6)
+    # A deviation along the orbit has the multiplier 1, which `multipliers` omits; the stick adds 0.
+    along_orbit, *across_orbit = values[np.argsort(np.abs(values - 1.0))]
+    assert along_orbit == pytest.approx(1.0, abs=1e-6)
+    assert np.sort(across_orbit) == pytest.approx(np.sort(orbit.multipliers[:2].real), abs=1e-6)
     assert orbit.multipliers[2] == 0.0
 
 
@@ -104,13 +111,15 @@ def test_motion_decays_everywhere_in_the_region_of_proven_decay(v_s: float | Non
     for x, vx, y, vy in states.tolist():
         q = modal @ (np.array([x, vx, y, vy]) - region.rest)
         ax, ay = accelerations(p, (x, vx, y, vy), point.mode)
-        assert float((np.conj(q) @ (modal @ np.array([vx, ax, vy, ay]))).real) < 0.0
+        q_rate = modal @ np.array([vx, ax, vy, ay])
+        # |q|² falls: this is half of its rate.
+        assert float((np.conj(q) @ q_rate).real) < 0.0
 
 
 @pytest.mark.whole
 def test_continuation_follows_cycles_along_the_speed_of_the_belt() -> None:
-    result = continuation(MASS.with_values({"c2": 0.2}), "v_belt", [0.2, 0.4])
-    # Without a damper a mass that slides to and fro does not settle.
+    result = continuation(UNIT_MASS.with_values({"c2": 0.2}), "v_belt", [0.2, 0.4])
+    # With c1 = 0 a mass that oscillates more slowly than the belt does not settle.
     cycles = [point for point in result.points if point.attractor.kind is Kind.STICK_SLIP_CYCLE]
     assert [point.value for point in cycles] == [0.2, 0.4]
     for point in cycles:

@@ -37,6 +37,7 @@ def test_the_report_has_sticks_and_transitions(belt_run: Transient) -> None:
     rows = {row.label: row.value for row in transient_rows(belt_run)}
     assert rows["sticks"] == str(belt_run.events.sticks)
     assert f"{belt_run.events.transitions['forward-stick']} forward-stick" in rows["transitions"]
+    # Without a belt speed, this note beside the greatest ẋ says for which belts the run is valid.
     assert {row.note for row in transient_rows(belt_run)}.isdisjoint({"valid for faster belts"})
 
 
@@ -82,12 +83,12 @@ def test_time_charts_mark_separation_and_stick_during_a_run_and_afterwards(
                 (separated, belt_run.separated_intervals),
                 (sticking, belt_run.stick_intervals),
             ):
-                marked, sampled = np.array(strip.intervals), np.array(intervals)
-                separated_edges = sampled[np.ptp(sampled, axis=1) > 0.02]
-                assert (
-                    np.abs(marked[:, None] - separated_edges[None]).max(axis=2).min(axis=0).max()
-                    < 0.011
-                )
+                # The marks begin and end at samples, 0.01 s apart, and may miss short intervals.
+                marked = np.array(strip.intervals)
+                long_intervals = [(begin, end) for begin, end in intervals if end - begin > 0.02]
+                assert long_intervals
+                for interval in long_intervals:
+                    assert np.abs(marked - interval).max(axis=1).min() < 0.011
             drawn = draw(chart, View(), 90, 12).text().splitlines()
             assert [line[:8].strip() for line in drawn[-3:-1]] == ["off belt", "stick"]
             assert "█" in drawn[-2]
@@ -118,8 +119,9 @@ def test_portraits_mark_where_the_slider_sticks(belt_run: Transient) -> None:
         "run 1",
         *["run 1 stick"] * 2,
     ]
-    sliding = phase_chart("x", [plotted], (0.0, float(belt_run.changes[0, 0])))
-    assert (belt_run.first_mode is Mode.STICK) == (len(sliding.traces) > 1)
+    assert belt_run.first_mode is Mode.SEPARATED
+    chart_of_first_mode = phase_chart("x", [plotted], (0.0, belt_run.mode_changes[0].t))
+    assert len(chart_of_first_mode.traces) == 1
 
 
 def test_the_velocity_has_the_speed_of_the_belt_as_a_line_in_figures(belt_run: Transient) -> None:
@@ -132,6 +134,7 @@ def test_the_velocity_has_the_speed_of_the_belt_as_a_line_in_figures(belt_run: T
         ]
         for panel in panels
     ]
+    # Both panels have a line at zero, that of ẋ also one at the belt speed.
     assert horizontal_lines == [[0.0, 0.5], [0.0]]
 
 
@@ -144,9 +147,10 @@ def test_the_command_line_sets_and_unsets_belt_parameters(
     expected_run = simulate(Parameters(v_belt=1.0, mu_s=0.9, v_s=0.4), t_end=5.0)
     assert data["parameters"] == expected_run.parameters.as_dict()
     assert data["events"]["transitions"] == expected_run.events.transitions
-    assert (data["events"]["sticks"], data["events"]["stick_time"]) == expected_run.events[5:7]
+    assert data["events"]["sticks"] == expected_run.events.sticks
+    assert data["events"]["stick_time"] == expected_run.events.stick_time
     assert run(["simulate", *settings, "--set", "v_belt=none", "--t-end", "5", "--json"]) == 2
-    capsys.readouterr()
+    assert "given twice" in capsys.readouterr().err
     assert run(["simulate", "--set", "v_belt=none", "--t-end", "1", "--json"]) == 0
     assert "v_belt" not in json.loads(capsys.readouterr().out)["parameters"]
 

@@ -22,10 +22,11 @@ from .test_model import belts
 UNCOUPLED = Parameters(
     k3=0.0, c1=10.0, c2=5.0, mu=0.3, mu_s=0.5, v_s=0.4, v_belt=0.4, F=80.0, k_nl=100.0
 )
-# Two critical friction coefficients, and three critical speeds in tension.
+# Unstable at small and at large mu, stable between two critical values.
 TWO_CRITICAL_MUS = Parameters(
     k3=75.4, c1=8.025, c2=1.26, F=52.4, k_nl=187.0, mu=0.2, v_belt=0.868, mu_s=0.719, v_s=0.635
 )
+# F < 0: the contact is in tension, with separation ignored.
 THREE_CRITICAL_SPEEDS = Parameters(
     m=4.911,
     k1=135.3,
@@ -102,6 +103,7 @@ def test_critical_mus_that_nearly_merge_are_both_listed() -> None:
             < 0.0
             < growth_and_stability(System(neighbour))[0]
         )
+    # The excess falls by 100 each time, the gap by its root, 10.
     assert np.diff(np.log10(gaps)) == pytest.approx(-1.0, abs=0.05)
 
 
@@ -161,11 +163,10 @@ def test_on_random_scenes_all_changes_of_a_dense_scan_of_eigenvalues_are_listed(
             for (value, next_stability), n in zip(listed_changes, changes, strict=True):
                 assert grid[n] <= value <= grid[n + 1]
                 assert (next_stability == "stable") == stable[n + 1]
+                highest = ranges[name][1]
                 before, after = (
-                    growth_and_stability(System(p.with_values({name: value * factor}), separation))[
-                        0
-                    ]
-                    for factor in (1.0 - 1e-9, min(1.0 + 1e-9, ranges[name][1] / value))
+                    growth_and_stability(System(p.with_values({name: neighbour}), separation))[0]
+                    for neighbour in (value * (1.0 - 1e-9), min(value * (1.0 + 1e-9), highest))
                 )
                 assert before * after < 0.0
                 assert (after < 0.0) == (next_stability == "stable")

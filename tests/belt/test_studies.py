@@ -1,4 +1,7 @@
-"""Maps and uncertainty on a belt of finite speed."""
+"""Maps and uncertainty on a belt of finite speed.
+
+Safe friction, the μ below which disturbances of any size die out, is not searched on such belts.
+"""
 
 import numpy as np
 import pytest
@@ -28,16 +31,12 @@ def test_maps_have_the_values_of_each_point() -> None:
         for j, preload in enumerate(over["F"]):
             result = stability(FALLING.with_values({"v_belt": speed, "F": preload}))
             assert growth.values[i, j] == result.growth_rate
+            # The excess over the stability boundary is negative on its stable side.
             assert (growth.excess[i, j] < 0.0) == result.stable
             assert modes.values[i, j] == (not result.stable)
-            unstable_above = [
-                point.mu for point in result.critical_mu if point.becomes == "unstable"
-            ]
-            assert (
-                critical.values[i, j] == unstable_above[0]
-                if unstable_above
-                else np.isnan(critical.values[i, j])
-            )
+            critical_mus = [point.mu for point in result.critical_mu if point.becomes == "unstable"]
+            least_critical_mu = critical_mus[0] if critical_mus else np.nan
+            assert np.array_equal(critical.values[i, j], least_critical_mu, equal_nan=True)
     assert np.isfinite(critical.values).any()
     assert (modes.values == 1.0).any()
 
@@ -58,7 +57,8 @@ def test_a_map_over_the_speed_of_the_belt_is_drawn(
 
 
 def test_safe_friction_on_a_belt_of_finite_speed_is_refused_with_advice() -> None:
-    with pytest.raises(InputError, match=r"^v_belt = 0\.4: .* down in mu instead$"):
+    advice = "use branch to follow limit cycles down in mu instead"
+    with pytest.raises(InputError, match=rf"^v_belt = 0\.4: .*; {advice}$"):
         safe_friction(FALLING)
     with pytest.raises(InputError, match="must be none for maps of coexistence"):
         safety_map(None, {"v_belt": [0.1, 0.2], "F": [40.0, 80.0]}, "coexistence")
@@ -66,9 +66,10 @@ def test_safe_friction_on_a_belt_of_finite_speed_is_refused_with_advice() -> Non
         uncertainty(FALLING, vary={"mu": "uniform:0.1:0.4"}, outputs=["safe_mu"])
 
 
-def test_uncertainty_has_probabilities_and_shares_by_the_speed_of_the_belt() -> None:
+def test_uncertainty_has_probabilities_and_the_derivative_by_the_speed_of_the_belt() -> None:
     vary = {"mu": "uniform:0.1:0.45", "v_belt": "uniform:0.3:0.6"}
     outputs = ("growth_rate", "y_half_range")
+    # `repeats` is the number of independent scramblings of the samples.
     result = uncertainty(FALLING, vary=vary, samples=32, repeats=4, t_end=5.0, outputs=outputs)
     growth = result.samples("growth_rate")
     assert result.probabilities["unstable"].value == pytest.approx(np.mean(growth > 0.0), abs=0.05)
@@ -103,7 +104,10 @@ def test_a_map_says_how_many_points_are_without_equilibrium(
 ) -> None:
     assert run(["map", "--over", "v_belt=0:1:3", "--over", "mu=0.1:0.5:2"]) == 0
     message = " ".join(capsys.readouterr().out.split())
-    assert "2 of them, lifted and held by no spring, on a belt at rest, or with mu" in message
+    assert (
+        "without equilibrium 2 of them, lifted and held by no spring, on a belt at rest, "
+        "or with mu above mu_s"
+    ) in message
     assert run(["map", "--over", "v_belt=1:2:2", "--over", "mu=0.1:0.5:2"]) == 0
     assert "without equilibrium" not in capsys.readouterr().out
 

@@ -16,7 +16,11 @@ from .work_precision import LEVELS, draw, measure, ratio_to, table
 @click.command()
 @click.option("--scene", default="base", type=click.Choice(list(REFERENCES)), show_default=True)
 @click.option("--out", type=click.Path(path_type=Path), default=Path("work-precision.png"))
-@click.option("--seconds", default=0.3, help="CPU time for one setting in a round.")
+@click.option(
+    "--seconds",
+    default=0.3,
+    help="CPU time, s, in which one solver repeats a run at one tolerance or step.",
+)
 def main(scene: str, out: Path, seconds: float) -> None:
     """Measure single runs beside other solvers."""
 
@@ -28,7 +32,7 @@ def main(scene: str, out: Path, seconds: float) -> None:
     measurements = measure(
         REFERENCES[scene], [*FIVTUI_SOLVERS, *peers()], seconds=seconds, report=report
     )
-    header = ("CPU ms to reach the error", *(f"{level:.0e}" for level in LEVELS), "ratio")
+    header = ("CPU ms to reach the error", *(f"{level:.0e}" for level in LEVELS), "over fivtui")
     print_rows(f"Scene {scene}, {REFERENCES[scene].t_end:g} s", header, table(measurements))
     ratio = ratio_to(measurements, "heyoka")
     if ratio is not None:

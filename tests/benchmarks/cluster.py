@@ -1,8 +1,9 @@
 """Throughput of a sweep here and on a Dask scheduler with two workers, side by side.
 
-``python -m tests.benchmarks.cluster`` computes the same pieces alternately by two threads and by
-two workers of one thread each. It prints members per second and the overhead of the cluster. Wall
-time varies on a busy machine, so the fastest of several alternating rounds counts.
+A sweep is computed in pieces, each of the same number of its members. ``python -m
+tests.benchmarks.cluster`` computes the same pieces alternately by two threads and by two workers of
+one thread each. It prints members per second and the overhead of the cluster. Wall time varies on a
+busy machine, so the fastest of several alternating rounds counts.
 """
 
 import argparse
@@ -52,10 +53,10 @@ def main() -> None:
         identical = local_path.read_bytes() == dask_path.read_bytes()
     pieces = -(-study.members // size)
     print(f"{study.members} members, {pieces} pieces of {size}, {WORKERS} threads or workers")
-    for path, times in durations.items():
+    for engine_name, times in durations.items():
         best, listed_times = min(times), ", ".join(f"{t:.2f}" for t in times)
         print(
-            f"{path:5} {best:6.2f} s  {study.members / best:7.0f} members/s  "
+            f"{engine_name:5} {best:6.2f} s  {study.members / best:7.0f} members/s  "
             f"{best * WORKERS / pieces:.2f} s a piece  (rounds: {listed_times})"
         )
     overhead = min(durations["dask"]) / min(durations["local"]) - 1.0

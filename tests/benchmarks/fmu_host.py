@@ -36,12 +36,13 @@ class Cost(NamedTuple):
 
 
 class TimedFmu(NamedTuple):
-    """Library, GUID and resources of an FMU, and a library that its host loads first."""
+    """An FMU, a library that its host loads first, and the number of steps to take."""
 
     library: Path
     guid: str
     resources: str = ""
     preload: str = ""
+    step_count: int = STEP_COUNT
 
 
 def compile_c(folder: Path, name: str, *options: str) -> Path:
@@ -84,6 +85,7 @@ def build_fmus(folder: Path) -> dict[str, TimedFmu]:
                 fmpy.read_model_description(str(content)).guid,
                 (content / "resources").as_uri(),
                 preload,
+                PYTHON_STEP_COUNT if flavour == "python" else STEP_COUNT,
             )
     ball = compile_c(folder, "bouncing_ball.c", "-shared", "-fPIC")
     return {"bouncing ball in C": TimedFmu(ball, "ball"), **timed}
@@ -108,7 +110,7 @@ def main() -> None:
         rows = []
         for title, fmu in build_fmus(folder).items():
             for h in STEP_SIZES:
-                costs = measure_cost(host, fmu, h, PYTHON_STEP_COUNT if fmu.preload else STEP_COUNT)
+                costs = measure_cost(host, fmu, h, fmu.step_count)
                 rows.append((title, f"{h:g} s", *(f"{value:.1f}" for value in costs)))
         header = ("FMU", "step", "doStep, ns", "with 5 outputs, ns", "instance, µs")
         print_rows("A host in C", header, rows)

@@ -1,4 +1,7 @@
-"""Solvers of a benchmark, with settings from coarse to fine."""
+"""Solvers of a benchmark, with settings from coarse to fine.
+
+The scene of a benchmark is a `Reference`: parameters and start with a final state to 25 digits.
+"""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -17,7 +20,8 @@ Run = Callable[[], Sequence[float]]
 class Solver:
     """A solver under test.
 
-    `prepare` does the untimed work needed once for a scene and a setting, mainly compilation.
+    `prepare` does the untimed work needed once for a scene, its start as a state, and a setting,
+    mainly compilation.
     """
 
     name: str
@@ -31,7 +35,7 @@ def decades(first: int, end: int, per_decade: int = 1) -> list[float]:
 
 
 def _prepare_taylor(kernel: KernelChoice) -> Callable[[Reference, State, float], Run]:
-    def prepare(scene: Reference, start: State, tol: float) -> Run:
+    def prepare(scene: Reference, _start: State, tol: float) -> Run:
         def run() -> Sequence[float]:
             final = simulate(
                 scene.parameters,
@@ -49,7 +53,7 @@ def _prepare_taylor(kernel: KernelChoice) -> Callable[[Reference, State, float],
 
 
 def _prepare_method(method: str) -> Callable[[Reference, State, float], Run]:
-    def prepare(scene: Reference, start: State, setting: float) -> Run:
+    def prepare(scene: Reference, _start: State, setting: float) -> Run:
         def run() -> Sequence[float]:
             final = simulate(
                 scene.parameters,

@@ -36,6 +36,7 @@ def workloads() -> dict[str, Callable[[], Any]]:
         stability_map,
     )
 
+    # A scene has parameters, tables of those that change over time, and the horizon.
     base, stop = Parameters(), find_scene("brake-stop")
     tables = {"F": [(0.0, 20.0), (40.0, 100.0)], "mu": [(0.0, 0.2), (40.0, 0.7)]}
     law = {"v_belt": 1.0, "mu_s": 0.9, "v_s": 0.4}

@@ -100,7 +100,10 @@ def _measure_least_cpu(run: Callable[[], object], seconds: float) -> float:
 
 
 def cheapest(measurements: Sequence[Measurement], solver: str, level: float) -> float:
-    """CPU time of the cheapest setting with an error of at most `level`, s; infinite if none."""
+    """CPU time of the cheapest setting with an error of at most `level`, s; infinite if none.
+
+    `solver` is a name, or the start of the names of several variants.
+    """
     times = [m.cpu_s for m in measurements if m.solver.startswith(solver) and m.error <= level]
     return min(times, default=math.inf)
 

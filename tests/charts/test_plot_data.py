@@ -1,4 +1,8 @@
-"""Reduction of samples to columns, shares of intervals, and limits and ticks of axes."""
+"""Data of charts in columns of characters or pixels, and limits and ticks of axes.
+
+An envelope keeps a few samples of each column. Shares are the parts of each column's time that
+intervals, such as those off the belt, cover.
+"""
 
 import math
 from itertools import pairwise

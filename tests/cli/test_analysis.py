@@ -1,4 +1,8 @@
-"""The commands map, attractors and stability --attractors, run as a process."""
+"""The commands map, attractors, branch and stability, run in this process.
+
+A touch is a cycle that just reaches y = 0, where contact ends; ``--doubled`` follows cycles of
+twice the period. Safe μ is the μ below which disturbances of any size die out.
+"""
 
 import json
 from pathlib import Path
@@ -78,6 +82,7 @@ def test_stability_warns_of_a_limit_cycle_beside_a_stable_equilibrium() -> None:
     assert cycle["kind"] == "separating limit cycle"
     assert cycle["half_range"] == pytest.approx(7.44, abs=5e-3)
     assert np.array(cycle["floquet_multipliers"]).shape == (3, 2)
+    # The least height, m, from which the slider, released at rest, does not return to equilibrium.
     assert 0.1 < data["escape_offset"]["up"] < 0.3
 
 
@@ -87,6 +92,7 @@ def test_stability_on_a_belt_of_finite_speed_reports_attractors_of_transients() 
     data = json.loads(process.stdout)
     assert data["safe_mu"] is None
     basis = data["safe_mu_basis"]
+    # The static start, and releases at rest at ten heights.
     assert "transients from 11 starts at μ = 0.7: a limit cycle attracts" in basis["verdict"]
     assert "not searched on a belt of finite speed" in basis["verdict"]
     assert [attractor["kind"] for attractor in basis["attractors"]] == ["stick-slip limit cycle"]
@@ -110,7 +116,7 @@ def test_printed_attractors_include_the_escape_offset(
     assert run(["attractors", "coexistence"]) == 0
     captured = capsys.readouterr()
     assert "1.3241539" in captured.out
-    assert "above that leaves the equilibrium" in captured.out
+    assert "offset above that leaves the equilibrium" in captured.out
     assert captured.err == f"warning: {coexistence(PRESETS['coexistence'].system).warning}\n"
 
 

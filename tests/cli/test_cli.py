@@ -16,7 +16,7 @@ ROOT = Path(__file__).parents[2]
 
 
 def run_fivtui(*args: str, cwd: Path | None = None) -> subprocess.CompletedProcess[str]:
-    """Output and exit status of a command, run in this process, which has imported every module."""
+    """Output and exit status of a command, run in this process: a new one imports every module."""
     out, error = io.StringIO(), io.StringIO()
     with chdir(cwd or Path.cwd()), redirect_stdout(out), redirect_stderr(error):
         code = run(args)
@@ -40,7 +40,7 @@ def run_fivtui(*args: str, cwd: Path | None = None) -> subprocess.CompletedProce
         (["simulate", "--t-end", "long"], "t_end = 'long': not a number"),
         (["simulate", "--tol", "0"], "must be from 1e-13 to 0.01"),
         (["simulate", "--method", "euler"], "known: taylor"),
-        (["simulate", "--method", "taylor", "--step", "0.1"], "tol"),
+        (["simulate", "--method", "taylor", "--step", "0.1"], "sets its step by tol"),
         (["simulate", "--start", "1,2,3"], "four"),
         (["simulate", "--start", "rest"], "static"),
         (["simulate", "--points", "1"], "2"),
@@ -59,7 +59,7 @@ def run_fivtui(*args: str, cwd: Path | None = None) -> subprocess.CompletedProce
         (["fmu", "check", "absent.fmu"], "absent.fmu"),
         (["fmu", "check", "taken.fmu"], "taken.fmu"),
         (["fmu", "run", "absent.fmu"], "absent.fmu"),
-        ([], "terminal"),
+        ([], "the terminal laboratory needs a terminal"),
     ],
     ids=" ".join,
 )

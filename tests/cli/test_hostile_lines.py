@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from fivtui.cli import run
-from tests.support.command_lines import lines, prepare
+from tests.support.command_lines import create_files, lines
 
 ROOT = Path(__file__).parents[2]
 MAX_MESSAGE_LENGTH = 2300
@@ -54,7 +54,7 @@ def test_a_random_command_line_exits_with_a_valid_status(
     work, scratch = tmp_path / "work", tmp_path / "scratch"
     work.mkdir()
     scratch.mkdir()
-    prepare(work)
+    create_files(work)
     monkeypatch.chdir(work)
     monkeypatch.setattr(tempfile, "tempdir", str(scratch))
     before = read_files(tmp_path)

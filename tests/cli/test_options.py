@@ -1,4 +1,7 @@
-"""Declared options: the command reads back what a copied command line contains."""
+"""Options that dataclasses declare: commands read back the arguments made from their values.
+
+A setting belongs to the transient of a scene, such as its horizon; an option may replace it.
+"""
 
 from pathlib import Path
 from typing import Any

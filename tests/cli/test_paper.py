@@ -1,4 +1,4 @@
-"""``fivtui figures`` and ``fivtui claims``, run as processes."""
+"""``fivtui figures`` draws the figures of the paper, ``fivtui claims`` checks its statements."""
 
 from pathlib import Path
 
@@ -20,6 +20,7 @@ def test_figures_are_written_with_their_data(tmp_path: Path) -> None:
         "fig-10.pdf",
         "fig-10.png",
     ]
+    # One line for each figure, which names all of its files.
     assert [line.split()[0] for line in process.stderr.splitlines()] == ["wrote", "wrote"]
 
 
@@ -33,9 +34,10 @@ def test_amplitudes_are_drawn_in_the_requested_formats(tmp_path: Path) -> None:
         for line in (tmp_path / "fig-16.csv").read_text(encoding="utf-8").splitlines()
         if not line.startswith("#")
     ]
-    considered = [row for row in rows[1:] if row[0] == "1.0"]
-    column = rows[0].index("y_half_range")
-    assert float(considered[-1][column]) == pytest.approx(8.1367, abs=1e-3)
+    header, *values = rows
+    considered = [row for row in values if row[header.index("separation")] == "1.0"]
+    half_range = float(considered[-1][header.index("y_half_range")])
+    assert half_range == pytest.approx(8.1367, abs=1e-3)
 
 
 @pytest.mark.parametrize(

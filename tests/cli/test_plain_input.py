@@ -38,7 +38,7 @@ def test_scalars_of_numpy_are_numbers(kind: type) -> None:
 
 
 @pytest.mark.parametrize("value", [np.True_, True, None, [80.0], 80j, np.array([80.0])])
-def test_texts_that_are_not_numbers_are_refused(value: object) -> None:
+def test_values_that_are_not_real_numbers_are_refused(value: object) -> None:
     with pytest.raises(InputError, match=r"F = .*: not a number"):
         Parameters(F=value)  # type: ignore[arg-type]
     assert Parameters(F=Fraction(1, 4)).F == 0.25  # type: ignore[arg-type]
@@ -156,7 +156,7 @@ def test_a_file_is_read_up_to_its_limit(tmp_path: Path) -> None:
     assert read_bytes(path, limit=2048) == bytes(2048)
     with pytest.raises(InputError, match=r"file: must be of at most 2047 bytes$"):
         read_bytes(path, limit=2047)
-    # Files of the compiled kernel report that they are empty.
+    # The operating system reports that files of processes are empty.
     with pytest.raises(InputError, match="at most 16 bytes"):
         read_bytes(Path("/proc/self/status"), limit=16)
 

@@ -1,5 +1,8 @@
 """Make ``paper_points.json``: a few points of the paper's figures, computed independently.
 
+The paper is *Nonlinear friction-induced vibration of a slider-belt system*. The key of a point is
+the number of its figure, or "base" for the base set.
+
 Equilibria, eigenvalues and critical friction coefficients are those of
 ``tests/support/own_slider.py``, and runs use the paper's method: RK4 with bisection at a small
 step. Run it as ``python -m tests.data.make_paper_points``; it takes some minutes.
@@ -28,7 +31,8 @@ SOFT = {"k1": 50.0, "k2": 100.0}
 Table = dict[str, float]
 
 
-def oscillating(p: Table) -> list[list[float]]:
+def oscillating_modes(p: Table) -> list[list[float]]:
+    """Real and imaginary part, 1/s, of one eigenvalue of each conjugate pair."""
     upper = [value for value in eigenvalues(**p).tolist() if value.imag > 0.0]
     return [[value.real, value.imag] for value in sorted(upper, key=lambda value: value.imag)]
 
@@ -79,7 +83,9 @@ def eigenvalue_points() -> Iterator[dict[str, Any]]:
     )
     for (key, changes), k_nl, mu in product(cases, (0.0, 50.0, 100.0, 500.0), (0.2, 0.7, 1.8)):
         p = BASE | changes | {"k_nl": k_nl, "mu": mu}
-        yield point(key, {"k_nl": k_nl, "mu": mu}, modes=oscillating(p), mu_c=critical_mu(**p))
+        yield point(
+            key, {"k_nl": k_nl, "mu": mu}, modes=oscillating_modes(p), mu_c=critical_mu(**p)
+        )
 
 
 def critical_points() -> Iterator[dict[str, Any]]:
@@ -102,13 +108,15 @@ def critical_points() -> Iterator[dict[str, Any]]:
 
 
 def transient_points() -> Iterator[dict[str, Any]]:
+    # Key, changes for all points of the figure, and changes along its axis.
     families: list[tuple[str, Table, Table]] = [("base", {}, {})]
     families += [("13", {"k_nl": 20.0, "mu": 0.5}, {"F": F}) for F in (60.0, 102.0, 190.0)]
     families += [("14", {}, {"F": F}) for F in (20.0, 40.0, 110.0)]
     families += [("15", {"F": 40.0}, {"k_nl": k}) for k in (20.0, 100.0, 500.0)]
     families += [("16", {"F": 60.0, "mu": 1.0}, {"k_nl": k}) for k in (20.0, 50.0, 500.0)]
     for separation in (False, True):
-        results = runs([BASE | a | b for _, a, b in families], separation=separation)
+        sets = [BASE | shared | along for _, shared, along in families]
+        results = runs(sets, separation=separation)
         for (key, _, along), result in zip(families, results, strict=True):
             states = result.pop("states")
             values = {"states": states} if key == "base" else result

@@ -64,7 +64,10 @@ def test_eigenvalues_are_those_of_the_jacobian_at_the_equilibrium(p: Parameters)
     quartic = np.poly(matrix)
     for value in verdict.eigenvalues:
         residual = np.polyval(quartic, value)
-        assert abs(residual) <= 1e-8 * np.polyval(np.abs(quartic), max(abs(value), 1e-3 * size))
+        # Relative to the sum of the sizes of its terms. Rounding errors of eigenvalues near zero
+        # are relative to the greatest one.
+        scale = max(abs(value), 1e-3 * size)
+        assert abs(residual) <= 1e-8 * np.polyval(np.abs(quartic), scale)
     assert verdict.eigenvalues.sum().real == pytest.approx(
         -(p.c1 + p.c2) / p.m, rel=1e-6, abs=1e-10 * size
     )
@@ -124,6 +127,7 @@ def test_a_zero_of_an_increasing_function_is_found_to_the_last_bit(
     assert increasing(crossing) >= 0.0
     assert increasing(float(np.nextafter(crossing, 0.0))) < 0.0
     assert power != 1.0 or len(evaluations) < 30
+    # No change of sign: positive, then negative, throughout the interval.
     assert _least_nonnegative(increasing, 100.0, 200.0) is None
     assert _least_nonnegative(increasing, 0.0, 0.5 * root) is None
 

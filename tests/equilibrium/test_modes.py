@@ -1,4 +1,8 @@
-"""Modes of vibration, margins and coalescence, against the equations of motion and eigenvalues."""
+"""Modes of vibration, margins and coalescence, against the equations of motion and eigenvalues.
+
+Equations, sections and figures are numbered as in the paper *Nonlinear friction-induced vibration
+of a slider-belt system*.
+"""
 
 import cmath
 import math
@@ -17,15 +21,19 @@ from fivtui.model.slider_belt import jacobian
 from tests.support.strategies import moderate_parameters, wide_parameters
 
 
-def eigenvector_residual(p: Parameters, mode: VibrationMode, y: float, contact_mode: Mode) -> float:
-    # Residual of (x, λx, y, λy) as an eigenvector of Eq. 8, relative to its terms.
-    x, v = mode.shape
+def eigenvector_residual(
+    p: Parameters, mode: VibrationMode, equilibrium_y: float, contact_mode: Mode
+) -> float:
+    # Residual of (x, λx, y, λy) as an eigenvector of Eq. 8: of its two accelerations, relative to
+    # the greater sum of the sizes of their terms.
+    x, y = mode.shape
     s = mode.eigenvalue
-    vector = np.array([x, s * x, v, s * v])
-    matrix = np.array(jacobian(p, y, contact_mode))
+    vector = np.array([x, s * x, y, s * y])
+    matrix = np.array(jacobian(p, equilibrium_y, contact_mode))
     difference = np.abs(matrix @ vector - s * vector)
     size = np.abs(matrix) @ np.abs(vector) + abs(s) * np.abs(vector)
-    return float((difference[[1, 3]] / size[[1, 3]].max()).max())
+    accelerations = [1, 3]
+    return float(difference[accelerations].max() / size[accelerations].max())
 
 
 @given(moderate_parameters())
@@ -50,12 +58,11 @@ def test_modes_and_their_conjugates_are_the_eigenvalues(p: Parameters) -> None:
 
 
 def test_without_coupling_and_friction_the_modes_are_two_oscillators() -> None:
-    vertical, horizontal = sorted(
-        stability(Parameters(k3=0.0, k_nl=0.0, mu=0.0)).modes, key=lambda mode: mode.frequency
-    )
-    for mode, stiffness in ((horizontal, 100.0), (vertical, 50.0)):
-        natural = math.sqrt(stiffness / 5.0)
-        assert mode.damping_ratio == pytest.approx(0.32 / (2.0 * 5.0 * natural))
+    p = Parameters(k3=0.0, k_nl=0.0, mu=0.0)
+    vertical, horizontal = sorted(stability(p).modes, key=lambda mode: mode.frequency)
+    for mode, stiffness, damping in ((horizontal, p.k1, p.c1), (vertical, p.k2, p.c2)):
+        natural = math.sqrt(stiffness / p.m)
+        assert mode.damping_ratio == pytest.approx(damping / (2.0 * p.m * natural))
         assert mode.angular_frequency == pytest.approx(
             natural * math.sqrt(1.0 - mode.damping_ratio**2)
         )

@@ -14,7 +14,7 @@ from PIL.GifImagePlugin import GifImageFile
 from fivtui.cli import run as command
 from fivtui.film.figure import animate, check_film_path
 from fivtui.film.shapes import Shape, layout_of, shapes_at
-from fivtui.film.timing import film_timing, speed_text
+from fivtui.film.timing import FRAMES_PER_SECOND, film_timing, speed_text
 from fivtui.model import Cancelled, InputError, Mode, Parameters, time_scale
 from fivtui.signals.motion import motion_at
 from fivtui.simulation import simulate
@@ -64,6 +64,7 @@ def test_in_contact_the_foot_is_on_the_belt_and_the_arrows_are_the_forces() -> N
 def test_the_barbs_of_an_arrow_are_symmetric(name: str) -> None:
     motion = motion_at(RUN, np.linspace(0.0, 100.0, 4001))
     arrow = shapes(RUN, float(motion.t[motion.P.argmax()]))[name]
+    # The line passes its tip a second time between the barbs.
     tail, tip, left_barb, _, right_barb = np.column_stack([arrow.x, arrow.y])
     along = (tip - tail) / np.linalg.norm(tip - tail)
     across = np.array([-along[1], along[0]])
@@ -82,6 +83,7 @@ def test_marks_travel_with_the_belt_and_all_shapes_are_in_the_picture() -> None:
     for t in np.linspace(0.0, 20.0, 41).tolist():
         state = motion_at(STICKING, np.array([t]))
         for shape in shapes_at(STICKING, layout, state, 0.0).values():
+            # The marks slant to the left, the first one beyond the edge.
             assert np.nanmin(shape.x) >= layout.x_range[0] - 0.1 * layout.size, shape.name
             assert np.nanmax(shape.x) <= layout.x_range[1], shape.name
             assert np.nanmin(shape.y) >= layout.y_range[0], shape.name
@@ -94,12 +96,15 @@ def test_a_belt_whose_speed_follows_a_table_travels_by_its_integral() -> None:
     travels = [timing.belt_travel(braking, t, 1.0) for t in (0.0, 1.0, 2.0, 4.0, 6.0, 10.0)]
     assert travels == pytest.approx([0.0, 3.0, 6.0, 10.5, 12.0, 12.0])
     start, end = max(braking.stick_intervals, key=lambda pair: pair[1] - pair[0])
-    assert shapes(braking, 0.5 * (start + end))["friction"].x[1] != 0.0
+    # The friction that holds a sticking slider has an arrow, too.
+    friction_tail, friction_tip, *_ = shapes(braking, 0.5 * (start + end))["friction"].x
+    assert friction_tip != friction_tail
 
 
 def test_a_film_shows_the_modes_by_the_colour_of_the_foot(tmp_path: Path) -> None:
     start, end = max(STICKING.stick_intervals, key=lambda pair: pair[1] - pair[0])
-    speed = (end - start) / 2.0 * 25.0
+    # Three frames, one interval of the film apart, span the stick.
+    speed = (end - start) / 2.0 * FRAMES_PER_SECOND
     separated_time = longest_interval_middle(STICKING, Mode.SEPARATED)
     counts = {}
     for name, window in (
@@ -123,7 +128,7 @@ def test_a_film_shows_the_modes_by_the_colour_of_the_foot(tmp_path: Path) -> Non
 def test_by_default_a_film_has_ten_seconds_of_the_last_cycles() -> None:
     timing = film_timing(RUN, None, None)
     assert timing.end == 100.0
-    assert 9.0 < timing.times.size / 25 < 11.0
+    assert 9.0 < timing.times.size / FRAMES_PER_SECOND < 11.0
     assert film_timing(RUN, None, 2.0).start == 80.0
     assert film_timing(RUN, (0.0, 10.0), 1.0).times.size == 251
     assert film_timing(RUN, (0.0, 1.0), 25.0).times.size == 2

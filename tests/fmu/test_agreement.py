@@ -1,4 +1,8 @@
-"""The FMU, run by fmpy without the project installed, gives the native results."""
+"""The FMU, run by fmpy without the project installed, gives the results of direct runs.
+
+A direct run is one of `simulate` without an FMU. A call of the driver is an instance, by a name, a
+method of `tests/support/fmu_driver.py`, and its arguments.
+"""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -21,7 +25,7 @@ def driver(fmu: Path) -> Iterator[Driver]:
 
 
 def final_state(**options: Any) -> State:
-    """Final state of a native run, by the interpreted kernel unless a method is named."""
+    """Final state of a direct run, by the interpreted kernel unless a method is named."""
     final = (simulate if "method" in options else simulate_interpreted)(**options).final
     return (final.x, final.vx, final.y, final.vy)
 
@@ -42,7 +46,7 @@ def test_the_independent_rk4_converges_to_the_fmu_in_fourth_order(
     assert errors[0] > 12.0 * errors[1] > 144.0 * errors[2]
 
 
-def test_a_tolerance_of_the_experiment_gives_the_native_run_with_that_tolerance(
+def test_a_tolerance_of_the_experiment_gives_the_direct_run_with_that_tolerance(
     driver: Driver,
 ) -> None:
     runs = [{"stop_time": 20.0, "relative_tolerance": tol} for tol in (1e-4, 1e-8, 1e-13)]
@@ -64,7 +68,7 @@ def test_parameters_and_start_values_reach_the_model(driver: Driver) -> None:
     assert tuple(end[name] for name in STATES) == final_state(parameters=p, start=start, t_end=10.0)
 
 
-def test_inputs_changed_at_communication_points_give_the_piecewise_native_run(
+def test_inputs_changed_at_communication_points_give_the_piecewise_direct_run(
     driver: Driver,
 ) -> None:
     # Preload (N) and friction coefficient of each piece, which lasts 2.5 s.
@@ -74,15 +78,15 @@ def test_inputs_changed_at_communication_points_give_the_piecewise_native_run(
         calls += [("a", "set", {"F": F, "mu": mu}), ("a", "steps", 2.5 * number, 0.1, 25)]
     calls.append(("a", "get", [*STATES, "separations"]))
     *state, separations = driver.drive(*calls)[-1].value
-    native = simulate_interpreted(Parameters(F=80.0, mu=0.7), t_end=2.5)
-    switches = native.events.separations
+    direct_run = simulate_interpreted(Parameters(F=80.0, mu=0.7), t_end=2.5)
+    switches = direct_run.events.separations
     for F, mu in pieces[1:]:
-        end = native.final
+        end = direct_run.final
         start = (end.x, end.vx, end.y, end.vy)
-        native = simulate_interpreted(Parameters(F=F, mu=mu), t_end=2.5, start=start)
-        switches += native.events.separations
+        direct_run = simulate_interpreted(Parameters(F=F, mu=mu), t_end=2.5, start=start)
+        switches += direct_run.events.separations
     assert separations == switches > 0
-    end = native.final
+    end = direct_run.final
     assert state == pytest.approx([end.x, end.vx, end.y, end.vy], rel=1e-10, abs=1e-10)
 
 
@@ -93,7 +97,8 @@ def test_forces_follow_from_the_state_and_the_present_friction(driver: Driver) -
         calls += [("a", "step", 0.1 * number, 0.1), ("a", "get", names)]
     calls += [("a", "set", {"mu": 2.0}), ("a", "get", names)]
     modes = set()
-    *before, after = [answer.value for answer in driver.drive(*calls)[2::2]]
+    answers = zip(calls, driver.drive(*calls), strict=True)
+    *before, after = [answer.value for call, answer in answers if call[1] == "get"]
     for y, P, friction_on_slider, friction_on_belt, mode, switching in before:
         # Contact force with k2 = 50 N/m and k_nl = 100 N/m³.
         assert pytest.approx(-50.0 * y - 100.0 * y**3 if y < 0.0 else 0.0) == P
@@ -108,6 +113,6 @@ def test_forces_follow_from_the_state_and_the_present_friction(driver: Driver) -
 def test_a_run_may_start_at_any_time(driver: Driver) -> None:
     runs = [{"start_time": 1000.0, "stop_time": 1020.0, "output_interval": 0.5}]
     (end,) = driver.simulate(*runs)
-    native = simulate_interpreted(t_end=20.0)
+    direct_run = simulate_interpreted(t_end=20.0)
     assert [end[name] for name in STATES] == pytest.approx(list(final_state(t_end=20.0)), rel=1e-9)
-    assert end["last_event"] == pytest.approx(1000.0 + (native.events.last or 0.0))
+    assert end["last_event"] == pytest.approx(1000.0 + (direct_run.events.last or 0.0))

@@ -83,10 +83,12 @@ def test_a_binary_for_another_processor_does_not_count(tmp_path: Path) -> None:
     fmu = build_fmu(tmp_path / "native.fmu", flavour="native")
     (member,) = (n for n in zipfile.ZipFile(fmu).namelist() if n.startswith("binaries/"))
     folder, file = member.rsplit("/", 1)
-    system = {"linux64": "linux", "darwin64": "darwin", "win64": "windows"}[folder[9:]]
+    platform = folder.removeprefix("binaries/")
+    system = {"linux64": "linux", "darwin64": "darwin", "win64": "windows"}[platform]
     foreign_member = f"binaries/aarch64-{system}/{file}"
     with zipfile.ZipFile(fmu, "a") as archive:
         archive.writestr(foreign_member, archive.read(member))
+    # The copy in the folder for ARM says that the binary in this platform's folder is for ARM, too.
     (problem,) = check_fmu(fmu)
     assert "no binary for this platform" in problem
     with pytest.raises(InputError, match="has no binary for this platform"):

@@ -49,6 +49,7 @@ def test_a_folder_is_reused_only_for_the_same_content(
     folder = tmp_path / "temporary"
     folder.mkdir()
     monkeypatch.setattr(tempfile, "tempdir", str(folder))
+    # Files of equal content share folders, but not at the same time.
     with reserve_folder(fmu) as first_folder:
         assert Path(first_folder.path).parent == folder
         assert list(Path(first_folder.path).iterdir()) == []
@@ -57,12 +58,15 @@ def test_a_folder_is_reused_only_for_the_same_content(
     assert list(folder.iterdir()) == []
     with reserve_folder(copy) as reused_folder:
         assert reused_folder.path in (first_folder.path, second_folder.path)
-        # A folder of the expected name that another program made stays unchanged.
-        occupied_path = Path(({first_folder.path, second_folder.path} - {reused_folder.path}).pop())
+        # A folder that another program made at the path that is free stays unchanged.
+        (free_path,) = {first_folder.path, second_folder.path} - {reused_folder.path}
+        occupied_path = Path(free_path)
         occupied_path.mkdir()
         with reserve_folder(fmu) as new_folder:
             assert new_folder.path not in (str(occupied_path), changed_folder.path)
+        # After a fatal error the next run loads the library from another path.
         reused_folder.failed_fatally = True
     assert list(folder.iterdir()) == [occupied_path]
+    # Of the paths for this content, one is occupied, one not used again, and the new one is free.
     with reserve_folder(fmu) as next_folder:
         assert next_folder.path == new_folder.path

@@ -136,6 +136,7 @@ def test_an_fmu_of_another_model_runs_with_inputs_of_all_types(tmp_path: Path, t
     )
     # The gain 3 times a rate of 1/s, for the 2 s in which the input is on.
     assert run.columns["total"][-1] == pytest.approx(6.0)
+    # The accumulator counts its communication steps of 0.5 s.
     assert run.columns["count"][-1] == 6
 
 

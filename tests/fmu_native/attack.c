@@ -20,8 +20,10 @@
             exit(1);                                                         \
         }                                                                    \
     } while (0)
-/* Sizes in a serialised state, bytes: before the numbers, of a number, of the checksum; its limit. */
+/* Sizes in bytes of the parts of a serialised state: the head, each number, and the checksum, which is
+   last; and a bound of the size of the state. */
 enum { HEAD = 48, NUMBER_SIZE = 8, CHECKSUM_SIZE = 4, MAX_BYTES = 4096 };
+/* Whether `choose_belt` gives new instances a belt of finite speed; set by `main`. */
 static int has_finite_belt;
 
 /* State of the random numbers: the xorshift generator of Marsaglia. */
@@ -159,7 +161,8 @@ static void check_message_3(void *host, fmi3Status status, fmi3String category, 
     CHECK(status > fmi3OK && *category && *message);
 }
 
-/* An instance of FMI 3.0 for co-simulation with events. */
+/* An instance of FMI 3.0 for co-simulation with events. In this FMU both versions of FMI have the same
+   type of instance, so that functions of either may be called. */
 static fmi2Component create_initialized_3(void)
 {
     fmi3Instance c = fmi3InstantiateCoSimulation("attacked", SLIDER_BELT_GUID, NULL, 0, 1, 1, 1, NULL,
@@ -189,7 +192,8 @@ static void call_at_random(fmi2Component c, fmi2FMUstate *state)
     fmi2Real read[4];
     fmi2Boolean flags[2];
     fmi2EventInfo info;
-    const size_t two = random_below(3), four = random_below(4) ? 4 : random_below(5);
+    /* Numbers of variables and of states, for valid and invalid calls. */
+    const size_t count = random_below(3), state_count = random_below(4) ? 4 : random_below(5);
     const fmi2String category = random_below(2) ? "logStatusError" : "nonsense";
     fmi3Boolean set[6];
     fmi3Int64 long_number[2];
@@ -199,35 +203,39 @@ static void call_at_random(fmi2Component c, fmi2FMUstate *state)
     case 2: fmi2ExitInitializationMode(c); break;
     case 3: fmi2Terminate(c); break;
     case 4: fmi2Reset(c); break;
-    case 5: fmi2SetReal(c, r, two, reals); break;
-    case 6: fmi2SetBoolean(c, r, two, booleans); break;
-    case 7: fmi2SetInteger(c, r, two, orders); break;
-    case 8: check_finite(fmi2GetReal(c, r, two, read), read, two); break;
-    case 9: fmi2GetInteger(c, r, two, flags); break;
-    case 10: fmi2GetBoolean(c, r, two, flags); break;
+    case 5: fmi2SetReal(c, r, count, reals); break;
+    case 6: fmi2SetBoolean(c, r, count, booleans); break;
+    case 7: fmi2SetInteger(c, r, count, orders); break;
+    case 8: check_finite(fmi2GetReal(c, r, count, read), read, count); break;
+    case 9: fmi2GetInteger(c, r, count, flags); break;
+    case 10: fmi2GetBoolean(c, r, count, flags); break;
     case 11: fmi2DoStep(c, reals[0], fmin(reals[1], 10.0), 1); break;
-    case 12: fmi2SetRealInputDerivatives(c, r, two, orders, reals); break;
+    case 12: fmi2SetRealInputDerivatives(c, r, count, orders, reals); break;
     case 13: fmi2GetFMUstate(c, state); break;
     case 14: fmi2SetFMUstate(c, *state); break;
     case 15: fmi2FreeFMUstate(c, state); break;
     case 16: fmi2SetTime(c, reals[0]); break;
-    case 17: fmi2SetContinuousStates(c, reals, four); break;
-    case 18: check_finite(fmi2GetContinuousStates(c, read, four), read, four); break;
-    case 19: check_finite(fmi2GetDerivatives(c, read, four), read, four); break;
-    case 20: check_finite(fmi2GetEventIndicators(c, read, four), read, four); break;
+    case 17: fmi2SetContinuousStates(c, reals, state_count); break;
+    case 18: check_finite(fmi2GetContinuousStates(c, read, state_count), read, state_count); break;
+    case 19: check_finite(fmi2GetDerivatives(c, read, state_count), read, state_count); break;
+    case 20: check_finite(fmi2GetEventIndicators(c, read, state_count), read, state_count); break;
     case 21: fmi2EnterEventMode(c); break;
     case 22: fmi2NewDiscreteStates(c, &info); break;
     case 23: fmi2EnterContinuousTimeMode(c); break;
-    case 24: check_finite(fmi2GetDirectionalDerivative(c, r, two, r, two, reals, read), read, two); break;
+    case 24:
+        check_finite(fmi2GetDirectionalDerivative(c, r, count, r, count, reals, read), read, count);
+        break;
     case 25: fmi3EnterEventMode(c); break;
     case 26: fmi3EnterStepMode(c); break;
     case 27: fmi3UpdateDiscreteStates(c, set, set + 1, set + 2, set + 3, set + 4, read); break;
     case 28: fmi3DoStep(c, reals[0], fmin(reals[1], 10.0), 1, set, set + 1, set + 2, read); break;
-    case 29: check_finite(fmi3GetFloat64(c, r, two, read, random_below(8) ? two : 3), read, two); break;
-    case 30: fmi3GetInt64(c, r, two, long_number, two); break;
-    case 31: fmi3SetFloat64(c, r, two, reals, two); break;
-    case 32: fmi3GetBoolean(c, r, two, set, two); break;
-    case 33: check_finite(fmi3GetAdjointDerivative(c, r, two, r + 1, 1, reals, two, read, 1), read, 1); break;
+    case 29: check_finite(fmi3GetFloat64(c, r, count, read, random_below(8) ? count : 3), read, count); break;
+    case 30: fmi3GetInt64(c, r, count, long_number, count); break;
+    case 31: fmi3SetFloat64(c, r, count, reals, count); break;
+    case 32: fmi3GetBoolean(c, r, count, set, count); break;
+    case 33:
+        check_finite(fmi3GetAdjointDerivative(c, r, count, r + 1, 1, reals, count, read, 1), read, 1);
+        break;
     case 34: fmi3EnterInitializationMode(c, 1, reals[0], reals[1], 1, reals[2]); break;
     default: fmi2SetDebugLogging(c, booleans[0], random_below(2), &category); break;
     }
@@ -254,6 +262,7 @@ static void call_in_update(fmi3InstanceEnvironment environment, fmi3Float64 time
                                fmi3Boolean can_return, fmi3Boolean *is_early, fmi3Float64 *early)
 {
     Importer *importer = environment;
+    /* An update either asks for inputs before a part of the step, or lets outputs be read after it. */
     CHECK(can_return && wants_inputs != get_allowed && get_allowed == finished);
     CHECK(time >= importer->last_time);
     importer->last_time = finished ? time : importer->last_time;
@@ -264,6 +273,7 @@ static void call_in_update(fmi3InstanceEnvironment environment, fmi3Float64 time
     fmi3SetFloat64(importer->c, &v, 1, &speed, 1);
     for (unsigned remaining = random_below(4); remaining > 0; remaining--)
         call_at_random(importer->c, &importer->state);
+    /* Neither call frees anything: the step in progress needs the instance. */
     fmi3FreeInstance(random_below(8) ? NULL : importer->c);
     *is_early = random_below(4) == 0, *early = random_below(2) ? time : extreme_number();
 }
@@ -327,6 +337,7 @@ static void attack_by_endless_step(fmi3IntermediateUpdateCallback update, size_t
     choose_belt(c);
     CHECK(fmi3EnterInitializationMode(c, 0, 0.0, 0.0, 0, 0.0) == fmi3OK);
     CHECK(fmi3ExitInitializationMode(c) == fmi3OK);
+    /* So many seconds need more internal steps than the limit of a communication step. */
     CHECK(fmi3DoStep(c, 0.0, 1e206, 1, flags, flags + 1, flags + 2, &reached) == fmi3Discard);
     CHECK(reached == 0.0);
     CHECK(fmi3DoStep(c, 0.0, 0.1, 1, flags, flags + 1, flags + 2, &reached) == fmi3OK);

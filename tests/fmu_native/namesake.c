@@ -13,6 +13,7 @@
 #error "Y_REFERENCE must be defined"
 #endif
 
+/* Functions of FMI 2.0, and of the FMU alone, that its functions of FMI 3.0 call. */
 #define NAMESAKE(name) int name(void) { exit(3); }
 NAMESAKE(fmi2SetupExperiment)
 NAMESAKE(fmi2EnterInitializationMode)

@@ -10,7 +10,13 @@
 #include "slider_belt_table.h"
 
 /* Exit unless the call returns success or a warning. */
-#define REQUIRE_OK(call) ((int)(call) > fmi2Warning ? exit((fprintf(stderr, "%s\n", #call), 1)) : (void)0)
+#define REQUIRE_OK(call)                    \
+    do {                                    \
+        if ((int)(call) > fmi2Warning) {    \
+            fprintf(stderr, "%s\n", #call); \
+            exit(1);                        \
+        }                                   \
+    } while (0)
 enum { STEPS = 10000, STATES = 4 };
 static const unsigned OUTPUTS[STATES] = {V_x, V_vx, V_y, V_vy};
 
@@ -55,7 +61,9 @@ int main(void)
     REQUIRE_OK(fmi3EnterInitializationMode(i, 0, 0.0, 0.0, 0, 0.0));
     REQUIRE_OK(fmi3ExitInitializationMode(i));
     REQUIRE_OK(fmi3EnterStepMode(i));
-    for (double end = (STEPS - 1) * 0.01 + 0.01; t < end;) {
+    /* The end of the last step above, rounded alike. */
+    const double end = (STEPS - 1) * 0.01 + 0.01;
+    while (t < end) {
         REQUIRE_OK(fmi3DoStep(i, t, end - t < 1.0 ? end - t : 1.0, 1, &event, &stops, &early, &t));
         if (!event)
             continue;

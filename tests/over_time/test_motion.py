@@ -17,7 +17,7 @@ from fivtui.cli import run as command
 from fivtui.model import InputError, System, TimeTable, time_tables
 from fivtui.simulation import compute
 from fivtui.transient import START_SEEDS, Request, compute_variation
-from tests.support.own_belt import OwnBelt, integrate
+from tests.support.independent_belt import IndependentBelt, integrate
 
 Tables = dict[str, list[tuple[float, float]]]
 RAMPS: Tables = {
@@ -122,7 +122,7 @@ def test_random_brake_applications_agree_with_an_event_driven_integration(seed: 
         "v_belt": [(0, speed), (2, speed), (5, 0.0)],
     }
     run = simulate(p, t_end=6.5, over_time=tables)
-    expected = integrate(OwnBelt(p, True, tables), np.array(run.start), 6.5)[0]
+    expected = integrate(IndependentBelt(p, True, tables), np.array(run.start), 6.5)[0]
     assert state_without_time(run.final) == pytest.approx(expected, abs=2e-6), (
         run.events.transitions
     )

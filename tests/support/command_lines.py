@@ -1,7 +1,7 @@
 """Random command lines over all commands and options, with unusual values.
 
-`prepare` creates the files that they name. Their probabilities give many lines of each kind: valid
-ones, and ones with unusual values, missing values or missing options.
+`create_files` creates the files that they name. Their probabilities give many lines of each kind:
+valid ones, and ones with unusual values, missing values or missing options.
 """
 
 import os
@@ -66,7 +66,7 @@ UNUSUAL_VALUES = (
 )  # fmt: skip
 
 
-def prepare(folder: Path) -> None:
+def create_files(folder: Path) -> None:
     """Create the files that the command lines name: readable and unreadable ones."""
     texts = {
         "own.toml": "fivtui_scene = 1\nt_end = 0.5\n[parameters]\nF = 33.0\n",

@@ -22,7 +22,7 @@ Tables = Mapping[str, Sequence[tuple[float, float]]]
 
 
 @dataclass(frozen=True)
-class OwnBelt:
+class IndependentBelt:
     """A system whose preload, friction and belt speed may follow tables."""
 
     p: Parameters
@@ -115,7 +115,9 @@ class OwnBelt:
         return self.mode_at(t, z)
 
 
-def integrate(belt: OwnBelt, start: FloatArray, t_end: float) -> tuple[FloatArray, list[str]]:
+def integrate(
+    belt: IndependentBelt, start: FloatArray, t_end: float
+) -> tuple[FloatArray, list[str]]:
     """Integrate to `t_end`; return the final state and the sequence of modes."""
     solve: Any = solve_ivp
     t, z, mode = 0.0, np.array(start), belt.mode_at(0.0, np.array(start))
