@@ -167,10 +167,10 @@ def test_parameters_without_coupling_have_no_critical_mu() -> None:
     assert rows["critical μ, linear"] == "none"
 
 
-def test_a_separated_equilibrium_is_labelled() -> None:
+def test_an_equilibrium_off_the_belt_is_labelled() -> None:
     parameters = Parameters(F=-5.0)
     notes = {row.label: row.note for row in stability_rows(stability(parameters))}
-    assert "separated" in notes["contact force"]
+    assert "off the belt" in notes["contact force"]
 
 
 def test_the_summary_has_the_figures_of_the_base_scene() -> None:
