@@ -310,7 +310,7 @@ def test_input_ramps_give_the_motion_of_tables_in_a_direct_run(
             p, rates = course.after(instance.t)
             assert p.v_belt is not None
             instance.set(F=p.F, mu=p.mu, v_belt=p.v_belt)
-            instance.slope(F=rates.F, mu=rates.mu, v_belt=rates.v_belt)
+            instance.set_slopes(F=rates.F, mu=rates.mu, v_belt=rates.v_belt)
             records.append((p, rates, instance.get(*STATES, "mode", "friction_slider", "ax")))
             instance.step(step)
         state = instance.get(*STATES)
@@ -336,7 +336,7 @@ def test_a_ramp_of_the_belt_speed_adds_to_friction_until_a_new_input_is_set(fold
     start: State = (0.0, 0.5, -1.0, 0.0)
     with FmuInstance(folder).begin(**start_values(p, start)) as instance:
         assert instance.get("mode", "sticks", "switches") == [Mode.STICK, 1.0, 0.0]
-        instance.slope(v_belt=-0.5)
+        instance.set_slopes(v_belt=-0.5)
         instance.step(0.125)
         x, vx, y, vy, mode, friction, ax = instance.get(*STATES, "mode", "friction_slider", "ax")
         assert (mode, ax) == (Mode.STICK, -0.5)
@@ -349,7 +349,7 @@ def test_a_ramp_of_the_belt_speed_adds_to_friction_until_a_new_input_is_set(fold
         assert friction == pytest.approx(on_ramp, rel=1e-12)
         # Once an input is set, friction is that of the next step, in which the belt has a constant
         # speed. The input here is F, which does not change friction in stick.
-        instance.slope(v_belt=0.0)
+        instance.set_slopes(v_belt=0.0)
         instance.set(F=81.0)
         assert instance.get("friction_slider") == pytest.approx(
             [friction_force(held_parameters, state, Mode.STICK)], rel=1e-12
@@ -358,13 +358,13 @@ def test_a_ramp_of_the_belt_speed_adds_to_friction_until_a_new_input_is_set(fold
 
 def test_a_ramp_of_friction_above_static_friction_is_refused(folder: Path) -> None:
     with FmuInstance(folder).begin(**start_values(ALL_MODES, START)) as instance:
-        instance.slope(mu=0.2)
+        instance.set_slopes(mu=0.2)
         with pytest.raises(FMICallException, match="discard"):
             instance.step(1.0)
         assert "mu = 0.9: must be at most mu_s = 0.8" in instance.log[-1]
         instance.step(0.25)
         assert instance.get("mu") == pytest.approx([0.75])
-        instance.slope(v_belt=-100.0)
+        instance.set_slopes(v_belt=-100.0)
         with pytest.raises(FMICallException, match="discard"):
             instance.step(1.0)
         assert "v_belt = -98 at the end of the step: must be from 0" in instance.log[-1]
@@ -378,7 +378,7 @@ def test_a_state_saved_on_a_ramp_in_stick_continues_with_the_same_bits(folder: P
         FmuInstance(folder).begin() as restored,
     ):
         for number in range(40):
-            source.slope(v_belt=0.2 if number % 2 else -0.2, F=3.0 if number % 2 else -3.0)
+            source.set_slopes(v_belt=0.2 if number % 2 else -0.2, F=3.0 if number % 2 else -3.0)
             saved = source.fmi.getFMUstate()
             copy = restored.fmi.deSerializeFMUstate(source.fmi.serializeFMUstate(saved))
             restored.fmi.setFMUstate(copy)

@@ -22,9 +22,9 @@ PHASES: Final = {
     ("3", CO_SIMULATION): "INESTUV",
     ("3", MODEL_EXCHANGE): "INECT",
 }
-# Where the standard allows a call, in co-simulation and in model exchange. Two more calls are
-# allowed: FMI 2.0 values may be read when instantiated, as importers then show parameters, and
-# the time may be set in event mode, as in the Reference FMUs.
+# Where a call is allowed, in co-simulation and in model exchange: where the standard allows it, and
+# in two more cases. FMI 2.0 values may be read when instantiated, as importers then show
+# parameters; and the time may be set in event mode, as in the Reference FMUs.
 ALLOWED: Final[dict[str, dict[str, tuple[str, str]]]] = {
     "2": {
         "SetDebugLogging": ("INST", "INECT"),
@@ -140,6 +140,7 @@ class Instance:
     """An instance of a model in a given state, driven by the library's functions."""
 
     def __init__(self, model: str, version: str, kind: str) -> None:
+        # The suffix is .so, .dll or .dylib.
         self.library = ctypes.CDLL(str(next(NATIVE.glob(f"{model}.[sd]*"))))
         self.version, self.kind, self.log = version, kind, list[str]()
         self.on_update: Callable[[bool], None] = lambda _: None
@@ -150,10 +151,14 @@ class Instance:
         }
         self.input = ctypes.c_uint(references[Role.INPUT])
         self.parameter = ctypes.c_uint(references[Role.PARAMETER])
+        # A derivative in each model: horizontal acceleration, and rate of the preload.
         rate = next(r for r, v in enumerate(table.variables) if v.name in ("ax", "F_rate"))
+        # The time has the first reference after the variables of the table.
         self.rate, self.time = ctypes.c_uint(rate), ctypes.c_uint(len(table.variables))
         self.states, self.indicators = STATES[model], INDICATORS[model]
-        self.buffer, self.saved_state = (ctypes.c_double * 8)(), ctypes.c_void_p()
+        # Memory for results of any type; the largest are 4 numbers, and FMI 2.0's event info.
+        self.buffer = (ctypes.c_double * 8)()
+        self.saved_state = ctypes.c_void_p()
         self.flags, self.size = (ctypes.c_bool * 32)(), ctypes.c_size_t()
         token = model_token(model)
         self.component = ctypes.c_void_p(
@@ -205,6 +210,7 @@ class Instance:
             *counted,
         )
         states, indicators = ctypes.c_size_t(self.states), ctypes.c_size_t(self.indicators)
+        # The FMU gives the value of a variable as any type: the Real input serves all `Get…`.
         calls: dict[str, tuple[Any, ...]] = {
             "SetDebugLogging": (0, ctypes.c_size_t(0), None),
             "SetupExperiment": start,
@@ -301,6 +307,7 @@ def test_functions_fail_exactly_in_the_states_that_the_standard_forbids(
         for phase in PHASES[version, kind]:
             instance = Instance(model, version, kind)
             statuses[phase] = instance.call_in(phase, name)
+            # Failures are logged. Asking for an unknown status is discarded, but allowed.
             assert bool(statuses[phase]) == bool(instance.log), (name, phase)
             instance.free()
         accepted[name] = "".join(phase for phase in statuses if statuses[phase] != ERROR)

@@ -1,4 +1,8 @@
-"""Binaries of the native FMU for other platforms, compiled by ziglang."""
+"""Binaries of the native FMU for other platforms, compiled by ziglang.
+
+Tests marked `whole` run only with ``pytest -m whole``. Those marked `host` need a program of this
+machine: wine, which runs programs for Windows, or qemu, which runs those for ARM processors.
+"""
 
 import os
 import platform
@@ -19,7 +23,7 @@ import hatch_build
 from fivtui import simulate
 from fivtui.cli import run
 from fivtui.fmu.check import check_fmu
-from fivtui.kernel.field_text import FLAGS
+from fivtui.kernel import FLAGS
 from fivtui.model.errors import InputError
 from fmu_src.build import cross_compilation, native
 from fmu_src.build.builder import build_fmu
@@ -85,7 +89,8 @@ def test_the_build_hook_compiles_and_links_for_the_same_platform(
     zig = hatch_build._compilers(hatch_build.ROOT)[0]
     assert zig.tag == PLATFORMS[name].wheel_tag
     assert zig.command[-2:] == ["-target", PLATFORMS[name].triple]
-    plan = hatch_build._Plan({"unit": []}, {library: ["unit"]})
+    # One object file, compiled without options, and the library that is linked from it.
+    plan = hatch_build._Plan(objects={"unit": []}, libraries={library: ["unit"]})
     hatch_build._compile([lambda *_: plan], zig)
     assert set(reproducible_options(library.name)) < set(compiler.calls[-1][2])
 
@@ -207,6 +212,7 @@ def test_one_fmu_holds_binaries_of_several_platforms(tmp_path: Path) -> None:
         assert elf_processor(archive.read("binaries/linux64/SliderBelt.so")) != _ELF_ARM
 
 
+# Before 2.0.4, FMI named no folder for ARM, and importers look in that of x86.
 @pytest.mark.parametrize(
     ("fmi", "folders"), [("2", {"aarch64-linux", "linux64"}), ("3", {"aarch64-linux"})]
 )
@@ -231,24 +237,28 @@ def test_unsupported_processors_have_no_native_flavour(
     assert "riscv64" in str(native.native_failure())
 
 
-def assert_native_bits(program: str, host: Path) -> None:
+def assert_results_of_kernel(emulator: str, program: Path) -> None:
+    """Check that `program`, compiled from ``run.c``, gives the kernel's results to the bit."""
     process = subprocess.run(
-        [program, str(host)], cwd=host.parent, capture_output=True, text=True, check=False
+        [emulator, str(program)], cwd=program.parent, capture_output=True, text=True, check=False
     )
-    *digits, switches = process.stdout.split()
-    native_run = simulate(t_end=9999 * 0.01 + 0.01, kernel="compiled")
-    final = native_run.final
+    # The final state of the run by FMI 2.0, that of the run by FMI 3.0, and its number of switches.
+    *states, switches = process.stdout.split()
+    # The end of the last of 10 000 steps, as the program computes it: not exactly 100 s.
+    kernel_run = simulate(t_end=9999 * 0.01 + 0.01, kernel="compiled")
+    final = kernel_run.final
     exact = [final.x, final.vx, final.y, final.vy]
-    assert [float.fromhex(number) for number in digits] == [*exact, *exact]
-    assert int(switches) == native_run.switch_times.size
+    assert [float.fromhex(number) for number in states] == [*exact, *exact]
+    assert int(switches) == kernel_run.switch_times.size
 
 
 @pytest.fixture
-def host_arguments(tmp_path: Path) -> list[str]:
+def program_arguments(tmp_path: Path) -> list[str]:
     """Compiler arguments for a program that runs the FMU."""
     for name, text in sources("SliderBelt").items():
         tmp_path.joinpath(name).write_text(text, encoding="utf-8")
     headers = Path(fmpy.__file__).parent / "c-code"
+    # These two options are for libraries: code for any address, and hidden functions.
     flags = [flag for flag in FLAGS if flag not in ("-fPIC", "-fvisibility=hidden")]
     source = str(Path(__file__).with_name("run.c"))
     return [*flags, f"-I{tmp_path}", f"-I{headers}", source]
@@ -257,28 +267,30 @@ def host_arguments(tmp_path: Path) -> list[str]:
 @needs_zig
 @pytest.mark.whole
 @pytest.mark.host
-def test_the_binary_for_windows_has_the_native_bits(
-    tmp_path: Path, host_arguments: list[str]
+def test_the_binary_for_windows_gives_the_bits_of_the_kernel(
+    tmp_path: Path, program_arguments: list[str]
 ) -> None:
     wine = shutil.which("wine")
     if wine is None:
         pytest.skip("there is no wine")
-    host, library = tmp_path / "host.exe", tmp_path / "SliderBelt.dll"
+    program, library = tmp_path / "program.exe", tmp_path / "SliderBelt.dll"
     library.write_bytes(cross_compilation.compile_binary("SliderBelt", "win64"))
-    flags = ["-target", "x86_64-windows-gnu", *host_arguments, str(library)]
-    cross_compilation._run_compiler(tmp_path, *flags, "-o", str(host))
-    assert_native_bits(wine, host)
+    flags = ["-target", "x86_64-windows-gnu", *program_arguments, str(library)]
+    cross_compilation._run_compiler(tmp_path, *flags, "-o", str(program))
+    assert_results_of_kernel(wine, program)
 
 
 @needs_zig
 @pytest.mark.whole
 @pytest.mark.host
-def test_the_binary_for_arm_has_the_native_bits(tmp_path: Path, host_arguments: list[str]) -> None:
+def test_the_binary_for_arm_gives_the_bits_of_the_kernel(
+    tmp_path: Path, program_arguments: list[str]
+) -> None:
     qemu = shutil.which("qemu-aarch64") or shutil.which("qemu-aarch64-static")
     if qemu is None:
         pytest.skip("there is no qemu-aarch64")
-    host = tmp_path / "host"
+    program = tmp_path / "program"
     units = [str(path) for path in tmp_path.glob("*.c")]
-    flags = ["-target", "aarch64-linux-musl", "-static", *host_arguments, *units, "-lm"]
-    cross_compilation._run_compiler(tmp_path, *flags, "-o", str(host))
-    assert_native_bits(qemu, host)
+    flags = ["-target", "aarch64-linux-musl", "-static", *program_arguments, *units, "-lm"]
+    cross_compilation._run_compiler(tmp_path, *flags, "-o", str(program))
+    assert_results_of_kernel(qemu, program)

@@ -1,4 +1,7 @@
-"""Directional derivatives by the native FMU, in co-simulation and in initialization mode."""
+"""Directional derivatives by the native FMU, in co-simulation and in initialization mode.
+
+They are derivatives of unknowns (outputs and accelerations) by knowns (states, inputs, parameters).
+"""
 
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
@@ -42,10 +45,11 @@ _BELT: Final[dict[str, float | bool]] = {
 }
 _SLIP: Final = {**_BELT, "x_start": 0.1, "vx_start": 0.2, "y_start": -0.5}
 _STICK: Final = {**_SLIP, "vx_start": 1.5}
-_SCENES: Final[list[tuple[Mode, dict[str, float | bool]]]] = [
-    (Mode.CONTACT, {}),
-    (Mode.FORWARD, _SLIP),
-    (Mode.STICK, _STICK),
+# Modes, initial values besides `VALUES`, and the time at which the slider is in the mode, s.
+_MODE_CASES: Final[list[tuple[Mode, dict[str, float | bool], float]]] = [
+    (Mode.CONTACT, {}, 0.4),
+    (Mode.FORWARD, _SLIP, 0.0),
+    (Mode.STICK, _STICK, 0.0),
 ]
 
 
@@ -82,6 +86,7 @@ class Slave:
             getattr(self.fmi, f"set{kind}")([REFERENCES[name]], [value])
 
     def get(self, *names: str) -> list[float]:
+        """Values of variables of type Real, which include `mode`."""
         read = self.fmi.getFloat64 if self._is_3 else self.fmi.getReal
         values: list[float] = read([REFERENCES[name] for name in names])
         return values
@@ -152,6 +157,7 @@ def test_derivatives_at_a_communication_point_agree_with_the_interpreted_model(
     for column, name in enumerate(KNOWNS):
         exact = central_difference(base_values, f"{name}_start" if name in STATES else name)
         assert partials[:, column] == pytest.approx(exact, rel=1e-6, abs=1e-6), name
+    # Contact compresses the contact spring: y < 0.
     mode = Mode.CONTACT if states["y"] < 0.0 else Mode.SEPARATED
     assert (mode is Mode.CONTACT) == (t == 0.4)
     rows = [UNKNOWNS.index(name) for name in ("vx", "ax", "vy", "ay")]
@@ -167,12 +173,13 @@ def test_derivatives_in_initialization_mode_are_those_of_the_initial_values(
     values = {**VALUES, "F": force}
     with slave(extracted, **values) as instance:
         jacobian = instance.matrix(knowns)
+    state_rows = [UNKNOWNS.index(state) for state in STATES]
     for column, name in enumerate(knowns):
         exact = central_difference(values, name)
         assert jacobian[:, column] == pytest.approx(exact, rel=1e-6, abs=1e-6), name
-        change = static_start_change(System(Parameters(**values)), name)
-        base_values = [UNKNOWNS.index(state) for state in STATES]
-        assert jacobian[base_values, column] == pytest.approx(change, rel=1e-12), name
+        # The slider starts at rest at an equilibrium, which parameters and inputs shift.
+        shift = static_start_change(System(Parameters(**values)), name)
+        assert jacobian[state_rows, column] == pytest.approx(shift, rel=1e-12), name
 
 
 def test_start_values_are_knowns_in_initialization_mode(extracted: Path) -> None:
@@ -207,22 +214,23 @@ def dependencies(folder: Path, tag: str) -> dict[str, set[str]]:
 
 
 def test_the_description_lists_the_available_derivatives(extracted: Path) -> None:
+    # The velocities are in both lists, with equal dependencies.
     declared = {**dependencies(extracted, "Output"), **dependencies(extracted, "Derivative")}
     is_3 = 'fmiVersion="3.0"' in (extracted / "modelDescription.xml").read_text()
+    # Descriptions list dependencies on states and inputs, in FMI 3.0 on parameters too.
     parameters = (*PARAMETERS, "mu_s", "v_s") if is_3 else ()
     knowns = (*STATES, *INPUTS, "v_belt", *parameters)
     nonzero: dict[str, set[str]] = {unknown: set() for unknown in UNKNOWNS}
-    for mode, scene in _SCENES:
-        with slave(extracted, **{**VALUES, **scene}) as instance:
+    for mode, initial_values, t in _MODE_CASES:
+        with slave(extracted, **{**VALUES, **initial_values}) as instance:
             instance.fmi.exitInitializationMode()
-            if not scene:
-                instance.fmi.doStep(0.0, 0.4)
+            if t > 0.0:
+                instance.fmi.doStep(0.0, t)
             assert instance.get("mode") == [mode]
             for row, unknown in zip(instance.matrix(knowns), UNKNOWNS, strict=True):
                 pairs = zip(knowns, row, strict=True)
                 nonzero[unknown] |= {name for name, value in pairs if value}
     for unknown in UNKNOWNS:
-        # vx is both a derivative and a state that is an output.
         assert nonzero[unknown] == declared[unknown], unknown
 
 
@@ -230,6 +238,7 @@ def test_unavailable_derivatives_are_refused(extracted: Path) -> None:
     with slave(extracted, **VALUES) as instance:
         instance.fmi.exitInitializationMode()
         for knowns, seeds, message in (
+            # A Boolean parameter, and an output: the contact force.
             (("separation",), [1.0], "must be that of an input, state or Real parameter"),
             (("P",), [1.0], "must be that of an input, state or Real parameter"),
             (("y",), [np.inf], "seed of y = inf: must be a finite number"),
@@ -261,6 +270,7 @@ def test_derivatives_of_the_brake_actuator_follow_from_its_equation(tmp_path: Pa
         actuator.fmi.exitInitializationMode()
         actuator.step(0.1)
         force, slope = actuator.get("F", "F_rate")
+        # tau dF/dt = command + gain (command − P) − F, with the contact force P.
         target_force = 100.0 + 0.5 * (100.0 - 30.0)
         assert slope == pytest.approx((target_force - force) / 0.2)
         assert [derivative_by("command"), derivative_by("P"), derivative_by("F")] == pytest.approx(

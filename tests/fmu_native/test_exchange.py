@@ -29,6 +29,8 @@ STATES = ("x", "y", "vx", "vy")
 DERIVATIVES = ("vx", "vy", "ax", "ay")
 DISCARD, ERROR = 2, 3
 VALUES = {"m": 3.0, "k1": 90.0, "k2": 40.0, "k3": 50.0, "c1": 0.7, "c2": 0.4, "k_nl": 120.0}
+# Sizes in a serialised state: header, numbers, and checksum, bytes.
+HEADER_SIZE, NUMBER_SIZE, CHECKSUM_SIZE = 48, 8, 4
 
 
 @pytest.mark.parametrize(("tol", "error"), [(1e-6, 0.2), (1e-8, 5e-3), (1e-10, 1e-4)])
@@ -49,7 +51,9 @@ def test_cvode_finds_the_native_switches(fmu: Path, tol: float, error: float) ->
     assert np.all(run["P"] >= -1e-6)
 
 
-def test_an_importer_that_restarts_only_on_request_finds_the_native_switches(folder: Path) -> None:
+def test_an_integrator_restarted_only_where_the_fmu_requests_it_finds_the_native_switches(
+    folder: Path,
+) -> None:
     native = simulate(t_end=20.0)
     with model_exchange_instance(folder) as instance:
         state = integrate_instance(instance, 20.0)
@@ -62,8 +66,13 @@ def test_an_importer_that_restarts_only_on_request_finds_the_native_switches(fol
 
 @pytest.mark.parametrize("scale", [1e-9, 1.0, 1e7])
 def test_the_tolerance_of_a_switch_scales_with_the_motion(folder: Path, scale: float) -> None:
-    # y, ẏ and the mode after the event: within rounding of y = 0 the sign of ẏ decides.
-    cases = [(1e-12, -1.0, 1.0), (-1e-12, 1.0, 0.0), (1e-4, -1.0, 0.0), (-1e-4, 1.0, 1.0)]
+    # y, ẏ and the mode after the event: ẏ decides if y is 0 within rounding, otherwise y.
+    cases = [
+        (1e-12, -1.0, Mode.CONTACT),
+        (-1e-12, 1.0, Mode.SEPARATED),
+        (1e-4, -1.0, Mode.SEPARATED),
+        (-1e-4, 1.0, Mode.CONTACT),
+    ]
     for y, vy, mode in cases:
         with model_exchange_instance(folder, F=80.0 * scale, k_nl=0.0) as instance:
             states = np.array([0.1, y, 0.0, vy]) * scale
@@ -79,17 +88,21 @@ def test_at_a_switch_y_is_zero_and_the_indicator_is_on_the_side_of_the_mode(fold
     with model_exchange_instance(folder) as instance:
         states = np.array([3.0, -1e-14, 1.0, 2.0])
         write_states(instance.fmi, states)
+        # y, and the indicators of slip and stick, which are 1 on a belt that is always faster.
         assert read(instance.fmi.getEventIndicators, INDICATORS) == [-1e-14, 1.0, 1.0, 1.0]
         instance.fmi.enterEventMode()
         assert instance.update_mode()
         assert read(instance.fmi.getContinuousStates, len(STATES)) == [3.0, 0.0, 1.0, 2.0]
-        assert 0.0 < read(instance.fmi.getEventIndicators, INDICATORS)[0] < 1e-300
+        # In place of y = 0, the indicator is the least positive normal number.
+        indicator, *_ = read(instance.fmi.getEventIndicators, INDICATORS)
+        assert 0.0 < indicator < 1e-300
         assert not instance.update_mode()
 
 
 @pytest.mark.parametrize("y", [-0.9, 0.4])
 def test_directional_derivatives_agree_with_differences(folder: Path, y: float) -> None:
     knowns = [*STATES, "F", "mu"]
+    # `switching` is the switching function y.
     unknowns = [*DERIVATIVES, "P", "friction_slider", "friction_belt", "switching", "mode"]
     base_states = np.array([0.5, y, -1.0, 0.3])
 
@@ -184,21 +197,29 @@ def test_a_saved_state_restores_mode_and_counts(folder: Path) -> None:
 
 def replace_number(state: bytes, index: int, value: float) -> bytes:
     """A serialised state with one number replaced and the checksum updated."""
-    head = 48 + 8 * index
-    changed = state[:head] + struct.pack("<d", value) + state[head + 8 : -4]
+    start = HEADER_SIZE + NUMBER_SIZE * index
+    before, after = state[:start], state[start + NUMBER_SIZE : -CHECKSUM_SIZE]
+    changed = before + struct.pack("<d", value) + after
     return changed + struct.pack("<I", zlib.crc32(changed))
 
 
 def test_serialised_states_with_invalid_numbers_are_refused(folder: Path) -> None:
-    # Indices of the flags in the serialised numbers.
-    flags = {"set up": 2, "motion": 3, "slopes": 4, "inputs unchanged": 5, "switch pending": 6}
+    # Indices of numbers that are 0 or 1: whether the experiment is set up, the motion has started,
+    # inputs have slopes, inputs are those of the last step, and a switch waits for event mode.
+    flags = {
+        "is set up": 2,
+        "has motion": 3,
+        "has slopes": 4,
+        "has inputs of step": 5,
+        "switch pending": 6,
+    }
     invalid_numbers: dict[str, tuple[int, tuple[float, ...]]] = {
         name: (index, (-1.0, 0.5, 2.0, math.nan)) for name, index in flags.items()
     }
     invalid_numbers |= {
         "type": (0, (2.0, 0.5)),
         "phase": (1, (-1.0, 0.5, 100.0)),
-        "stop": (8, (-1.0,)),
+        "stop time": (8, (-1.0,)),
     }
     invalid_numbers |= {"tolerance": (9, (0.9e-13, 1.1e-2, 0.0)), "time": (10, (math.inf,))}
     with model_exchange_instance(folder) as instance:
@@ -215,7 +236,7 @@ def test_serialised_states_with_invalid_numbers_are_refused(folder: Path) -> Non
         saved = instance.fmi.getFMUstate()
         state = bytes(instance.fmi.serializeFMUstate(saved))
         for name, (index, values) in invalid_numbers.items():
-            (value,) = struct.unpack_from("<d", state, 48 + 8 * index)
+            (value,) = struct.unpack_from("<d", state, HEADER_SIZE + NUMBER_SIZE * index)
             assert replace_number(state, index, value) == state, name
             for wrong in values:
                 with pytest.raises(FMICallException):
@@ -238,7 +259,9 @@ def test_both_interfaces_of_the_brake_actuator_give_the_exact_solution(tmp_path:
         for kind in ("CoSimulation", "ModelExchange")
     ]
     ends = [run["F"][-1] for run in runs]
-    exact = 107.0 + (10.0 - 107.0) * np.exp(-10.0)
+    # The default gain is 0.1, and the default time constant 0.05 s.
+    target_force = 100.0 + 0.1 * (100.0 - 30.0)
+    exact = target_force + (10.0 - target_force) * np.exp(-0.5 / 0.05)
     assert ends == pytest.approx([exact] * 2, rel=1e-6)
 
 
@@ -247,15 +270,17 @@ def test_the_brake_actuator_gives_only_finite_values(tmp_path: Path) -> None:
     fmpy.extract(str(fmu), str(tmp_path / "a"))
     with FmuInstance(tmp_path / "a").begin(tau=1e-12, gain=0.0, P=30.0) as actuator:
         actuator.set(command=1e3)
+        # F begins at the default F_start, and follows the command in steps.
         assert actuator.get("F") == [80.0]
         # The gain is 0, so that F is finite; P is not.
-        actuator.slope(P=1e308)
+        actuator.set_slopes(P=1e308)
         with pytest.raises(FMICallException) as refused:
             actuator.step(10.0)
         assert refused.value.status == DISCARD
         assert actuator.log[-1] == "P = inf at the end of the step: must be a finite number of N"
-        actuator.slope(P=1.0)
+        actuator.set_slopes(P=1.0)
         actuator.step(10.0)
+        # P = 30 + 1.0 · 10, without the refused step; F is the command.
         assert actuator.get("P", "F", "F_rate") == [40.0, 1e3, 0.0]
 
 

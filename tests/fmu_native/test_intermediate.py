@@ -22,7 +22,7 @@ INPUTS: Final = ("F", "mu")
 
 
 class Update(NamedTuple):
-    """Flags of an intermediate update."""
+    """Time and flags of an intermediate update."""
 
     time: float
     set_requested: bool
@@ -67,14 +67,15 @@ def instance_with_updates(
     slave.log, slave.updates, slave.handled = [], [], 0
 
     def update(_: Any, *arguments: Any) -> None:
-        *flags, requested, return_times = arguments
-        received = Update(*flags)
+        # The callback answers through two pointers: whether to return early, and when.
+        *fields, return_requested, early_return_time = arguments
+        received = Update(*fields)
         slave.updates.append(received)
         # ctypes prints exceptions of callbacks instead of raising them: count the handled updates.
         return_time = on_update(slave, received)
         slave.handled += 1
         if return_time is not None:
-            requested[0], return_times[0] = True, return_time
+            return_requested[0], early_return_time[0] = True, return_time
 
     slave.instantiate(
         eventModeUsed=events,
@@ -106,7 +107,10 @@ def test_outputs_are_read_where_steps_of_the_motion_end(folder: Path) -> None:
     recorded: list[tuple[float, list[float]]] = []
 
     def record(slave: Any, update: Update) -> None:
-        assert update == (update.time, False, True, True, False)
+        assert update.get_allowed
+        assert update.finished
+        assert not update.set_requested
+        assert not update.can_return
         recorded.append((update.time, read(slave, *STATES)))
 
     points = [0.5, 1.75, 6.0]
@@ -149,28 +153,29 @@ def test_inputs_are_interpolated_like_input_derivatives(folder: Path, tmp_path: 
             t = n * h
             slave.doStep(t, h)
             ramped.set(F=preload_at(t))
-            ramped.slope(F=(preload_at(t + h) - preload_at(t)) / h)
+            ramped.set_slopes(F=(preload_at(t + h) - preload_at(t)) / h)
             ramped.fmi.doStep(t, h)
         assert read(slave, "F")[0] == pytest.approx(preload_at(count * h), rel=1e-14)
-        # A communication step that contains the end of an integrator step has two parts.
+        # Where an integrator step ends inside a communication step, F follows two lines, not one.
         assert read(slave, *STATES) == pytest.approx(ramped.get(*STATES), rel=1e-5)
 
 
 def test_inputs_may_change_within_long_steps(folder: Path) -> None:
-    ends = []
+    final_heights = []
+    # Short steps, long steps, and long steps with constant F: the importer does not require it.
     for h, needs in ((0.002, ("F",)), (2.0, ("F",)), (2.0, STATES)):
         with instance_with_updates(
             folder, set_preload, needs=needs, values={"F": preload_at(0.0)}
         ) as slave:
             for n in range(round(4.0 / h)):
                 slave.doStep(n * h, h)
-            ends.append(read(slave, "y")[0])
-    exact, long, constant = ends
-    assert abs(long - exact) < 0.02 < abs(constant - exact)
+            final_heights += read(slave, "y")
+    by_short_steps, by_long_steps, under_constant_force = final_heights
+    assert abs(by_long_steps - by_short_steps) < 0.02 < abs(under_constant_force - by_short_steps)
 
 
 @pytest.mark.parametrize("h", [0.5, 3.0])
-def test_a_belt_that_slows_down_within_a_step_gives_the_motion_of_a_native_table(
+def test_a_belt_that_slows_down_within_steps_gives_the_motion_under_a_table_of_its_speed(
     folder: Path, h: float
 ) -> None:
     def slow_down(slave: Any, update: Update) -> None:
@@ -182,17 +187,22 @@ def test_a_belt_that_slows_down_within_a_step_gives_the_motion_of_a_native_table
     with instance_with_updates(folder, slow_down, needs=("v_belt",), values=values) as slave:
         for n in range(round(6.0 / h)):
             slave.doStep(n * h, h)
-        end_values = read(slave, *STATES, "sticks", "switches")
+        *state, sticks, switches = read(slave, *STATES, "sticks", "switches")
+    # Times and speeds of the belt, s and m/s.
     run = simulate(Parameters(**friction), t_end=6.0, over_time={"v_belt": [(0, 2), (6, 0.5)]})
-    assert end_values[:4] == pytest.approx(run.final[1:], abs=1e-9)
-    assert end_values[4:] == [run.events.sticks, sum(run.events.transitions.values())]
+    assert state == pytest.approx(run.final[1:], abs=1e-9)
+    assert sticks == run.events.sticks
+    # `transitions` has the number of switches of each kind.
+    assert switches == sum(run.events.transitions.values())
     assert run.events.sticks > 2
 
 
 def test_constant_inputs_do_not_change_the_bits(folder: Path) -> None:
+    p = Parameters()
+
     def hold_inputs(slave: Any, update: Update) -> None:
         if update.set_requested:
-            slave.setFloat64([REFERENCES[name] for name in INPUTS], [80.0, 0.7])
+            slave.setFloat64([REFERENCES[name] for name in INPUTS], [p.F, p.mu])
 
     with instance_with_updates(folder, hold_inputs, needs=INPUTS) as slave:
         slave.doStep(0.0, 7.0)
@@ -205,10 +215,10 @@ def test_constant_inputs_do_not_change_the_bits(folder: Path) -> None:
 
 @pytest.mark.parametrize("needs", [STATES, INPUTS])
 @pytest.mark.parametrize(
-    ("requested", "reached"), [(0.777, 0.777), (0.0, None), (math.nan, None), (-5.0, None)]
+    ("requested", "is_ahead"), [(0.777, True), (0.0, False), (math.nan, False), (-5.0, False)]
 )
-def test_an_early_return_ends_at_the_requested_time(
-    folder: Path, needs: tuple[str, ...], requested: float, reached: float | None
+def test_an_early_return_ends_at_the_requested_time_if_it_is_ahead(
+    folder: Path, needs: tuple[str, ...], requested: float, is_ahead: bool
 ) -> None:
     def return_early(slave: Any, _: Update) -> float | None:
         return requested if len(slave.updates) == 3 else None
@@ -217,9 +227,9 @@ def test_an_early_return_ends_at_the_requested_time(
         event, stops, early, t = slave.doStep(0.0, 2.0)
         assert slave.updates[0].can_return
         assert (event, stops, early) == (False, False, True)
-        finished = [update.time for update in slave.updates if update.finished]
-        # With an immediate early return no further part of the step is computed.
-        assert t == (finished[-1] if reached is None else reached)
+        part_ends = [update.time for update in slave.updates if update.finished]
+        # At a time that is not ahead, the step returns at once, with the parts computed so far.
+        assert t == (requested if is_ahead else part_ends[-1])
         assert slave.doStep(t, 2.0 - t) == (False, False, False, 2.0)
         assert read(slave, "y") == [simulate(t_end=2.0, kernel="compiled").final.y]
 
@@ -292,13 +302,14 @@ def test_calls_that_an_intermediate_update_does_not_allow_are_refused(folder: Pa
 
 
 def test_a_step_that_fails_in_a_later_part_leaves_the_instance_unchanged(folder: Path) -> None:
-    rising = {"k_nl": 0.0, "mu": 90.0}
+    # Without the cubic spring the equations are linear, and so much friction makes them unstable.
+    unstable = {"k_nl": 0.0, "mu": 90.0}
 
     def raise_force(slave: Any, update: Update) -> None:
         if update.set_requested:
             slave.setFloat64([REFERENCES["F"]], [80.0 + update.time])
 
-    with instance_with_updates(folder, raise_force, needs=("F",), values=rising) as slave:
+    with instance_with_updates(folder, raise_force, needs=("F",), values=unstable) as slave:
         slave.doStep(0.0, 0.5)
         before = read(slave, *STATES, "F")
         with pytest.raises(FMICallException):
@@ -308,7 +319,7 @@ def test_a_step_that_fails_in_a_later_part_leaves_the_instance_unchanged(folder:
         *_, reached = slave.doStep(0.5, 0.5)
         assert reached == 1.0
         final_values = read(slave, *STATES, "F")
-    with instance_with_updates(folder, raise_force, needs=("F",), values=rising) as slave:
+    with instance_with_updates(folder, raise_force, needs=("F",), values=unstable) as slave:
         slave.doStep(0.0, 0.5)
         slave.doStep(0.5, 0.5)
         assert read(slave, *STATES, "F") == final_values
@@ -323,6 +334,7 @@ def test_an_importer_that_requires_all_variables_gets_the_continuous_ones(folder
             states.append(read(slave, *STATES, "mode"))
 
     with instance_with_updates(folder, record, needs=tuple(v.name for v in variables)) as slave:
+        # Those after the table, the time and the event indicators, are ignored without a message.
         ignored = [v.name for v in VARIABLES if v.variability != "continuous"]
         assert {"mode", "m", "separations", "separation"} <= set(ignored)
         assert slave.log == [
@@ -334,10 +346,11 @@ def test_an_importer_that_requires_all_variables_gets_the_continuous_ones(folder
 
 
 def test_unknown_variables_cannot_be_required(folder: Path) -> None:
-    beyond = len(fmpy.read_model_description(str(folder)).modelVariables)
+    # References are 0, 1, …, without gaps.
+    unused_reference = len(fmpy.read_model_description(str(folder)).modelVariables)
     with (
         pytest.raises(Exception, match="Failed to instantiate"),
-        instance_with_updates(folder, set_preload, needs=("F", beyond)),
+        instance_with_updates(folder, set_preload, needs=("F", unused_reference)),
     ):
         pass
 

@@ -35,8 +35,10 @@ def assert_same_bits(folder: Path, steps: list[float], tol: float, p: Parameters
         samples = np.array([row[column] for row in rows])
         assert np.array_equal(samples, getattr(native.trajectory, name)), name
     assert separations + reattachments == native.switch_times.size
-    events = native.switch_times if p.v_belt is None else native.changes[:, 0]
-    assert last_event == (events[-1] if events.size else 0.0)
+    # `switch_times` are those of separations and reattachments. On a belt of finite speed `changes`
+    # has all switches: time, mode before, mode after.
+    event_times = native.switch_times if p.v_belt is None else native.changes[:, 0]
+    assert last_event == (event_times[-1] if event_times.size else 0.0)
 
 
 @pytest.mark.parametrize("tol", [1e-13, 1e-12, 1e-9, 1e-8, 1e-6, 5e-6, 1e-3, 3e-3, 1e-2])
@@ -69,6 +71,7 @@ def test_bits_are_native_for_random_parameters(
 def test_a_jump_of_inputs_restarts_the_native_solver(folder: Path) -> None:
     first = simulate(t_end=3.7, samples=[3.7], kernel="compiled").trajectory
     assert first is not None
+    # x, vx, y, vy.
     state = tuple(float(getattr(first, name)[0]) for name in STATES)
     p = Parameters(F=120.0, mu=0.4)
     second = simulate(p, t_end=2.5, start=state, kernel="compiled").final
@@ -121,7 +124,7 @@ def state_after_ramps(folder: Path, count: int, slopes: bool) -> list[float]:
             instance.t = number * h
             instance.set(F=80.0 + 8.0 * t, mu=0.7 - 0.05 * t)
             if slopes:
-                instance.slope(F=8.0, mu=-0.05)
+                instance.set_slopes(F=8.0, mu=-0.05)
             instance.step(h)
         return instance.get(*STATES)
 
@@ -130,7 +133,8 @@ def test_input_derivatives_follow_a_ramp_at_any_step_size(folder: Path) -> None:
     runs = [state_after_ramps(folder, count, True) for count in (1, 7, 100, 1000)]
     for first, second in itertools.pairwise(runs):
         assert first == pytest.approx(second, rel=1e-10, abs=1e-10)
-    # An input held at its mean causes an error of second order in the step.
+    # An input held at its mean causes an error of second order: half the step, a quarter of the
+    # error. So the exact state is beyond the fine one by a third of the change (Richardson).
     coarse, fine = (state_after_ramps(folder, count, False) for count in (1000, 2000))
     limit = [f + (f - c) / 3.0 for c, f in zip(coarse, fine, strict=True)]
     assert runs[0] == pytest.approx(limit, abs=1e-7)
@@ -138,7 +142,7 @@ def test_input_derivatives_follow_a_ramp_at_any_step_size(folder: Path) -> None:
 
 def test_after_a_ramp_the_input_keeps_its_final_value(folder: Path) -> None:
     with FmuInstance(folder).begin() as instance:
-        instance.slope(F=-5.0)
+        instance.set_slopes(F=-5.0)
         instance.step(2.0)
         assert instance.get("F") == [70.0]
         instance.step(1.0)
@@ -148,7 +152,7 @@ def test_after_a_ramp_the_input_keeps_its_final_value(folder: Path) -> None:
 @pytest.mark.parametrize("count", [1, 50])
 def test_after_a_ramp_the_inputs_are_held(folder: Path, count: int) -> None:
     with FmuInstance(folder).begin() as instance:
-        instance.slope(F=-500.0, mu=2.0)
+        instance.set_slopes(F=-500.0, mu=2.0)
         instance.step(1.0 / 1024.0)
         state, (F, mu) = instance.get(*STATES), instance.get("F", "mu")
         for _ in range(count):
@@ -162,9 +166,10 @@ def test_after_a_ramp_the_inputs_are_held(folder: Path, count: int) -> None:
 
 def test_a_ramp_out_of_the_range_of_its_input_is_refused(folder: Path) -> None:
     with FmuInstance(folder).begin() as instance:
-        instance.slope(mu=-1.0)
+        instance.set_slopes(mu=-1.0)
         with pytest.raises(FMICallException, match="discard"):
             instance.step(1.0)
         assert "mu = -0.3 at the end of the step: must be from 0 to 100" in instance.log[-1]
+        # The slope still applies: 0.7 − 1.0 · 0.5.
         instance.step(0.5)
         assert instance.get("mu") == pytest.approx([0.2])

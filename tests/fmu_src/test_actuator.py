@@ -1,4 +1,7 @@
-"""The brake actuator: its lag, its feedback, its state, and what it refuses."""
+"""The brake actuator: its lag, its feedback, its state, and what it refuses.
+
+In scripts `new` creates an instance, `init` sets its values and initializes it, `begin` does both.
+"""
 
 import math
 from collections.abc import Iterator
@@ -36,10 +39,11 @@ def test_the_preload_follows_the_command_with_a_lag_and_with_feedback(
         ("a", "get", ["F", "F_rate"]),
     ]
     _, start, _, _, end = driver.drive(*calls)
-    assert start.value == pytest.approx([10.0, 70.0 / 0.2])
-    goal = 60.0 + 0.5 * 20.0
-    expected = goal + (10.0 - goal) * math.exp(-2.5)
-    assert end.value == pytest.approx([expected, (goal - expected) / 0.2], rel=1e-12)
+    # By default command and P are 80 N, so that the target of F is 80 N, too.
+    assert start.value == pytest.approx([10.0, (80.0 - 10.0) / 0.2])
+    target_force = 60.0 + 0.5 * (60.0 - 40.0)
+    expected = target_force + (10.0 - target_force) * math.exp(-0.5 / 0.2)
+    assert end.value == pytest.approx([expected, (target_force - expected) / 0.2], rel=1e-12)
 
 
 def test_rollback_and_serialisation_are_exact(driver: Driver) -> None:
@@ -47,12 +51,13 @@ def test_rollback_and_serialisation_are_exact(driver: Driver) -> None:
         ("a", "begin"),
         ("a", "set", {"command": 100.0}),
         ("a", "step", 0.0, 0.03),
-        ("a", "save", "there"),
+        ("a", "save", "saved"),
         ("a", "set", {"command": 20.0}),
         ("a", "step", 0.03, 0.04),
         ("a", "get", ["F"]),
         ("b", "begin", {"tau": 0.1}),
-        ("b", "serialize", "there", "copy"),
+        # "copy" is the state "saved" of the other instance, serialised and deserialised.
+        ("b", "serialize", "saved", "copy"),
         ("b", "restore", "copy"),
         ("b", "get", ["F", "command", "tau"]),
         ("b", "set", {"command": 20.0}),

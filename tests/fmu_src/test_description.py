@@ -1,8 +1,9 @@
 """Every attribute of the model descriptions, compared with independent tables and units.
 
-The tables below come from the equations and the paper's base set, not from the code. Units are
-checked by the dimensions of the equations, display units by their factors, and nominals by the base
-scene's motion.
+The tables below come from the equations and base parameters of the paper "Nonlinear
+friction-induced vibration of a slider-belt system", not from the code. Units are checked by the
+dimensions of the equations, display units by their factors, nominals by the motion with the base
+parameters.
 """
 
 import re
@@ -16,52 +17,53 @@ import pytest
 
 from fivtui import simulate
 
-# Name, causality, variability, unit, min, max, nominal, start, and a part of the description.
+# Name, causality, variability, unit, min, max, nominal, start, and a part of the description. Units
+# have · in place of a space, and - is no value.
 PARAMETERS: Final = """
-m       parameter fixed      kg    1e-12 1e9  5    5    mass of the slider
-k1      parameter fixed      N/m   1e-12 1e12 100  100  horizontal stiffness
-k2      parameter fixed      N/m   1e-12 1e12 50   50   linear contact stiffness
-k3      parameter fixed      N/m   0                       1e12 60   60   coupling spring
-c1      parameter fixed      N·s/m 0                       1e9  0.32 0.32 horizontal damping
-c2      parameter fixed      N·s/m 0                       1e9  0.32 0.32 vertical damping
-F       input     continuous N     -1e9                    1e9  80   80   preload, positive towards the belt
-k_nl    parameter fixed      N/m^3 0                       1e24 100  100  cubic contact stiffness
-mu      input     continuous 1     0                       100  0.7  0.7  friction coefficient
-x_start  parameter fixed     m     -                       -    1    0    horizontal displacement at the start
-vx_start parameter fixed     m/s   -                       -    10   0    horizontal velocity at the start
-y_start  parameter fixed     m     -                       -    1    0    vertical displacement at the start
-vy_start parameter fixed     m/s   -                       -    10   0    vertical velocity at the start
-v_belt  input     continuous m/s   0                       1e9  1    1    speed of the belt, used if finite_belt is true
-mu_s    parameter fixed      1     0                       100  0.9  0    at least mu, or 0 to use mu
-v_s     parameter fixed      m/s   0                       1e9  0.4  0    falls from mu_s to mu, used if finite_belt is true; with 0 it falls at once
+m        parameter fixed      kg    1e-12 1e9  5    5    mass of the slider
+k1       parameter fixed      N/m   1e-12 1e12 100  100  horizontal stiffness
+k2       parameter fixed      N/m   1e-12 1e12 50   50   linear contact stiffness
+k3       parameter fixed      N/m   0     1e12 60   60   coupling spring
+c1       parameter fixed      N·s/m 0     1e9  0.32 0.32 horizontal damping
+c2       parameter fixed      N·s/m 0     1e9  0.32 0.32 vertical damping
+F        input     continuous N     -1e9  1e9  80   80   preload, positive towards the belt
+k_nl     parameter fixed      N/m^3 0     1e24 100  100  cubic contact stiffness
+mu       input     continuous 1     0     100  0.7  0.7  friction coefficient
+x_start  parameter fixed      m     -     -    1    0    horizontal displacement at the start
+vx_start parameter fixed      m/s   -     -    10   0    horizontal velocity at the start
+y_start  parameter fixed      m     -     -    1    0    vertical displacement at the start
+vy_start parameter fixed      m/s   -     -    10   0    vertical velocity at the start
+v_belt   input     continuous m/s   0     1e9  1    1    speed of the belt, used if finite_belt is true
+mu_s     parameter fixed      1     0     100  0.9  0    at least mu, or 0 to use mu
+v_s      parameter fixed      m/s   0     1e9  0.4  0    falls from mu_s to mu, used if finite_belt is true; with 0 it falls at once
 """  # noqa: E501
 OUTPUTS: Final = """
-x       output    continuous m     -                       -    1    -    horizontal displacement
-vx      output    continuous m/s   -                       -    10   -    horizontal velocity
-y       output    continuous m     -                       -    1    -    vertical displacement
-vy      output    continuous m/s   -                       -    10   -    vertical velocity
-P       output    continuous N     -                       -    100  -    contact force
-friction_slider output continuous N -                      -    100  -    of the belt on the slider, mu P
-friction_belt output continuous N  -                       -    100  -    of the slider on the belt, -mu P
-mode    output    discrete   1     0                       4    1    -    1 in contact, 0 separated; 2 forward slip, 3 backward slip, 4 stick
-switching output  continuous m     -                       -    1    -    negative in contact, positive when separated
-separations output discrete  1     0                       -    1    -    number of separations
-reattachments output discrete 1    0                       -    1    -    number of reattachments
-last_event output discrete   s     -                       -    1    -    time of the last change of the mode
-switches output   discrete   1     0                       -    1    -    number of changes of the mode
-sticks  output    discrete   1     0                       -    1    -    began to stick
-ax      local     continuous m/s^2 -                       -    50   -    horizontal acceleration
-ay      local     continuous m/s^2 -                       -    50   -    vertical acceleration
+x               output continuous m     - - 1   - horizontal displacement
+vx              output continuous m/s   - - 10  - horizontal velocity
+y               output continuous m     - - 1   - vertical displacement
+vy              output continuous m/s   - - 10  - vertical velocity
+P               output continuous N     - - 100 - contact force
+friction_slider output continuous N     - - 100 - of the belt on the slider, mu P
+friction_belt   output continuous N     - - 100 - of the slider on the belt, -mu P
+mode            output discrete   1     0 4 1   - 1 in contact, 0 separated; 2 forward slip, 3 backward slip, 4 stick
+switching       output continuous m     - - 1   - negative in contact, positive when separated
+separations     output discrete   1     0 - 1   - number of separations
+reattachments   output discrete   1     0 - 1   - number of reattachments
+last_event      output discrete   s     - - 1   - time of the last change of the mode
+switches        output discrete   1     0 - 1   - number of changes of the mode
+sticks          output discrete   1     0 - 1   - began to stick
+ax              local  continuous m/s^2 - - 50  - horizontal acceleration
+ay              local  continuous m/s^2 - - 50  - vertical acceleration
 """  # noqa: E501
 ACTUATOR: Final = """
-command input     continuous N     -1e9                    1e9  100  80   commanded contact force
-P       input     continuous N     -                       -    100  80   contact force, fed back
-tau     parameter fixed      s     1e-12 1e6  0.05 0.05 time constant of the lag
-gain    parameter fixed      1     0                       1e3  0.1  0.1  gain of the feedback
-F_start parameter fixed      N     -1e9                    1e9  100  80   preload at the start
-F       output    continuous N     -                       -    100  -    preload, positive towards the belt
-F_rate  local     continuous N/s   -                       -    1e3  -    rate of the preload
-"""  # noqa: E501
+command input     continuous N   -1e9  1e9 100  80   commanded contact force
+P       input     continuous N   -     -   100  80   contact force, fed back
+tau     parameter fixed      s   1e-12 1e6 0.05 0.05 time constant of the lag
+gain    parameter fixed      1   0     1e3 0.1  0.1  gain of the feedback
+F_start parameter fixed      N   -1e9  1e9 100  80   preload at the start
+F       output    continuous N   -     -   100  -    preload, positive towards the belt
+F_rate  local     continuous N/s -     -   1e3  -    rate of the preload
+"""
 FLAGS: Final = ("separation", "start_static", "finite_belt")
 DERIVATIVE_OF: Final = {"vx": "x", "ax": "vx", "vy": "y", "ay": "vy", "F_rate": "F"}
 STATES: Final = ("x", "vx", "y", "vy")
@@ -99,12 +101,11 @@ def fmu_description(request: pytest.FixtureRequest, descriptions: Any) -> tuple[
 
 
 def variable_attributes(root: ET.Element) -> list[dict[str, str]]:
-    """Attributes of the variables, including those of FMI 2.0's inner element, and the type."""
+    """Attributes of the variables, those of the inner element included, and its tag, the type."""
     variables = []
-    for element in root.iterfind("ModelVariables/*"):
-        typed = element[0] if element.tag == "ScalarVariable" else element
-        kind = {"Float64": "Real"}.get(typed.tag, typed.tag)
-        variables.append({**element.attrib, **typed.attrib, "type": kind})
+    for element in root.iterfind("ModelVariables/ScalarVariable"):
+        (typed,) = element
+        variables.append({**element.attrib, **typed.attrib, "type": typed.tag})
     return variables
 
 
@@ -198,31 +199,32 @@ def test_the_terms_of_the_equations_have_one_dimension_each(
 ) -> None:
     units = {row.name: row.unit for row in table_rows("slider-belt")}
 
-    def product(*names: str) -> tuple[int, ...]:
-        return tuple(np.sum([dimension(units[name]) for name in names], axis=0).tolist())
+    def product(term: str) -> tuple[int, ...]:
+        dimensions = [dimension(units[name]) for name in term.split()]
+        return tuple(np.sum(dimensions, axis=0).tolist())
 
     force = product("F")
-    for term in (
-        *(("m", "ax"), ("c1", "vx"), ("k1", "x"), ("k3", "y"), ("mu", "P"), ("m", "ay")),
-        *(("c2", "vy"), ("k3", "x"), ("k2", "y"), ("k_nl", "y", "y", "y"), ("friction_slider",)),
-        *(("friction_belt",), ("P",), ("k1", "x_start"), ("k2", "y_start")),
-        *(("c1", "vx_start"), ("c2", "vy_start"), ("k2", "switching")),
-    ):
-        assert product(*term) == force, term
+    terms = (
+        "m ax, c1 vx, k1 x, k3 y, mu P, m ay, c2 vy, k3 x, k2 y, k_nl y y y, friction_slider, "
+        "friction_belt, P, k1 x_start, k2 y_start, c1 vx_start, c2 vy_start, k2 switching"
+    )
+    for term in terms.split(", "):
+        assert product(term) == force, term
     assert dimension(units["last_event"]) == dimension("s")
     for derivative, state in (("vx", "x"), ("vy", "y"), ("ax", "vx"), ("ay", "vy")):
         assert dimension(f"s {units[derivative]}") == product(state)
     # tau dF/dt = command + gain (command - P) - F
     units = {row.name: row.unit for row in table_rows("brake-actuator")}
-    for term in (("tau", "F_rate"), ("command",), ("gain", "P"), ("F",), ("F_start",)):
-        assert product(*term) == force, term
+    for term in ("tau F_rate", "command", "gain P", "F", "F_start"):
+        assert product(term) == force, term
 
 
-def test_nominals_are_the_sizes_that_the_base_scene_reaches() -> None:
+def test_nominals_are_the_sizes_that_motion_with_the_base_parameters_reaches() -> None:
     trajectory = simulate(t_end=50.0, samples=np.linspace(0.0, 50.0, 2001)).trajectory
     assert trajectory is not None
     x, vx, y, vy, P = (getattr(trajectory, name) for name in ("x", "vx", "y", "vy", "P"))
     reached = {"x": x, "vx": vx, "y": y, "vy": vy, "P": P, "switching": y}
+    # The spring k3 is at 45°: 130 N/m is k1 + k3/2, and 30 N/m is k3/2.
     reached |= {
         "friction_slider": 0.7 * P,
         "friction_belt": -0.7 * P,

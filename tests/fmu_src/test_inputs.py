@@ -17,12 +17,20 @@ INPUT_PAIRS = [(100.0, 0.9), (30.0, 0.2), (-40.0, 1.5), (150.0, 0.0)]
 H = 2e-4
 
 
+def contact_force(y: float, *, contact: bool) -> float:
+    """Contact force P, N, at a height y, m."""
+    return -VALUES["k2"] * y - VALUES["k_nl"] * y**3 if contact else 0.0
+
+
 def rates(state: list[float], F: float, mu: float, *, contact: bool) -> list[float]:
     """ẋ, ẍ, ẏ, ÿ of the equations of motion."""
     x, vx, y, vy = state
-    P = -40.0 * y - 120.0 * y**3 if contact else 0.0
-    ax = (mu * P - 0.7 * vx - (90.0 + 25.0) * x + 25.0 * y) / 3.0
-    ay = (P - F - 0.4 * vy - 25.0 * y + 25.0 * x) / 3.0
+    m, k1, _, k3, c1, c2, _ = VALUES.values()
+    # The coupling stiffness of the spring k3, which is at 45°.
+    h = k3 / 2.0
+    P = contact_force(y, contact=contact)
+    ax = (mu * P - c1 * vx - (k1 + h) * x + h * y) / m
+    ay = (P - F - c2 * vy - h * y + h * x) / m
     return [vx, ax, vy, ay]
 
 
@@ -32,30 +40,32 @@ def test_after_a_change_of_inputs_the_motion_has_the_derivatives_of_the_new_ones
 ) -> None:
     start = {"start_static": False, "separation": separation, "x_start": 0.5, "vx_start": -1.0}
     calls: list[Any] = [("a", "begin", {**VALUES, **start, "y_start": -0.9, "vy_start": 0.3})]
-    t, at, reads = 0.0, [0.0, 0.31, 0.87, 1.62, 2.2, 2.9, 3.7, 4.4], []
-    for number, (begin, later) in enumerate(pairwise([*at, 5.0])):
-        F, mu = INPUT_PAIRS[number % len(INPUT_PAIRS)]
+    change_times = [0.0, 0.31, 0.87, 1.62, 2.2, 2.9, 3.7, 4.4]
+    input_pairs = INPUT_PAIRS * 2
+    for (t, next_time), (F, mu) in zip(pairwise([*change_times, 5.0]), input_pairs, strict=True):
         calls += [("a", "get", STATES), ("a", "set", {"F": F, "mu": mu})]
-        reads.append(len(calls) - 1)
         calls += [("a", "get", [*STATES, *OUTPUTS])]
-        calls += [("a", "step", begin, H), ("a", "get", STATES)]
-        calls += [("a", "step", begin + H, H), ("a", "get", STATES)]
-        calls += [("a", "step", begin + 2 * H, later - (begin + 2 * H))]
-        t = later
+        calls += [("a", "step", t, H), ("a", "get", STATES)]
+        calls += [("a", "step", t + H, H), ("a", "get", STATES)]
+        calls += [("a", "step", t + 2 * H, next_time - (t + 2 * H))]
     answers = driver.drive(*calls)
     assert {answer.status for answer in answers} == {"ok"}
+    # Four reads at each change of the inputs: before, after, and after each of two short steps.
+    reads = [answer.value for answer in answers if isinstance(answer.value, list)]
     modes = set()
-    for number, index in enumerate(reads):
-        F, mu = INPUT_PAIRS[number % len(INPUT_PAIRS)]
-        before = answers[index - 1].value
-        read = dict(zip([*STATES, *OUTPUTS], answers[index + 1].value, strict=True))
-        first, middle, final = before, answers[index + 3].value, answers[index + 5].value
+    for t, (F, mu), before, after, middle, final in zip(
+        change_times,
+        input_pairs,
+        *(reads[first::4] for first in range(4)),
+        strict=True,
+    ):
+        read = dict(zip([*STATES, *OUTPUTS], after, strict=True))
         contact = read["y"] < 0.0 or not separation
         modes.add(read["mode"])
         # The state does not jump; quantities that depend on inputs change at once.
         assert [read[name] for name in STATES] == before
         assert (read["F"], read["mu"]) == (F, mu)
-        P = -40.0 * read["y"] - 120.0 * read["y"] ** 3 if contact else 0.0
+        P = contact_force(read["y"], contact=contact)
         assert read["P"] == pytest.approx(P, rel=1e-12, abs=1e-12)
         assert read["friction_slider"] == pytest.approx(mu * P, rel=1e-12, abs=1e-12)
         assert read["friction_belt"] == pytest.approx(-mu * P, rel=1e-12, abs=1e-12)
@@ -63,9 +73,9 @@ def test_after_a_change_of_inputs_the_motion_has_the_derivatives_of_the_new_ones
         derivative = rates(before, F, mu, contact=contact)
         assert [read["ax"], read["ay"]] == pytest.approx(derivative[1::2], rel=1e-12, abs=1e-11)
         # The slope in the middle of two short steps agrees with the equations of motion.
-        slope = [(b - a) / (2.0 * H) for a, b in zip(first, final, strict=True)]
+        slope = [(b - a) / (2.0 * H) for a, b in zip(before, final, strict=True)]
         exact = rates(middle, F, mu, contact=contact)
-        assert slope == pytest.approx(exact, rel=2e-4, abs=2e-3), (number, t)
+        assert slope == pytest.approx(exact, rel=2e-4, abs=2e-3), t
     assert modes == ({0.0, 1.0} if separation else {1.0})
 
 
@@ -77,4 +87,5 @@ def test_the_motion_continues_within_the_step_under_changed_inputs() -> None:
     at = motion.current
     assert (at.F, at.mu) == (30.0, 0.2)
     motion.move_to(0.03, F=30.0, mu=0.2)
+    # The Taylor polynomial of the motion continues: the inputs are unchanged.
     assert motion.current.segment is at.segment

@@ -166,7 +166,7 @@ def _fmu_steps(seed: int, *, belt: bool = False, law: bool = False) -> Iterator[
                 # Preload steps and ramps, and occasionally a jump of the friction.
                 if rng.random() < 0.2:
                     instance.set(F=rng.uniform(-20.0, 150.0))
-                instance.slope(F=rng.uniform(-20.0, 20.0))
+                instance.set_slopes(F=rng.uniform(-20.0, 20.0))
                 instance.step(rng.uniform(0.01, 0.2))
                 yield from instance.get(*_STATES, "P", "mode", "friction_slider")
             instance.fmi.reset()

@@ -61,7 +61,7 @@ class FmuInstance:
         _, _, _, has_changed_states, *_ = self.fmi.newDiscreteStates()
         return bool(has_changed_states)
 
-    def slope(self, **rates: float) -> None:
+    def set_slopes(self, **rates: float) -> None:
         """Set the first derivatives of inputs for the next step."""
         references = [self.references[name] for name in rates]
         self.fmi.setRealInputDerivatives(references, [1] * len(rates), list(rates.values()))
