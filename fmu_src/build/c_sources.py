@@ -28,14 +28,15 @@ SHARED_UNITS: Final = (
     *("cosimulation", "derivatives", "exchange", "experiment", "instance", "state", "values"),
     *("fmi3", "fmi3_values", "fmi3_absent", "intermediate"),
 )
-# Unit that is compiled once for each instruction set.
+# Unit that computes the Taylor steps. It is compiled once for each instruction set, and the unit
+# ``processor`` chooses what the processor supports.
 STEPPING_UNIT: Final = "stepping"
 _PACKAGE_FOLDER: Final = Path(__file__).parents[1]
 # Folders of the C files: the FMI functions, and the kernel.
 NATIVE: Final = _PACKAGE_FOLDER / "native"
 KERNEL: Final = _PACKAGE_FOLDER.parent / "fivtui" / "kernel"
-# Length of the name of a build, BUILD in ``state.c``.
-_BUILD_DIGITS: Final = 32
+# Length of the hash of the sources, BUILD in ``state.c``.
+_HASH_DIGITS: Final = 32
 _C_KINDS: Final = {
     Type.REAL: "REAL",
     Type.INTEGER: "INTEGER",
@@ -65,7 +66,7 @@ def _all_sources() -> dict[str, str]:
 
 def generated_files() -> dict[str, str]:
     """Generated files: tables of variables, model equations, and identifiers of the build."""
-    names = {"BUILD_NAME": build_name()}
+    names = {"BUILD_NAME": sources_hash()}
     names |= {f"{units[0].upper()}_GUID": model_guid(model) for model, units in UNITS.items()}
     lines = [f'#define {name} "{value}"\n' for name, value in names.items()]
     comment = "/* Identifiers of the sources that the binaries are compiled from. */\n\n"
@@ -83,15 +84,15 @@ def reproducible_options(library: str) -> list[str]:
     return ["-Wl,-Brepro"] if library.endswith(".dll") else []
 
 
-def build_name() -> str:
+def sources_hash() -> str:
     """A hash of the C sources: binaries and saved states from other sources are refused."""
     content = "\0".join(f"{name}\0{text}" for name, text in _all_sources().items())
-    return hashlib.sha256(content.encode()).hexdigest()[:_BUILD_DIGITS]
+    return hashlib.sha256(content.encode()).hexdigest()[:_HASH_DIGITS]
 
 
 def model_guid(model: str) -> str:
     """The GUID of a model's FMU, which depends on the sources alone."""
-    return f"{{{uuid.uuid5(uuid.NAMESPACE_OID, f'{model} {build_name()}')}}}"
+    return f"{{{uuid.uuid5(uuid.NAMESPACE_OID, f'{model} {sources_hash()}')}}}"
 
 
 def _table_header(table: VariableTable) -> str:

@@ -50,7 +50,7 @@ _STOP_TIME: Final = 20.0
 _JUMP_TIME: Final = 10.0
 _FORCE_BEFORE: Final = 80.0
 _FORCE_AFTER: Final = 120.0
-# Contact force that is fed back to the actuator, as part of the preload before the jump.
+# Contact force that is fed back to the actuator, as a fraction of the preload before the jump.
 _FEEDBACK_RATIO: Final = 0.75
 
 
@@ -60,7 +60,7 @@ def _times() -> list[float]:
 
 def _slider_belt_reference() -> Reference:
     p = Parameters(F=_FORCE_BEFORE)
-    start = start_state({reference: v.start for reference, v in enumerate(VARIABLES)})
+    start = start_state({value_reference: v.start for value_reference, v in enumerate(VARIABLES)})
     motion = SliderBeltMotion(p, start, t=0.0, separation=True, tol=DEFAULT_TOL)
     names = ("x", "vx", "y", "vy", "P", "separations", "reattachments")
     rows = []
@@ -72,15 +72,15 @@ def _slider_belt_reference() -> Reference:
         force = motion.contact_force(y)
         rows.append((t, x, vx, y, vy, force, current.separations, current.reattachments))
     return Reference(
-        _STOP_TIME,
-        _STEP_SIZE,
-        DEFAULT_TOL,
-        {
+        stop_time=_STOP_TIME,
+        step=_STEP_SIZE,
+        tol=DEFAULT_TOL,
+        inputs={
             "time": (0.0, _JUMP_TIME, _JUMP_TIME, _STOP_TIME),
             "F": (_FORCE_BEFORE, _FORCE_BEFORE, _FORCE_AFTER, _FORCE_AFTER),
             "mu": (p.mu,) * 4,
         },
-        dict(zip(("time", *names), zip(*rows, strict=True), strict=True)),
+        outputs=dict(zip(("time", *names), zip(*rows, strict=True), strict=True)),
     )
 
 
@@ -102,15 +102,15 @@ def _actuator_reference() -> Reference:
 
     times = _times()
     return Reference(
-        _STOP_TIME,
-        _STEP_SIZE,
-        DEFAULT_TOL,
-        {
+        stop_time=_STOP_TIME,
+        step=_STEP_SIZE,
+        tol=DEFAULT_TOL,
+        inputs={
             "time": (0.0, _JUMP_TIME, _JUMP_TIME, _STOP_TIME),
             "command": (_FORCE_BEFORE, _FORCE_BEFORE, _FORCE_AFTER, _FORCE_AFTER),
             "P": (feedback,) * 4,
         },
-        {"time": times, "F": [preload(t) for t in times]},
+        outputs={"time": times, "F": [preload(t) for t in times]},
     )
 
 
@@ -123,8 +123,8 @@ m y'' + c2 y' + h y - h x = P - F
 P = -k2 y - k_nl y^3   in contact (y &lt; 0),   P = 0   when separated (y &gt; 0)
 </pre>
 <p>With separation = false the slider never separates: P = -k2 y - k_nl y^3 for all y.</p>
-<p>With finite_belt = false the slider always slides, as on a belt that is faster than the greatest
-vx. Impact at reattachment is not modelled.</p>
+<p>With finite_belt = false a slider in contact always slides (mode 1), as on a belt that is faster
+than the greatest vx. Impact at reattachment is not modelled.</p>
 <p>With finite_belt = true the belt has the speed v_belt, an input, and v_r = v_belt - vx. In
 contact the friction force on the slider is mu(v_r) P in forward slip (v_r &gt; 0, mode 2) and
 -mu(|v_r|) P in backward slip (v_r &lt; 0, mode 3). In stick (v_r = 0, mode 4) it is the holding
@@ -165,6 +165,7 @@ COMPONENTS: Final[Mapping[str, Component]] = {
         model="BrakeActuator",
         entry="actuator_entry",
         modules={
+            # The actuator's tolerance and advice come from modules that import many of the others.
             **_MODEL_MODULES,
             "fmu_src.slave": (*_INSTANCE_MODULES, "actuator", "actuator_variables"),
         },

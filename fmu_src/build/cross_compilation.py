@@ -13,14 +13,15 @@ from fivtui.io import output_path, temporary_folder, write_atomically
 from fivtui.kernel import FLAGS
 from fivtui.model import ComputationError, InputError
 
-from .c_sources import STEPPING_UNIT, build_name, reproducible_options, sources
+from .c_sources import STEPPING_UNIT, reproducible_options, sources, sources_hash
 from .platforms import PLATFORMS
 
 _TIMEOUT_S: Final = 600.0
 # Longest line of the compiler that an error shows, in characters.
 _LONGEST_MESSAGE: Final = 200
 
-# Compiler options by instruction set.
+# Compiler options by instruction set, for the unit that computes the Taylor steps. The FMU chooses
+# the instruction set that its processor supports.
 _X86: Final[Mapping[str, Sequence[str]]] = {
     "baseline": ["-march=x86_64"],
     "avx2": ["-march=x86_64_v3"],
@@ -42,7 +43,7 @@ def compile_binary(model: str, platform: str) -> bytes:
         source_folder = _source_folder(model, folder)
         headers = Path(str(fmpy_file)).parent / "c-code"
         # Code of Windows libraries is always position-independent.
-        flags = [flag for flag in FLAGS if (flag, target.suffix) != ("-fPIC", ".dll")]
+        flags = [f for f in FLAGS if not (f == "-fPIC" and target.suffix == ".dll")]
         options = ["-target", target.triple, *flags, "-I.", f"-I{headers}"]
         units = [path.name for path in source_folder.glob("*.c") if path.stem != STEPPING_UNIT]
         if (source_folder / f"{STEPPING_UNIT}.c").is_file():
@@ -63,12 +64,16 @@ def _source_folder(model: str, scratch: Path) -> Path:
 
     ziglang reuses compiled files only if the paths of the sources are the same.
     """
-    folder = (_cache_folder() or scratch) / "fivtui" / build_name() / model
+    folder = (_cache_folder() or scratch) / "fivtui" / sources_hash() / model
     folder.mkdir(parents=True, exist_ok=True)
     for name, text in sources(model).items():
         file, content = folder / name, text.encode()
         if not file.is_file() or file.read_bytes() != content:
-            write_atomically(output_path(file, force=True), methodcaller("write", content))
+            replaceable, write_content = (
+                output_path(file, force=True),
+                methodcaller("write", content),
+            )
+            write_atomically(replaceable, write_content)
     return folder
 
 
@@ -90,6 +95,7 @@ def _run_compiler(folder: Path, *arguments: str) -> None:
         subprocess.run(  # noqa: S603, a compiler
             [sys.executable, "-m", "ziglang", "cc", *arguments],
             cwd=folder,
+            # A local cache set by the user is used; a global one that is not writable is replaced.
             env={
                 "ZIG_LOCAL_CACHE_DIR": cache,
                 **os.environ,
@@ -105,5 +111,5 @@ def _run_compiler(folder: Path, *arguments: str) -> None:
         lines = [line for line in output.splitlines() if "error" in line.lower()]
         raise ComputationError(
             f"ziglang cannot compile the FMU: {(lines or [output.strip()])[0][:_LONGEST_MESSAGE]}",
-            "build it for this platform alone",
+            "build it for the platform of this machine alone",
         ) from None

@@ -18,13 +18,13 @@ from fmu_src.slave import Role, Type, Variable, VariableTable
 
 # A fixed date, so that equal content gives equal bytes.
 TIMESTAMP: Final = "1980-01-01T00:00:00Z"
-# Author and tool attributes of native descriptions, for all FMI versions.
-GENERATION: Final = {
+# Attributes of native descriptions on tool and author, for all FMI versions.
+TOOL_ATTRIBUTES: Final = {
     "generationTool": "fivtui",
     "generationDateAndTime": TIMESTAMP,
     "variableNamingConvention": "structured",
 }
-AUTHOR: Final = {"author": "The fivtui developers", "license": "MIT"}
+AUTHOR_ATTRIBUTES: Final = {"author": "The fivtui developers", "license": "MIT"}
 # The factors of units such as N s/m, with their exponents of the SI base units kg, m and s. FMI has
 # an attribute for each base unit, in this order.
 _BASE_EXPONENTS: Final = {
@@ -63,7 +63,7 @@ def complete_xml(xml: bytes, content: Mapping[str, bytes], table: VariableTable)
     for types in type_definitions(table, add_type):
         root.insert(2, types)
     for element, variable in zip(_find_child(root, "ModelVariables"), table.variables, strict=True):
-        complete_variable(element, variable, table)
+        set_type_attributes(element, variable, table)
     root.remove(_find_child(root, "ModelStructure"))
     root.append(model_structure(table, lambda v: v.depends_on))
     # The GUID is a hash of the description without it, and of the other files.
@@ -163,11 +163,10 @@ def new_description(
     return root
 
 
-def complete_variable(element: ET.Element, variable: Variable, table: VariableTable) -> None:
-    """Add type, unit, bounds, derivative and start to a ``ScalarVariable``; FMI 2.0."""
-    # Before completion the element of an enumeration is an integer: pythonfmu has no enumerations.
-    initial_type = Type.INTEGER if variable.value_names else variable.type
-    type_element = _find_child(element, initial_type.value)
+def set_type_attributes(element: ET.Element, variable: Variable, table: VariableTable) -> None:
+    """Set type, unit, bounds, derivative and start in the child of a ``ScalarVariable``."""
+    (type_element,) = element
+    # pythonfmu has no enumerations and describes them as integers.
     type_element.tag = variable.type.value
     if variable.value_names:
         type_element.set("declaredType", type_name(variable))

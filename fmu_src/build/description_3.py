@@ -9,8 +9,8 @@ from fmu_src.slave import Role, Type, Variable, VariableTable
 from .c_sources import model_guid, sources
 from .component import Component
 from .description import (
-    AUTHOR,
-    GENERATION,
+    AUTHOR_ATTRIBUTES,
+    TOOL_ATTRIBUTES,
     common_attributes,
     new_description,
     type_definitions,
@@ -37,7 +37,9 @@ class Indicator(NamedTuple):
     depends_on: tuple[str, ...]
 
 
-_MARGIN_DEPENDENCIES: Final = ("x", "y", "mu", "v_belt", "k1", "k2", "k3", "c1", "k_nl", "mu_s")
+# What the limits of stick depend on: the force f that holds a sticking slider on the belt stays
+# between -mu_s P and mu_s P.
+_STICK_DEPENDENCIES: Final = ("x", "y", "mu", "v_belt", "k1", "k2", "k3", "c1", "k_nl", "mu_s")
 # Event indicators by model: their zeros are its switches.
 INDICATORS: Final[Mapping[str, Sequence[Indicator]]] = {
     "SliderBelt": (
@@ -51,13 +53,13 @@ INDICATORS: Final[Mapping[str, Sequence[Indicator]]] = {
             "event_indicator_slip", "m/s", "v_belt - vx in slip, otherwise 1", ("vx", "v_belt")
         ),
         Indicator(
-            "event_indicator_forward", "N", "mu_s P - f in stick, otherwise 1", _MARGIN_DEPENDENCIES
+            "event_indicator_forward", "N", "mu_s P - f in stick, otherwise 1", _STICK_DEPENDENCIES
         ),
         Indicator(
             "event_indicator_backward",
             "N",
             "mu_s P + f in stick, otherwise 1",
-            _MARGIN_DEPENDENCIES,
+            _STICK_DEPENDENCIES,
         ),
     ),
     "BrakeActuator": (),
@@ -96,8 +98,8 @@ def native_description_3(component: Component, categories: Mapping[str, str]) ->
         "modelName": component.model,
         "instantiationToken": model_guid(component.model),
         "description": component.description,
-        **AUTHOR,
-        **GENERATION,
+        **AUTHOR_ATTRIBUTES,
+        **TOOL_ATTRIBUTES,
     }
     types = type_definitions(
         table, lambda group, name: ET.SubElement(group, "EnumerationType", name=name)
@@ -167,9 +169,12 @@ def _model_structure(table: VariableTable, indicators: Sequence[Indicator]) -> E
 
 
 def dependencies_in_exchange(output: Variable, states: Collection[str]) -> tuple[str, ...]:
-    """States and inputs that an output depends on in model exchange."""
-    from_states = (output.name,) if output.name in states else _FROM_STATES.get(output.name, ())
-    return (*from_states, *output.depends_on)
+    """States and inputs that an output depends on in model exchange.
+
+    `Variable.depends_on` has the inputs only, as for co-simulation, where states are not visible.
+    """
+    used_states = (output.name,) if output.name in states else _FROM_STATES.get(output.name, ())
+    return (*used_states, *output.depends_on)
 
 
 def _direct_parameters(variable: Variable) -> tuple[str, ...]:
@@ -177,7 +182,9 @@ def _direct_parameters(variable: Variable) -> tuple[str, ...]:
     return _FROM_PARAMETERS.get(variable.name, ())
 
 
-# States on which outputs depend, and parameters on which outputs and state derivatives depend.
+# States on which outputs depend, and parameters on which outputs and state derivatives depend. The
+# friction forces are that of the belt on the slider and its reaction on the belt. `switching` is
+# the switching function y: its sign changes at separation and reattachment.
 _FROM_STATES: Final = {
     "P": ("y",),
     "friction_slider": ("x", "vx", "y"),

@@ -1,4 +1,7 @@
-"""Files of a native FMU: binaries, C files if wanted, and the model description."""
+"""Files of a native FMU: binaries, C files if wanted, and the model description.
+
+FMUs have two flavours: native ones are compiled from C, Python ones contain modules for Python.
+"""
 
 import platform
 import sys
@@ -7,19 +10,18 @@ from typing import Final
 from xml.etree import ElementTree as ET
 
 from fivtui.model import InputError, check_known
-from fmu_src.slave import Type
 
-from .c_sources import MODELS, NATIVE, build_name, model_guid, sources
+from .c_sources import MODELS, NATIVE, model_guid, sources, sources_hash
 from .component import Component
 from .cross_compilation import compile_binary
 from .description import (
-    AUTHOR,
-    GENERATION,
+    AUTHOR_ATTRIBUTES,
+    TOOL_ATTRIBUTES,
     add_type,
     common_attributes,
-    complete_variable,
     model_structure,
     new_description,
+    set_type_attributes,
     type_definitions,
     xml_bytes,
 )
@@ -34,6 +36,7 @@ from .platforms import HOSTS, PLATFORMS
 _DESCRIPTION: Final = "modelDescription.xml"
 # Contains the reason if the compilation at installation failed.
 _FAILURE_FILE: Final = NATIVE / "native.txt"
+# Also for FMI 3.0, whose statuses have the same names with the prefix fmi3.
 _LOG_CATEGORIES: Final = {
     "logStatusWarning": "Log messages with fmi2Warning status.",
     "logStatusDiscard": "Log messages with fmi2Discard status.",
@@ -82,8 +85,9 @@ def native_files(
     model, platform_names = component.model, platforms or [_host_platform()]
     for name in platform_names:
         check_known("platform", name, PLATFORMS)
-    # x86 first: importers on ARM also look in its folder, where its own binary takes precedence.
-    for name in sorted(platform_names, key=lambda name: bool(PLATFORMS[name].x86_folder)):
+    # x86 platforms first: a binary for ARM is also put into the folder of x86, where importers on
+    # ARM look for it, but never replaces the x86 binary.
+    for name in sorted(platform_names, key=lambda name: not PLATFORMS[name].is_x86):
         target = PLATFORMS[name]
         is_host = name == HOSTS.get(_machine())
         binary = _read_binary(model) if is_host else compile_binary(model, name)
@@ -125,7 +129,8 @@ def _read_binary(model: str) -> bytes:
             reason = _FAILURE_FILE.read_text(encoding="utf-8").strip()
         raise InputError(f"the native FMU is not compiled: {reason}; {advice}")
     binary = file.read_bytes()
-    if build_name().encode() not in binary:
+    # Every binary contains the hash of its sources.
+    if sources_hash().encode() not in binary:
         raise InputError(f"the native FMU is compiled from other sources; {advice}")
     return binary
 
@@ -141,10 +146,10 @@ def native_description(component: Component, *, with_sources: bool = False) -> b
         "fmiVersion": "2.0",
         "modelName": component.model,
         "guid": model_guid(component.model),
-        **GENERATION,
+        **TOOL_ATTRIBUTES,
         "numberOfEventIndicators": str(len(INDICATORS[component.model])),
         "description": component.description,
-        **AUTHOR,
+        **AUTHOR_ATTRIBUTES,
     }
     types = type_definitions(table, add_type)
     root = new_description(root_attributes, _INTERFACES, table, types, _LOG_CATEGORIES)
@@ -157,7 +162,7 @@ def native_description(component: Component, *, with_sources: bool = False) -> b
     variables = ET.SubElement(root, "ModelVariables")
     for reference, variable in enumerate(table.variables):
         element = ET.SubElement(variables, "ScalarVariable", common_attributes(variable, reference))
-        ET.SubElement(element, (Type.INTEGER if variable.value_names else variable.type).value)
-        complete_variable(element, variable, table)
+        ET.SubElement(element, variable.type.value)
+        set_type_attributes(element, variable, table)
     root.append(model_structure(table, lambda v: dependencies_in_exchange(v, states)))
     return xml_bytes(root)

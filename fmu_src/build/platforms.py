@@ -17,8 +17,8 @@ class Platform(NamedTuple):
     folders: tuple[str, str]
     # The platform in the name of a wheel; empty if none is published.
     wheel_tag: str = ""
-    # On 64-bit ARM, the folder of the x86 platform: before 2.0.4, FMI named no folder for ARM, and
-    # many importers look in this one.
+    # Folder of the same system on x86, to which a binary for 64-bit ARM is also copied: FMI before
+    # 2.0.4 named no folder for ARM, and many importers look in this one. Empty for x86.
     x86_folder: str = ""
 
     @property

@@ -15,12 +15,13 @@ from .components import COMPONENTS
 
 SUFFIX: Final = ".ssp"
 _NAMESPACE: Final = "http://ssp-standard.org/SSP1/SystemStructure"
-_SSD: Final = f"{{{_NAMESPACE}Description}}"
-_SSC: Final = f"{{{_NAMESPACE}Common}}"
+# ElementTree writes the namespace of an element in braces before its name.
+_SSD: Final = "{" + _NAMESPACE + "Description}"
+_SSC: Final = "{" + _NAMESPACE + "Common}"
 # Ports of each component: variables that are connected or shown. The actuator's command is not a
-# port: hosts overwrite the start value of an input port, and not every host can connect it.
-# The actuator comes first: its preload does not depend on the contact force, and hosts that
-# initialize in this order start the slider under that preload.
+# port, so that it keeps its start value: hosts overwrite that of an input port, and not every host
+# can connect it. The actuator comes first: its initial preload does not depend on the contact
+# force, so hosts that initialize in this order start the slider under that preload.
 _PORTS: Final = {
     "brake-actuator": ("P", "F"),
     "slider-belt": ("F", "x", "y", "P", "friction_slider", "mode", "separations"),

@@ -42,7 +42,9 @@ class BrakeActuator(Instance):
     TABLE = ACTUATOR_TABLE
 
     def __init__(self, **kwargs: Any) -> None:
-        default = DefaultExperiment(0.0, 100.0, 0.01, DEFAULT_TOL)
+        default = DefaultExperiment(
+            start_time=0.0, stop_time=100.0, step_size=0.01, tolerance=DEFAULT_TOL
+        )
         super().__init__(ACTUATOR_SUMMARY, default, **kwargs)
         self._state = ActuatorState(0.0, 0.0)
 

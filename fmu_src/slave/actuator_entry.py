@@ -4,6 +4,6 @@ from fmu_src.slave.actuator import BrakeActuator
 
 __all__ = ["BrakeActuator"]
 
-# At every instantiation the wrapper releases a reference to these globals that it does not own:
-# add one.
+# For every instance the wrapper executes this module again, and releases one reference too many to
+# these globals: each execution adds a reference to make up for it.
 globals().setdefault("_references", []).append(globals())

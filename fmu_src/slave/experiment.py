@@ -8,7 +8,8 @@ from fivtui.model.errors import InputError
 from fivtui.model.numbers import Interval, parse_number
 from fivtui.taylor.stepper import DEFAULT_TOL, TOL_RANGE
 
-# Hosts add up their times with rounding errors: accepted differences, absolute, s, and relative.
+# Hosts add up their times with rounding errors: times count as equal if they differ by at most an
+# absolute tolerance, s, or a relative one.
 TIME_TOLERANCE: Final = 1e-9
 _RELATIVE_TIME_TOLERANCE: Final = 2.0**-50
 

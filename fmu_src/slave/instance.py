@@ -37,10 +37,10 @@ _PRINT_LIMIT: Final = 20
 _TEXT_LIMIT: Final = 1000
 _MUTED_TEXT: Final = "further messages are not printed; enable the FMU's debug logging to see them"
 _OVERFLOW_TEXT: Final = f"refused; only the first {_TEXT_LIMIT} different messages are logged"
-# Paths of the wrapper's libraries, which are released when the interpreter ends. At exit the
-# wrapper destroys its counter of interpreter uses, then decrements it in freed memory, which may
-# abort the host. Its release function, called before that, prevents this. Open handles in place of
-# paths would keep the host from unloading the libraries.
+# Paths of the wrapper's libraries. At exit each library frees its counter of interpreter uses, then
+# decrements it in the freed memory, which may abort the host. If `finalizePythonInterpreter` was
+# called before, the library has no counter to decrement at exit. Open handles in place of paths
+# would keep the host from unloading the libraries.
 _libraries: Final[set[str]] = set()
 # pythonfmu has no enumerations; the model description turns integers into them.
 _VARIABLE_CLASSES: Final = {
@@ -97,7 +97,7 @@ class MessageLog:
 
     def __init__(self, instance: str) -> None:
         self._instance = instance
-        self._printed = 0
+        self._text_count = 0
         self._logged: set[str] = set()
 
     def print_text(self, level: int, text: str) -> str:
@@ -105,9 +105,11 @@ class MessageLog:
 
         `level` is one of Python's ``logging``. Returns the text escaped for the wrapper's logger.
         """
-        if self._printed <= _PRINT_LIMIT:
-            self._print(level, text if self._printed < _PRINT_LIMIT else _MUTED_TEXT)
-            self._printed += 1
+        if self._text_count < _PRINT_LIMIT:
+            self._print(level, text)
+        elif self._text_count == _PRINT_LIMIT:
+            self._print(level, _MUTED_TEXT)
+        self._text_count += 1
         if text not in self._logged:
             if len(self._logged) >= _TEXT_LIMIT:
                 text = _OVERFLOW_TEXT
@@ -124,11 +126,12 @@ class MessageLog:
 
 
 def release_at_exit(resources: str | None) -> None:
-    """Register the release of the wrapper's libraries when the interpreter ends.
+    """Arrange that the wrapper's libraries give up the interpreter when it ends, see `_libraries`.
 
     The libraries are in a folder beside the FMU's folder of resources.
     """
-    # An interpreter without arguments is embedded in a host, where the wrapper ends it itself.
+    # An interpreter that was not started as a program has no arguments: it is embedded in a host,
+    # and the wrapper ends it itself.
     if resources is None or sys.platform != "linux" or not sys.orig_argv:
         return
     if not _libraries:
@@ -158,7 +161,8 @@ class Instance(Fmi2Slave):  # type: ignore[misc]
 
     def __init__(self, description: str, default: DefaultExperiment, **kwargs: Any) -> None:
         super().__init__(**kwargs)
-        # The wrapper, which passes `logger`, adds the FMU's folder to the path for each instance.
+        # Remove the FMU's folder, which the wrapper adds to the path again for each instance; only
+        # the wrapper passes `logger`.
         if "logger" in kwargs and self.resources in sys.path:
             sys.path.remove(self.resources)
         release_at_exit(self.resources)
@@ -213,7 +217,7 @@ class Instance(Fmi2Slave):  # type: ignore[misc]
 
     @abstractmethod
     def _motion_state(self) -> Any:
-        """Immutable state of the motion, with its time as `t`."""
+        """Compute the motion up to now and return its state, immutable, with its time as `t`."""
 
     @abstractmethod
     def _restore_motion(
@@ -316,7 +320,10 @@ class Instance(Fmi2Slave):  # type: ignore[misc]
     def terminate(self) -> None:
         """End the run; values can still be read."""
         # The wrapper cannot report a refused initialization: the host may continue and terminate.
-        if self._phase is Phase.TERMINATED or "exit_initialization_mode" not in self._refused:
+        has_failed_to_start = (
+            self._phase is not Phase.TERMINATED and "exit_initialization_mode" in self._refused
+        )
+        if not has_failed_to_start:
             self._require_phase("terminate", Phase.STEPPING)
         self._fast_until = -math.inf
         self._phase = Phase.TERMINATED
@@ -375,6 +382,7 @@ class Instance(Fmi2Slave):  # type: ignore[misc]
     @refuse_on_error(return_none)
     def _set_fmu_state(self, state: InstanceState | str | None) -> None:
         if not isinstance(state, InstanceState):
+            # A text is the reason why `_fmu_state_from_bytes` failed.
             raise InputError(state or "there is no such FMU state")
         values = dict(enumerate(state.values))
         if state.motion_state is not None:
@@ -435,8 +443,8 @@ class Instance(Fmi2Slave):  # type: ignore[misc]
             self._values.update(accepted)
             self._needs_motion = True
         elif any(self._values[reference] != value for reference, value in accepted.items()):
-            # Compute the steps so far with the old inputs.
             self._fast_until = -math.inf
+            # Compute the motion up to now with the old inputs.
             self._motion_state()
             self._values.update(accepted)
             self._update_outputs()

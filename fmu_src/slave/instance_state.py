@@ -8,7 +8,8 @@ from fivtui.model.errors import InputError
 
 from .experiment import Experiment
 
-# Identifies the sources of the FMU: inside it, the top package has a name with their hash.
+# Name of the top package. Within an FMU it contains a hash of the FMU's sources, and so identifies
+# them.
 _BUILD: Final = __name__.partition(".")[0]
 # Length of the CRC-32 before the JSON text, in hexadecimal digits.
 _CHECKSUM_SIZE: Final = 8

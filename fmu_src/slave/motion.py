@@ -135,7 +135,10 @@ class SliderBeltMotion:
             raise
 
     def restore(self, current: MotionState) -> None:
-        """Return to a state of a motion with equal fixed values; it continues to the same bits."""
+        """Return to a state of a motion with equal fixed parameters.
+
+        From there on both motions are bitwise equal.
+        """
         inputs = (current.F, current.mu, current.v_belt)
         if inputs != self._inputs:
             self._p, self._inputs = self._replace_inputs(*inputs), inputs
@@ -168,17 +171,19 @@ class SliderBeltMotion:
         return (x, self._p.v_belt or 0.0, y, vy)
 
     def _project_on_switch(self, state: State, p: Parameters) -> State:
-        # By rounding, a state may lie slightly beyond the end of its mode, where new inputs would
-        # begin in another mode: move such a state onto the switch.
+        # By rounding, a state may lie slightly beyond the end of its mode, and would begin in
+        # another mode under the new inputs in `p`. Move it onto the switch that ends its mode: the
+        # belt's old speed, or y = 0.
         x, vx, y, vy = state
-        mode, speed = self.current.mode, self._p.v_belt or 0.0
+        mode, old_belt_speed = self.current.mode, self._p.v_belt or 0.0
         if mode is Mode.FORWARD:
-            vx = min(vx, speed)
+            vx = min(vx, old_belt_speed)
         elif mode is Mode.BACKWARD:
-            vx = max(vx, speed)
+            vx = max(vx, old_belt_speed)
         if self._separation:
             next_mode = mode_of(p, (x, vx, y, vy), separation=True)
-            if (next_mode in IN_CONTACT) is not (mode in IN_CONTACT):
+            was_in_contact, is_in_contact = mode in IN_CONTACT, next_mode in IN_CONTACT
+            if is_in_contact != was_in_contact:
                 y = 0.0
         return (x, vx, y, vy)
 
@@ -195,14 +200,16 @@ class SliderBeltMotion:
             steps += 1
             next_segment = self._stepper.advance()
             if segment is not None:
+                # None if the state must be evaluated within the last segment.
                 state = segment.final if segment.end == t else None
                 current = _count_switch(current, next_segment.mode, segment.end)
             segment = next_segment
             current = current._replace(stepper=self._stepper.snapshot, segment=segment)
         if state is None:
             state = self._with_belt_speed(segment.state(t), current.mode)
-        # For speed in place of `_replace`: the fields from `mode` to `stepper` are unchanged.
-        self.current = MotionState(t, state, *current[2:-1], segment)
+        # A slice, because it is faster than `_replace`.
+        mode_to_stepper = current[2:-1]
+        self.current = MotionState(t, state, *mode_to_stepper, segment)
 
 
 def _count_switch(current: MotionState, mode: Mode, t: float) -> MotionState:
@@ -276,5 +283,5 @@ def describe_unused_values(values: Values) -> str:
 
 
 def has_separation(values: Values) -> bool:
-    """Whether separation is considered (Case 1 of the paper)."""
+    """Whether the slider may separate from the belt."""
     return bool(values[REFERENCES["separation"]])

@@ -46,7 +46,9 @@ class SliderBeltInstance(Instance):
     TABLE = SLIDER_BELT_TABLE
 
     def __init__(self, **kwargs: Any) -> None:
-        default = DefaultExperiment(0.0, 100.0, 0.01, DEFAULT_TOL)
+        default = DefaultExperiment(
+            start_time=0.0, stop_time=100.0, step_size=0.01, tolerance=DEFAULT_TOL
+        )
         super().__init__(SUMMARY, default, **kwargs)
         self.modelName = "SliderBelt"
         self._motion: SliderBeltMotion
@@ -74,9 +76,10 @@ class SliderBeltInstance(Instance):
         mode, friction, accelerations = motion.friction_and_accelerations(
             state, force, F=values[_F], mu=values[_MU], v_belt=values[_V_BELT]
         )
-        # Assigned separately for speed: reading outputs spends most time here.
+        # Written out, without a loop, for speed: reading outputs spends most time here.
         values[_X], values[_VX], values[_Y], values[_VY] = x, vx, y, vy
         values[_P], values[_FRICTION_SLIDER], values[_FRICTION_BELT] = force, friction, -friction
+        # y is the switching function: its sign changes at separation and reattachment.
         values[_SWITCHING] = y
         values[_AX], values[_AY] = accelerations
         values[_MODE] = values[_MODE_INTEGER] = values[_MODE_ENUMERATION] = mode
@@ -112,17 +115,16 @@ class SliderBeltInstance(Instance):
 
     @staticmethod
     def _from_json(content: Any) -> MotionState:
-        t, remainder, state, mode, stalled = content["stepper"]
+        stepper: Any = StepperSnapshot(*content["stepper"])
         segment = content["segment"]
-        return MotionState(
-            **content
-            | {
-                "state": tuple(content["state"]),
-                "mode": Mode(content["mode"]),
-                "stepper": StepperSnapshot(t, remainder, tuple(state), Mode(mode), stalled),
-                "segment": None if segment is None else _segment_from_json(segment),
-            }
-        )
+        # Values that JSON stores in another type.
+        restored = {
+            "state": tuple(content["state"]),
+            "mode": Mode(content["mode"]),
+            "stepper": stepper._replace(state=tuple(stepper.state), mode=Mode(stepper.mode)),
+            "segment": None if segment is None else _segment_from_json(segment),
+        }
+        return MotionState(**(content | restored))
 
 
 def _motion_settings(values: Values, experiment: Experiment) -> tuple[float, ...]:
@@ -130,6 +132,6 @@ def _motion_settings(values: Values, experiment: Experiment) -> tuple[float, ...
 
 
 def _segment_from_json(content: list[Any]) -> Segment:
-    mode, start, remainder, duration, end, x, y, final, next_mode = content
-    times = start, remainder, duration, end
+    mode, start, start_remainder, duration, end, x, y, final, next_mode = content
+    times = start, start_remainder, duration, end
     return Segment(Mode(mode), *times, tuple(x), tuple(y), tuple(final), Mode(next_mode))

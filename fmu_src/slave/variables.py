@@ -25,22 +25,22 @@ STATES: Final = ("x", "vx", "y", "vy")
 _START_NAMES: Final = tuple(f"{name}_start" for name in STATES)
 # Variables that the equilibrium for μ = 0 depends on.
 _EQUILIBRIUM: Final = ("k1", "k2", "k3", "k_nl", "F", "separation")
-# Variables that friction depends on: on a belt of finite speed, and on any belt.
-_BELT: Final = ("finite_belt", "v_belt", "mu_s")
-_FRICTION: Final = ("c1", "mu", *_BELT)
+# Variables that decide, together with the contact force, between stick and slip. Friction depends
+# on them and on v_s.
+_FRICTION: Final = ("c1", "mu", "finite_belt", "v_belt", "mu_s")
 # Variables on which the initial position, contact force and mode depend.
 _STATIC_START: Final = ("start_static", *_EQUILIBRIUM)
 _INITIAL_FORCE: Final = (*_STATIC_START, *_START_NAMES)
 _INITIAL_MODE: Final = (*_INITIAL_FORCE, *_FRICTION, "m", "c2")
-# Variables of a belt of finite speed. A Real always has a value: a flag enables the speed, and in
-# the others 0 means unset, which is also the limit of small values.
+# Variables of a belt of finite speed; the flag finite_belt enables them. An FMI Real always has a
+# value, so 0 stands for an unset mu_s or v_s. An unset v_s is also the limit of small v_s.
 _BELT_MEANINGS: Final = {
     "v_belt": "speed of the belt, used if finite_belt is true",
     "mu_s": "static friction coefficient, used if finite_belt is true: at least mu, or 0 to use mu",
     "v_s": "sliding speed over which friction falls from mu_s to mu, used if finite_belt is true; "
     "with 0 it falls at once",
 }
-# Typical sizes in the base scene.
+# Typical sizes by unit, under the default parameters.
 _NOMINAL: Final = {
     "m": 1.0,
     "m/s": 10.0,
@@ -149,6 +149,8 @@ def _mode(kind: Type, value_names: Sequence[str] = ()) -> Variable:
 SLIDER_BELT_TABLE: Final = VariableTable(
     [
         *map(_parameter, PARAMETERS.values()),
+        # Cases 1 and 2 are those of the paper "Nonlinear friction-induced vibration of a
+        # slider-belt system".
         _flag(
             "separation",
             "true: the slider may separate from the belt (Case 1); false: it may not (Case 2)",
@@ -199,7 +201,8 @@ SLIDER_BELT_TABLE: Final = VariableTable(
             ("m", "k1", "k2", "k3", "k_nl", "F", "vx_start", *_FRICTION, "v_s"),
             ("x", "vx", "y", "mu", "v_belt"),
         ),
-        # Without k1: the equilibrium depends on it, but the acceleration is zero there.
+        # k1 acts on this acceleration only through the equilibrium, where it is zero. k2, k3 and
+        # k_nl act directly at other starts.
         _acceleration(
             "y",
             "vertical",

@@ -120,9 +120,9 @@ def test_without_a_binary_the_reason_is_reported(
 def test_a_binary_of_other_sources_is_refused(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    # The binary contains the result of `build_name`, a hash of its sources with 32 hexadecimal
-    # digits. Here that is replaced, as if the sources had changed.
-    monkeypatch.setattr(native, "build_name", lambda: "0" * 32)
+    # The binary contains the hash of its sources, 32 hexadecimal digits. Here the hash of the
+    # installed sources is replaced, as if they had changed.
+    monkeypatch.setattr(native, "sources_hash", lambda: "0" * 32)
     with pytest.raises(InputError, match="compiled from other sources"):
         build_fmu(tmp_path / "m.fmu", flavour="native")
 
