@@ -10,8 +10,8 @@ from pathlib import Path
 import pytest
 from hypothesis import HealthCheck, is_hypothesis_test, settings
 
-# No test depends on the machine's speed; CI runs the same examples every time. `-m whole` also runs
-# the tests of random examples, with many more examples.
+# No test depends on the machine's speed; CI draws the same random examples every time. `-m whole`
+# repeats the tests with random examples, with 1000 examples instead of 40.
 settings.register_profile(
     "fivtui",
     max_examples=40,
@@ -21,7 +21,7 @@ settings.register_profile(
 )
 settings.register_profile("whole", settings.get_profile("fivtui"), max_examples=1000)
 
-# Most objects of a laboratory test live until its end, so collect garbage rarely.
+# Most objects of a test of the terminal interface live until its end: collect garbage rarely.
 gc.set_threshold(200_000, 20, 50)
 
 # Hundreds of processes import the same modules: allow cached bytecode, so they compile once.
@@ -40,12 +40,15 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 _ROOT = Path(__file__).parents[1]
+# Exit status 1 if the kernel cannot be loaded, or a native FMU is missing or compiled from other
+# sources. Other reasons, such as a platform without native FMUs, would remain after a rebuild.
 _STALENESS_CHECK = """
 import sys
 from fivtui.kernel import why_interpreted
 from fmu_src.build import native_failure
-why = str(native_failure())
-sys.exit(bool(why_interpreted()) or "other sources" in why or "not installed" in why)
+native_reason = str(native_failure())
+native_is_stale = any(text in native_reason for text in ("other sources", "not installed"))
+sys.exit(bool(why_interpreted()) or native_is_stale)
 """
 
 
@@ -72,7 +75,7 @@ def pytest_collection_finish() -> None:
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Allow an hour for tests marked `whole`."""
+    """Under `-m whole` mark tests with random examples, too; allow an hour for marked tests."""
     for item in items:
         if config.option.markexpr == "whole" and is_hypothesis_test(getattr(item, "obj", None)):
             item.add_marker(pytest.mark.whole)

@@ -1,4 +1,4 @@
-"""Long computations can be cancelled within every motion."""
+"""Long computations can be cancelled between and within the motions that they integrate."""
 
 from collections.abc import Callable
 from typing import Any
@@ -16,6 +16,7 @@ from fivtui.orbits.curves.cycle_branches import branch
 from fivtui.simulation import simulate
 from fivtui.transient import integrate
 
+# The base set under a preload F of 120 N.
 P = Parameters(F=120.0)
 ProgressCallback = Callable[[float], bool]
 SEARCHES: dict[str, Callable[[ProgressCallback], Any]] = {
@@ -23,6 +24,7 @@ SEARCHES: dict[str, Callable[[ProgressCallback], Any]] = {
         System(P), kernel="interpreted", progress=progress
     ),
     "coexistence": lambda progress: coexistence(System(P), kernel="interpreted", progress=progress),
+    # The vertical offset from the equilibrium from which the slider does not return.
     "escape": lambda progress: escape_offset(System(P), kernel="interpreted", progress=progress),
     "basin": lambda progress: basin(
         P, {"x0": [0.0, 1.0], "y0": [0.0, 1.0]}, kernel="interpreted", progress=progress
@@ -72,6 +74,7 @@ def test_cancellation_is_checked_every_few_steps(method: str) -> None:
         calls += 1
         return True
 
+    # Only the Taylor method has kernels; the compiled one reports every 256 steps.
     options = {"kernel": "interpreted"} if method == "taylor" else {}
     run = simulate(t_end=5.0, method=method, progress=report, **options)  # type: ignore[arg-type]
     assert calls >= run.stats.steps // 32
@@ -83,9 +86,12 @@ def test_an_exact_solution_is_cancelled_between_its_samples() -> None:
 
     def report(fraction: float) -> bool:
         fractions.append(fraction)
+        # The search for extremes reports 1 at its end, then each chunk of samples reports 1: cancel
+        # at the second chunk.
         return fractions.count(1.0) < 3
 
-    p = Parameters(k_nl=0.0)
+    # Without the cubic term and separation the solution is exact, by the matrix exponential.
+    linear = Parameters(k_nl=0.0)
     with pytest.raises(Cancelled):
-        simulate(p, t_end=100.0, separation=False, samples=times, progress=report)
+        simulate(linear, t_end=100.0, separation=False, samples=times, progress=report)
     assert fractions == sorted(fractions)

@@ -1,4 +1,8 @@
-"""Printed tables: no column and no key is lost at any terminal width."""
+"""Printed tables: no column is lost at any terminal width.
+
+A wide table is printed in blocks of columns. Each begins with the keys, the first columns, which
+identify a row.
+"""
 
 import io
 import re
@@ -106,16 +110,18 @@ def test_without_a_terminal_nothing_is_wrapped(monkeypatch: pytest.MonkeyPatch) 
     print_rows("Title", header, rows)
     title, names, *cells = out.getvalue().splitlines()
     assert (title, len(cells)) == ("Title", 2)
-    assert names.split()[::3] == [name.split()[0] for name in header]
+    assert re.split(r" {2,}", names.strip()) == header
 
 
 def test_sweep_and_attractors_keep_their_first_columns(monkeypatch: pytest.MonkeyPatch) -> None:
     p = Parameters()
     varied = Design({"F": (21.0, 43.0), "mu": (0.1,)})
     study = Study(varied, p, outputs=("growth_rate", "stable"))
-    result = sweep_in_memory(study, local_engine(1))
+    result = sweep_in_memory(study, local_engine(workers=1))
+    # The attractor of the motion from the static start, as a continuation to larger μ finds it.
     attractor = Explorer(System(p)).reach("static")
-    branch = Continuation(System(p), "mu", np.array([0.7]), (BranchPoint(0.7, ("up",), attractor),))
+    point = BranchPoint(value=0.7, directions=("up",), attractor=attractor)
+    branch = Continuation(System(p), "mu", np.array([0.7]), (point,))
     for width in (40, 60, 80, 120, None):
         out = redirect_output(monkeypatch, width)
         print_sweep(result)
@@ -124,10 +130,13 @@ def test_sweep_and_attractors_keep_their_first_columns(monkeypatch: pytest.Monke
         lines = out.getvalue().splitlines()
         assert width is None or max(map(len, lines)) <= width
         tokens = out.getvalue().split()
+        # The column `reason` is printed only if a member failed.
         assert {column.name for column in study.columns} - {"reason"} <= set(tokens)
-        # Both members appear in each block, below the column names.
+        # The members F = 21 and F = 43 appear in each block of the sweep, below its keys: F, mu and
+        # separation.
         blocks = sum({"mu", "separation"} <= set(line.split()) for line in lines)
         assert sum(line.split()[:2] == ["21", "0.1"] for line in lines) == blocks >= 1
         assert sum(line.split()[:2] == ["43", "0.1"] for line in lines) == blocks
         assert str(attractor.kind).split()[0] in tokens
+        # The last column of attractors is "multipliers, size".
         assert "multipliers," in tokens

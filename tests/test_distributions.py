@@ -36,6 +36,7 @@ def test_a_distribution_agrees_with_that_of_scipy_and_prints_its_text(text: str)
 
 
 def test_mean_and_sd_of_a_lognormal_are_those_of_the_quantity() -> None:
+    # `moments` is computed from a finite number of quantiles, without the ends of the tails.
     assert parse_distribution("lognormal:100:20").moments() == pytest.approx(
         (100.0, 20.0), rel=2e-3
     )

@@ -1,4 +1,8 @@
-"""README and CONTRIBUTING name only things that exist, and agree with the tables of the code."""
+"""README and CONTRIBUTING name only what exists; the code's tables agree with them and each other.
+
+Tables are the code's dictionaries of parameters, methods, formats and packages. The laboratory, lab
+in names, is the terminal interface.
+"""
 
 import ast
 import re
@@ -54,6 +58,7 @@ def test_every_path_and_module_that_is_named_exists(name: str) -> None:
         *re.findall(r"(?<![\w/.])(?:fivtui|fmu_src|tests|examples|docs|\.ci)/[\w./-]*", text),
         *(str(Path(name).parent / link) for link in re.findall(r"\]\((?!http)([^)#]+)\)", text)),
     }
+    # A wrong regular expression would match nothing; a page of the manual may name few paths.
     assert len(paths) >= 10 or name.startswith("docs/")
     assert not [path for path in paths if not (ROOT / path).exists()]
     modules = re.findall(r"-m ((?:tests|fivtui)(?:\.\w+)*)", text)
@@ -72,19 +77,20 @@ def test_every_name_is_defined_in_the_module_named_with_it() -> None:
     assert not [(name, path) for name, path in pairs if name not in names_defined_in(ROOT / path)]
 
 
-def test_the_tree_has_every_package() -> None:
-    rows = re.findall(r"^    [ +] (fivtui/\w+)/ ", CONTRIBUTING, flags=re.MULTILINE)
-    rows += re.findall(r"`(fmu_src/\w+)/`", CONTRIBUTING)
+def test_the_tree_in_contributing_has_every_package() -> None:
+    # The tree has lines such as "    + fivtui/io/       files written atomically".
+    drawn = re.findall(r"^    [ +] (fivtui/\w+)/ ", CONTRIBUTING, flags=re.MULTILINE)
+    drawn += re.findall(r"`(fmu_src/\w+)/`", CONTRIBUTING)
     folders = {
         str(path.parent.relative_to(ROOT))
         for package in ("fivtui", "fmu_src")
         for pattern in ("*/__init__.py", "*/*.c")
         for path in (ROOT / package).glob(pattern)
     }
-    assert sorted(rows) == sorted(folders)
+    assert sorted(drawn) == sorted(folders)
 
 
-def test_the_layers_are_those_of_the_contracts() -> None:
+def test_the_layers_in_contributing_are_those_of_the_contracts() -> None:
     layers, tui_layers = (
         [layer.split(" | ") for layer in contract["layers"]]
         for contract in SETTINGS["importlinter"]["contracts"][:2]
@@ -92,13 +98,16 @@ def test_the_layers_are_those_of_the_contracts() -> None:
     rows = re.findall(r"^    ([ +]) fivtui/(\w+)(?:/|\.py) +(.*)", CONTRIBUTING, flags=re.MULTILINE)
     tree: list[list[str]] = []
     for mark, name, _ in rows:
+        # A package with + is in the layer of the line above.
         if mark == "+":
             tree[-1].append(name)
         else:
             tree.append([name])
     assert [sorted(layer) for layer in tree] == [sorted(layer) for layer in layers]
-    (tui,) = (text.partition(": ")[2] for _, name, text in rows if name == "tui")
-    assert [["__main__"], *(layer.split(" | ") for layer in tui.split(" / "))] == tui_layers
+    # The line of tui ends with its layers: "the laboratory: start | browser / app / lab / …".
+    (tui_text,) = (text for _, name, text in rows if name == "tui")
+    drawn_tui_layers = tui_text.partition(": ")[2].split(" / ")
+    assert [["__main__"], *(layer.split(" | ") for layer in drawn_tui_layers)] == tui_layers
 
 
 def test_every_marker_is_explained() -> None:
@@ -121,13 +130,14 @@ def test_an_added_entry_of_methods_is_a_method(monkeypatch: pytest.MonkeyPatch) 
 
 
 def test_the_tables_of_methods_have_the_same_methods() -> None:
-    compared = [row[0] for row in (*settings._TOLERANCES, *settings._STEPS)]
-    assert set(ALL_METHODS) == {*METHODS, *FMU_FLAVOURS} == set(compared) == set(measure._SHARES)
+    assert set(ALL_METHODS) == {*METHODS, *FMU_FLAVOURS}
+    # Trade-offs: the tolerances and steps of every method, and its share of the CPU time.
+    assert set(ALL_METHODS) == {method for method, *_ in (*settings._TOLERANCES, *settings._STEPS)}
+    assert set(ALL_METHODS) == set(measure._SHARES)
     assert FIELDS["method"].choices == ALL_METHODS
-    assert {entry.name for entry in METHODS_UNDER_TEST.values()} == set(ALL_METHODS) - {
-        "rk4-across",
-        "fmu-native",
-    }
+    # RK4 that steps across switches, and the native FMU, which exists only if it is compiled.
+    untested = {"rk4-across", "fmu-native"}
+    assert {entry.name for entry in METHODS_UNDER_TEST.values()} == set(ALL_METHODS) - untested
 
 
 def test_every_format_is_written_and_read_and_its_package_is_an_extra() -> None:

@@ -17,9 +17,11 @@ from tests.support.strategies import magnitudes, moderate_parameters, states
 
 ROOT = Path(__file__).parents[1]
 EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
-# `pytest -m whole` in tests/assessment runs all scenes that break solvers.
+# Command-line arguments of examples. `extremes` takes names of stress tests: three are enough here,
+# as `pytest -m whole` in tests/assessment runs all. The switch is y = 0, where contact is lost.
 ARGUMENTS = {"extremes": ["lifted", "start-on-switch", "tol-too-small"]}
-# Replaced text of an example: a ramp over the same preloads, five times as fast.
+# Replaced text of an example, rate, N/s, and end, s, of a ramp: the same preloads in a fifth of the
+# time.
 SHORTENED = {"fmu_ramp": ("0.25, 200.0", "1.25, 40.0")}
 RUN_ALL = """
 import runpy, sys
@@ -49,6 +51,7 @@ def test_examples_are_short_and_run_from_any_folder(tmp_path: Path) -> None:
     out = run_python("-c", RUN_ALL, cwd=folder, stdin="\n".join(lines))
     _, *printed = out.split("\f")
     assert len(printed) == len(lines)
+    # Separation is part of the results that every example prints.
     assert not [text for text in printed if "separation" not in text]
     assert list(folder.iterdir()) == []
 
@@ -60,7 +63,9 @@ def test_there_is_a_native_and_an_fmu_example() -> None:
 @given(
     p=moderate_parameters(),
     state=states(),
+    # Factors of mass, length and time, from 10^-1 to 10^1.
     factors=st.tuples(*[magnitudes(-1.0, 1.0)] * 3),
+    # The modes on a belt that is always faster than the slider: contact and separation.
     mode=st.sampled_from(ALWAYS_SLIDING),
 )
 def test_scaled_parameters_have_the_same_motion_in_other_units(
@@ -72,6 +77,7 @@ def test_scaled_parameters_have_the_same_motion_in_other_units(
     scaled_state = (x * length, vx * length / time, y * length, vy * length / time)
     actual = accelerations(scaled(p, mass, length, time), scaled_state, mode)
     expected = accelerations(p, state, mode)
+    # Size of the terms of an acceleration at displacements of about 1 m, for rounding errors.
     largest = max(map(abs, (*expected, p.F / p.m, p.k1 / p.m, p.k_nl / p.m)))
     for actual_value, expected_value in zip(actual, expected, strict=True):
         assert actual_value * time**2 / length == pytest.approx(
@@ -80,19 +86,20 @@ def test_scaled_parameters_have_the_same_motion_in_other_units(
 
 
 @pytest.mark.parametrize("length", [1e-6, 2e-8])
-@pytest.mark.parametrize("kernel", ["compiled", "interpreted", "rk4"])
+# Both kernels of the Taylor method, and RK4.
+@pytest.mark.parametrize("integrator", ["compiled", "interpreted", "rk4"])
 def test_a_motion_of_micrometres_is_as_accurate_as_one_of_metres(
-    length: float, kernel: Literal["compiled", "interpreted", "rk4"]
+    length: float, integrator: Literal["compiled", "interpreted", "rk4"]
 ) -> None:
     scaled = runpy.run_path(str(ROOT / "examples" / "brake_scale.py"))["scaled"]
     base, time = Parameters(), 5e-4
     pad = scaled(base, 0.1, length, time)
-    if kernel == "rk4":
+    if integrator == "rk4":
         base_run = simulate(base, t_end=5.0, method="rk4", step=2e-3)
         pad_run = simulate(pad, t_end=5.0 * time, method="rk4", step=2e-3 * time)
     else:
-        base_run = simulate(base, t_end=20.0, kernel=kernel)
-        pad_run = simulate(pad, t_end=20.0 * time, kernel=kernel)
+        base_run = simulate(base, t_end=20.0, kernel=integrator)
+        pad_run = simulate(pad, t_end=20.0 * time, kernel=integrator)
     assert pad_run.events.separations == base_run.events.separations > 1
     assert pad_run.final.y / length == pytest.approx(base_run.final.y, rel=1e-9)
     assert pad_run.peak.y_abs / length == pytest.approx(base_run.peak.y_abs, rel=1e-12)
@@ -102,12 +109,15 @@ def test_a_motion_of_micrometres_is_as_accurate_as_one_of_metres(
 
 def test_the_pad_moves_like_the_base_set_in_other_units(capsys: pytest.CaptureFixture[str]) -> None:
     runpy.run_path(str(ROOT / "examples" / "brake_scale.py"), run_name="__main__")
-    setting, base, pad = capsys.readouterr().out.splitlines()
+    setting, *runs = capsys.readouterr().out.splitlines()
     assert "--set m=0.5 " in setting
     assert "--set F=1e+04 " in setting
-    assert base.split(" m, ")[1].split(", belt")[0] == pad.split(" m, ")[1].split(", belt")[0]
+    # Peak of |y|, m, dimensionless peak and number of separations, and least belt speed, m/s.
+    line = re.compile(r"peak \|y\| (\S+) m, (.+ separations), belt above (\S+) m/s")
+    (_, base_motion, _), (peak, pad_motion, speed) = (line.findall(run)[0] for run in runs)
+    assert pad_motion == base_motion
     page = (ROOT / "docs" / "how-to" / "own-scenes.md").read_text(encoding="utf-8")
     k1 = float(re.search(r"k1=(\S+)", setting)[1])  # type: ignore[index]
     assert f"{k1 / 1e6:.0f} kN/mm" in page
-    assert f"{1e3 * float(pad.split()[2]):.1f} mm" in page
-    assert f"{float(pad.split()[-2]):.0f} m/s" in page
+    assert f"{1e3 * float(peak):.1f} mm" in page
+    assert f"{float(speed):.0f} m/s" in page

@@ -1,6 +1,6 @@
 """Figures: their lines, meshes, labels and units agree with the results.
 
-Expected motions, eigenvalues and critical friction come from `own_slider`, an independent model.
+Expected motions, eigenvalues and critical friction come from `paper_model`, an independent model.
 """
 
 import dataclasses
@@ -40,7 +40,7 @@ from fivtui.transient import START_SPECS
 from fivtui.transient.errors import Deviation
 from fivtui.transient.result import Transient
 
-from .support import own_slider
+from .support import paper_model
 from .support.reading import (
     drawn_line,
     drawn_lines,
@@ -90,7 +90,7 @@ def test_panels_of_a_transient_agree_with_their_labels(runs: list[Transient]) ->
     # Panels are tall enough to read.
     assert figure.get_figheight() > 5 * 1.5
     for case, name in ((True, "separation considered"), (False, "separation ignored")):
-        t, motion = own_slider.motion(3.0, separation=case)
+        t, motion = paper_model.motion(3.0, separation=case)
         for axes, column in zip(overviews, motion.T, strict=True):
             x, y = points(drawn_line(axes, legend[name]))
             is_compared = x <= 3.0
@@ -105,7 +105,7 @@ def test_shading_is_where_the_slider_is_off_the_belt_and_nowhere_else(
     runs: list[Transient],
 ) -> None:
     figure = transient_figure(runs)
-    t, motion = own_slider.motion(3.0, separation=True)
+    t, motion = paper_model.motion(3.0, separation=True)
     # Each of two columns has panels of P, x and y.
     overview, late = figure.axes[0], figure.axes[3]
     for axes in (overview, late):
@@ -153,7 +153,7 @@ def test_runs_that_differ_in_several_parameters_are_named_in_the_legend() -> Non
         name = f"separation considered, F = {force:g} N, k_nl = {2.0 * force:g} N/m^3"
         line = drawn_line(figure.axes[0], legend[name])
         # Runs start from rest under the preload, before friction acts.
-        _, y, _ = own_slider.equilibrium(F=force, k_nl=2.0 * force, mu=0.0)
+        _, y, _ = paper_model.equilibrium(F=force, k_nl=2.0 * force, mu=0.0)
         assert points(line)[1][0] == pytest.approx(y, rel=1e-9)
 
 
@@ -182,7 +182,7 @@ def test_modes_over_mu_are_the_eigenvalues_in_hertz_and_one_over_seconds() -> No
             growth_mu, rate = points(drawn_line(growth, legend[name]))
             assert mu[index] == growth_mu[index] == pytest.approx(1.5 * index / 240)
             drawn.append(complex(rate[index], 2.0 * np.pi * hertz[index]))
-        expected = own_slider.eigenvalues(mu=float(mu[index]))
+        expected = paper_model.eigenvalues(mu=float(mu[index]))
         expected = expected[expected.imag > 0.0]
         assert sorted(drawn, key=sort_key) == pytest.approx(
             sorted(expected.tolist(), key=sort_key), abs=1e-6
@@ -194,7 +194,7 @@ def test_the_critical_and_the_present_friction_are_marked() -> None:
     p = Parameters(F=100.0, k_nl=500.0, mu=1.1)
     figure = sheet_figure(modes_sheet(stability(p), mode_scan(System(p), 2.0)))
     legend = legend_entries(figure)
-    critical = own_slider.critical_mu(F=100.0, k_nl=500.0)
+    critical = paper_model.critical_mu(F=100.0, k_nl=500.0)
     assert without_mathtext(figure.get_suptitle()).endswith("F = 100 N, k_nl = 500 N/m^3, μ = 1.1")
     for axes in figure.axes[:2]:
         assert axes.get_xlim() == (0.0, 2.0)
@@ -208,13 +208,13 @@ def test_the_critical_and_the_present_friction_are_marked() -> None:
     assert len(zero_lines) == 1
     plane = figure.axes[2]
     x, y = points(drawn_line(plane, legend["at μ = 1.1"]))
-    expected = own_slider.eigenvalues(F=100.0, k_nl=500.0, mu=1.1)
+    expected = paper_model.eigenvalues(F=100.0, k_nl=500.0, mu=1.1)
     # With the frequency as real part, both are sorted by frequency first.
     np.testing.assert_allclose(
         np.sort_complex(y + 1j * x), np.sort_complex(expected.imag + 1j * expected.real)
     )
     path = points(drawn_line(plane, legend["eigenvalues, μ = 0 to 2"]))
-    start = own_slider.eigenvalues(F=100.0, k_nl=500.0, mu=0.0)
+    start = paper_model.eigenvalues(F=100.0, k_nl=500.0, mu=0.0)
     for value in start:
         assert np.abs(path[0] + 1j * path[1] - value).min() < 1e-6
 
@@ -240,12 +240,12 @@ MU, FORCE = np.linspace(0.0, 1.5, 31), np.linspace(10.0, 110.0, 5)
 @pytest.mark.parametrize(
     ("value", "colours", "reference"),
     [
-        ("growth-rate", "Growth rate (1/s)", own_slider.growth_rate),
-        ("critical-mu", "Critical friction coefficient", own_slider.critical_mu),
+        ("growth-rate", "Growth rate (1/s)", paper_model.growth_rate),
+        ("critical-mu", "Critical friction coefficient", paper_model.critical_mu),
         (
             "unstable-modes",
             "Unstable modes",
-            lambda **p: float((own_slider.eigenvalues(**p).real > 0.0).sum() // 2),
+            lambda **p: float((paper_model.eigenvalues(**p).real > 0.0).sum() // 2),
         ),
     ],
 )
@@ -273,7 +273,7 @@ def test_the_boundary_of_a_map_is_at_the_critical_friction() -> None:
     vertices = np.asarray(line.get_xydata())
     for force in FORCE.tolist():
         index = np.flatnonzero(np.isclose(vertices[:, 1], force))[0]
-        critical = own_slider.critical_mu(F=force)
+        critical = paper_model.critical_mu(F=force)
         assert vertices[index, 0] == pytest.approx(critical, abs=MU[1] - MU[0])
 
 

@@ -45,18 +45,19 @@ def paragraph_on(subject: str) -> str:
 def apply_edits(subject: str, edits: Iterable[Edit], root: Path) -> None:
     """Apply edits of files that the paragraph names, or of new files in folders that it names."""
     text = paragraph_on(subject)
+    # The paragraph on friction laws refers to that on parameters for the files of new parameters.
+    naming_text = text + paragraph_on("A parameter") if subject == "A friction law" else text
     for edit in edits:
         folder = edit.path.rpartition("/")[0]
-        assert f"`{edit.path}`" in text + paragraph_on("A parameter") * (
-            subject == "A friction law"
-        ) or (not edit.old and f"`{folder}/" in text), edit.path
+        is_new_in_folder = not edit.old and f"`{folder}/" in text
+        assert f"`{edit.path}`" in naming_text or is_new_in_folder, edit.path
         edit.make(root)
     for path in re.findall(r"`((?:fivtui|fmu_src)/[\w/]+\.\w+)`", text):
-        if subject != "A tab":
-            assert (root / path).exists(), path
+        assert (root / path).exists(), path
 
 
-# A parameter: gravity presses the slider onto the belt.
+# A parameter: gravity g presses the slider onto the belt. The load F + m g replaces the preload F:
+# the vertical force is P − F − m g, with the contact force P.
 PARAMETER: Final = (
     Edit(
         "fivtui/model/parameters.py",
@@ -68,7 +69,8 @@ PARAMETER: Final = (
     Edit("fivtui/transient/steppers/rk4_on_belts.py", r'p\["F"\]', '(p["F"] + p["m"] * p["g"])'),
     Edit("fivtui/tui/session/equations.py", r"= P − F\"", '= P − F − m g"'),
 )
-# Gravity has the same effect as a preload that is larger by 10 N.
+# On the mass of 5 kg, gravity of 2 m/s² has the same effect as a preload that is larger by 10 N.
+# Tests define FLAVOURS first, the kinds of FMU to build; with "native" the kernel is compiled, too.
 CHECK_PARAMETER: Final = """
 import math
 from fivtui import *
@@ -97,8 +99,13 @@ for method in ("taylor", "rk4", "scipy-dop853"):
 names = ["F", "m", "g"]
 first, second = (simulate(p, t_end=2.0, sensitivities=names).sensitivities for p in (light, heavy))
 same(first["F"].final, second["F"].final)
-same(first["g"].final, [5.0 * by_F for by_F in second["F"].final])
-same(first["m"].final, [m + 2.0 * F for m, F in zip(second["m"].final, second["F"].final)])
+# The load F + m g changes by m with g, and by g with m.
+m, g = light.m, light.g
+same(first["g"].final, [m * by_F for by_F in second["F"].final])
+same(
+    first["m"].final,
+    [by_m + g * by_F for by_m, by_F in zip(second["m"].final, second["F"].final)],
+)
 linear = [p.with_values({"k_nl": 0.0}) for p in (light, heavy)]
 first, second = (simulate(p, t_end=2.0, separation=False) for p in linear)
 assert first.stats.kernel == "exact"
@@ -108,9 +115,10 @@ same([first.growth_rate, first.critical_mu[0].mu], [second.growth_rate, second.c
 found = stability_map(Parameters(), {"g": [0.0, 2.0], "mu": [0.7]})
 same([found.values[1, 0]], [second.growth_rate])
 batch = simulate_batch({"g": [0.0, 2.0]}, t_end=2.0)
-same([batch.final[1, 2]], [simulate(heavy, t_end=2.0).final.y])
-rows = sweep(vary={"g": (0.0, 2.0)}, t_end=2.0, outputs=["y_end"]).rows
-same([rows[1][2]], [batch.final[1, 2]])
+x, vx, y, vy = batch.final[1]
+same([y], [simulate(heavy, t_end=2.0).final.y])
+columns = sweep(vary={"g": (0.0, 2.0)}, t_end=2.0, outputs=["y_end"]).to_columns()
+same([columns["y_end"][1]], [y])
 assert run(["simulate", "--set", "g=2", "--t-end", "2", "--json"]) == 0
 save_scene(Scene(name="mine", description="", parameters=light), "mine.toml")
 assert load_scene("mine.toml").parameters == light
@@ -135,47 +143,53 @@ for values, methods in (
     names = ["F", "m", "g", "v_belt"]
     first, second = (simulate(p, t_end=1.0, sensitivities=names).sensitivities for p in pair)
     same(first["F"].final, second["F"].final, 1e-6)
-    same(first["g"].final, [5.0 * by_F for by_F in second["F"].final], 1e-6)
+    same(first["g"].final, [m * by_F for by_F in second["F"].final], 1e-6)
     first, second = (stability(p) for p in pair)
     same([c.mu for c in first.critical_mu], [c.mu for c in second.critical_mu])
     same([first.growth_rate], [second.growth_rate])
 pairs = zip((light, heavy), tables, strict=True)
 first, second = (simulate(p, t_end=2.0, over_time=table) for p, table in pairs)
 same(first.final, second.final, 1e-6)
-falling = [p.with_values({**law, "mu": 0.3}) for p in (light, heavy)]
-speeds = [[c.v_belt for c in critical_speeds(System(p))] for p in falling]
+# Friction that falls from mu_s to mu as the sliding velocity grows.
+weakening = [p.with_values({**law, "mu": 0.3}) for p in (light, heavy)]
+speeds = [[c.v_belt for c in critical_speeds(System(p))] for p in weakening]
 assert len(speeds[0]) == 1
 same(*speeds)
 first, second = (critical_mu_derivatives(System(p)) for p in (light, heavy))
-same([first["g"], first["F"]], [5.0 * second["F"], second["F"]])
-same([first["m"]], [second["m"] + 2.0 * second["F"]])
+same([first["g"], first["F"]], [m * second["F"], second["F"]])
+same([first["m"]], [second["m"] + g * second["F"]])
 members = {"g": np.array([0.0, 2.0])}, {"F": np.array([80.0, 90.0])}
 first, second = (dimensionless_groups(Parameters(), varied, 2).ravel() for varied in members)
 same(first, second)
+# The dimensionless group k_nl (F + m g)²/k1³ depends on g and m by the load.
 assert "g" in GROUP_PARAMETERS["k_nl"] and "m" in GROUP_PARAMETERS["k_nl"]
+# Derivatives of the static start by g and F.
 by_g = static_start_change(System(light), "g")
-same(by_g, [5.0 * value for value in static_start_change(System(heavy), "F")])
+same(by_g, [m * by_F for by_F in static_start_change(System(heavy), "F")])
 if "native" in FLAVOURS:
-    # These take minutes with the interpreted kernel.
+    # These take minutes with the interpreted kernel. Below the safe μ all disturbances die out.
     first, second = (safe_friction(p) for p in (light, heavy))
     same([first.safe_mu], [second.safe_mu], 1e-7)
-    curves = [branch(p, "v_belt", low=2.0, high=2.6) for p in falling]
+    curves = [branch(p, "v_belt", low=2.0, high=2.6) for p in weakening]
     first, second = ([point.value for point in curve.points] for curve in curves)
     same([min(first), max(first)], [min(second), max(second)], 1e-6)
 for flavour in FLAVOURS:
     fmu = build_fmu(f"{flavour}.fmu", flavour=flavour)
     driven = run_fmu(fmu, t_end=0.5, start_values={"g": 2.0}, outputs=["x", "vx", "y", "vy", "ay"])
     *state, ay = (driven.columns[name][-1] for name in ("x", "vx", "y", "vy", "ay"))
-    same(state, simulate(heavy, t_end=0.5).final[1:])
+    t, *expected = simulate(heavy, t_end=0.5).final
+    same(state, expected)
     same([ay], [accelerations(heavy, state, Mode.CONTACT)[1]])
     start = {"g": 2.0, "finite_belt": True, "v_belt": 1.0, "mu_s": 0.9, "v_s": 0.4}
     driven = run_fmu(fmu, t_end=0.5, start_values=start, outputs=["x", "vx", "y", "vy"])
     state = [driven.columns[name][-1] for name in ("x", "vx", "y", "vy")]
-    same(state, simulate(heavy.with_values(law), t_end=0.5).final[1:])
+    t, *expected = simulate(heavy.with_values(law), t_end=0.5).final
+    same(state, expected)
 """
 
 
-# A friction law: a viscous term beside the exponential term.
+# A friction law: a viscous term, μ + μ_v v + (μ_s − μ) exp(−v/v_s) at a sliding speed v. In the RK4
+# `p["v"]` is v_belt and `sign` is that of v_belt − ẋ, so that the speed is their product.
 LAW: Final = (
     Edit(
         "fivtui/model/parameters.py",
@@ -184,8 +198,8 @@ LAW: Final = (
     ),
     Edit(
         "fivtui/model/field.py",
-        r"(return p\.mu) \+ (.*/ p\.v_s\))",
-        r"\1 + p.mu_v * speed + \2",
+        r"(?P<constant>return p\.mu) \+ (?P<exponential>.*/ p\.v_s\))",
+        r"\g<constant> + p.mu_v * speed + \g<exponential>",
     ),
     Edit(
         "fivtui/transient/steppers/rk4_on_belts.py",
@@ -209,9 +223,11 @@ def same(first, second, tol=1e-9):
 
 law = Parameters(v_belt=1.0, mu=0.3, mu_s=0.9, v_s=0.4, mu_v=0.02)
 start = (0.3, 0.0, -0.5, 0.0)
-state = (0.1, 0.2, -0.3, 0.4)
-mu = 0.3 + 0.6 * math.exp(-0.8 / 0.4) + 0.02 * 0.8
-same([friction_force(law, state, Mode.FORWARD)], [mu * (50.0 * 0.3 + 100.0 * 0.3**3)])
+x, vx, y, vy = state = (0.1, 0.2, -0.3, 0.4)
+speed = law.v_belt - vx
+mu = law.mu + (law.mu_s - law.mu) * math.exp(-speed / law.v_s) + law.mu_v * speed
+contact_force = -law.k2 * y - law.k_nl * y**3
+same([friction_force(law, state, Mode.FORWARD)], [mu * contact_force])
 methods = ("taylor", "rk4", "scipy-dop853")
 runs = [simulate(law, t_end=3.0, start=start, method=method) for method in methods]
 for run in runs:
@@ -225,9 +241,9 @@ constant = {"F": [(0.0, 80.0)], "mu": [(0.0, 0.3)], "v_belt": [(0.0, 1.0)]}
 for kernel in ("auto", "interpreted"):
     run = simulate(law, t_end=3.0, start=start, over_time=constant, kernel=kernel)
     same(run.final, runs[0].final, 1e-6)
-falling = {"mu": [(0.0, 0.3), (3.0, 0.2)], "v_belt": [(0.0, 1.0), (3.0, 2.0)]}
+changing = {"mu": [(0.0, 0.3), (3.0, 0.2)], "v_belt": [(0.0, 1.0), (3.0, 2.0)]}
 first, second = (
-    simulate(law, t_end=3.0, start=start, over_time=falling, kernel=kernel)
+    simulate(law, t_end=3.0, start=start, over_time=changing, kernel=kernel)
     for kernel in ("auto", "interpreted")
 )
 same(first.final, second.final, 1e-6)
@@ -242,20 +258,21 @@ for name, step in (("mu_v", 1e-6), ("v_s", 1e-6)):
         for p in (law.with_values({name: getattr(law, name) + change}) for change in (-step, step))
     ]
     same([rates[name].final.y], [(ends[1] - ends[0]) / (2 * step)], 1e-5)
-# A viscous term damps: sliding is stable from a lower speed of the belt on, and from a lower μ.
-faster = [critical_speeds(System(law.with_values({"mu_v": v})))[0].v_belt for v in (0.0, 0.02)]
-assert faster[1] < faster[0]
-for v in (faster[1] * 0.999, faster[1] * 1.001):
-    margin = stability(law.with_values({"v_belt": v})).growth_rate
-    assert (margin > 0.0) is (v < faster[1])
+# A viscous term damps: sliding is stable from a lower speed of the belt on.
+critical_speed_without, critical_speed = (
+    critical_speeds(System(law.with_values({"mu_v": mu_v})))[0].v_belt for mu_v in (0.0, 0.02)
+)
+assert critical_speed < critical_speed_without
+for v in (critical_speed * 0.999, critical_speed * 1.001):
+    growth_rate = stability(law.with_values({"v_belt": v})).growth_rate
+    assert (growth_rate > 0.0) is (v < critical_speed)
 for critical in critical_mu_on_belt(System(law)):
     assert abs(stability(law.with_values({"mu": critical.mu})).growth_rate) < 1e-9
 point = stability(law).equilibrium
 ax, ay = accelerations(law, (point.x, 0.0, point.y, 0.0), point.mode)
 assert abs(ax) + abs(ay) < 1e-12
 if "native" in FLAVOURS:
-    cycles = branch(law, "v_belt", low=faster[1] * 0.9, high=faster[1] * 1.1)
-    cycle = cycles.points[len(cycles.points) // 2]
+    assert branch(law, "v_belt", low=critical_speed * 0.9, high=critical_speed * 1.1).points
 for flavour in FLAVOURS:
     fmu = build_fmu(f"{flavour}.fmu", flavour=flavour)
     values = dict(
@@ -269,16 +286,17 @@ for flavour in FLAVOURS:
     same([friction], [friction_force(law, state, Mode(int(mode)))])
 """
 
-# A mode: off the belt a slider that is lifted, F < 0, has twice the damping.
+# A mode: the damping doubles while a slider that is lifted by a negative preload is off the belt.
 MODE_OFF_BELT: Final = '''def off_belt(p: Parameters) -> Mode:
     """The mode of a slider off the belt."""
     return Mode.LIFTED if p.F < 0.0 else Mode.SEPARATED
 
 
 def accelerations'''
+# A mode ends when a guard falls to zero: HEIGHT is y, DEPTH is −y.
 LIFTED_ROW: Final = """    Mode.LIFTED: ModeRow(
         "lifted",
-        "0",
+        friction="0",
         in_contact=False,
         friction_sign=0.0,
         finite_belt=False,
@@ -286,6 +304,7 @@ LIFTED_ROW: Final = """    Mode.LIFTED: ModeRow(
     ),
 """
 DAMPING_FACTOR: Final = "(2.0 if mode is Mode.LIFTED else 1.0)"
+# In C `field.damping_y` is the factor of ẏ in ÿ in the current mode, and `drag` that in contact.
 MODE: Final = (
     Edit("fivtui/model/modes.py", r"    STICK = 4\n", r"\g<0>    LIFTED = 5\n"),
     Edit("fivtui/model/modes.py", r"Guard\.DEPTH, \(", r"\g<0>Mode.LIFTED, "),
@@ -333,7 +352,7 @@ MODE: Final = (
         r"MEMBER(w, drag, lane) = \g<0>",
     ),
 )
-# Separated motion agrees with doubled damping without the mode; in contact it is unchanged.
+# All methods have the same motion with the mode, whose damping is twice that of separation.
 CHECK_MODE: Final = """
 import math
 import numpy as np
@@ -358,11 +377,15 @@ for run in runs.values():
     same(run.trajectory.P, first.trajectory.P)
     assert run.trajectory.mode.tolist() == first.trajectory.mode.tolist()
     assert (run.events.separations, run.first_mode) == (first.events.separations, Mode.LIFTED)
-assert jacobian(p, 1.0, Mode.LIFTED)[3][3] == 2.0 * jacobian(p, 1.0, Mode.SEPARATED)[3][3]
+# The last entry of the Jacobian is the factor of ẏ in ÿ, independent of the height y.
+lifted, separated = (
+    jacobian(p, y=1.0, mode=mode)[3][3] for mode in (Mode.LIFTED, Mode.SEPARATED)
+)
+assert lifted == 2.0 * separated
 rates = simulate(p, t_end=2.0, start=start, sensitivities=["c2"]).sensitivities["c2"]
 step = 1e-5
 ends = [
-    simulate(p.with_values({"c2": 0.32 + change}), t_end=2.0, start=start).final.y
+    simulate(p.with_values({"c2": p.c2 + change}), t_end=2.0, start=start).final.y
     for change in (-step, step)
 ]
 assert math.isclose(rates.final.y, (ends[1] - ends[0]) / (2 * step), rel_tol=1e-5)
@@ -406,16 +429,18 @@ METHOD: Final = (
         r' +Method\("rk4", .*\n',
         r'\g<0>        Method("midpoint", "explicit midpoint rule", True, midpoint_stepper),\n',
     ),
+    # Coarsest and finest step in units of √(m/stiffness), and the ratio of consecutive steps.
     Edit(
         "fivtui/tradeoffs/settings.py",
         r'    \("rk4", .*\n',
         r'\g<0>    ("midpoint", 0.1, 0.1 / 2.0**9, 0.5),\n',
     ),
+    # Share of the CPU time of a trade-off.
     Edit("fivtui/tradeoffs/measure.py", r'    "rk4": 0.25,\n', r'\g<0>    "midpoint": 0.05,\n'),
     Edit(
         "fivtui/assessment/stress_tests.py",
         r'    "rk4": MethodUnderTest.*\n',
-        r'\g<0>    "midpoint": MethodUnderTest("midpoint", 20_000),\n',
+        r'\g<0>    "midpoint": MethodUnderTest("midpoint", max_steps=20_000),\n',
     ),
 )
 CHECK_METHOD: Final = """
@@ -438,7 +463,8 @@ scene = Scene(name="mine", description="", parameters=Parameters(), method="midp
 save_scene(scene, "midpoint.toml")
 assert load_scene("midpoint.toml") == scene
 assert "midpoint" in FIELDS["method"].choices
-tried = {ladder.method for ladder in ladders(0.1, 10.0)}
+# A ladder is the sequence of steps or tolerances of a method, from coarse to fine.
+tried = {ladder.method for ladder in ladders(time_scale=0.1, t_end=10.0)}
 assert "midpoint" in tried and tried == set(_SHARES)
 assert "midpoint" in {entry.name for entry in METHODS_UNDER_TEST.values()}
 """
@@ -463,7 +489,8 @@ class WordsPane(Pane):
         """Say the preload."""
         self.query_one("#words", Static).update(f"a preload of {self.session.texts['F']} newtons")
 '''
-# The tab of a study: stability of the edited scene at a given friction coefficient.
+# The tab of a study: stability of the edited scene at a given friction coefficient. Enter opens the
+# point at the cursor of its chart: the form gets the values that `read_point` returns.
 STUDY_TAB: Final = '''"""The tab of the stability at a friction coefficient."""
 
 import numpy as np
@@ -511,7 +538,7 @@ class FrictionPane(StudyPane):
         self.query_one(ChartView).show(chart)
 
     def read_point(self, result, point):
-        """The friction coefficient of all points."""
+        """Values for the form and their description: every point has the same friction."""
         return {"mu": self.text}, "the friction coefficient"
 
     def heading(self, result):
@@ -519,7 +546,7 @@ class FrictionPane(StudyPane):
         return Heading([result.parameters])
 
     def request_for(self, result):
-        """The scene of a result."""
+        """The request of the command line: the edited scene."""
         return self.request()
 '''
 TAB: Final = (
@@ -533,6 +560,7 @@ TAB: Final = (
         r"\g<0>",
     ),
 )
+# The laboratory, lab in names, is the terminal interface.
 CHECK_TAB: Final = """
 import asyncio
 from fivtui.tui.app import FivtuiApp
@@ -552,6 +580,7 @@ async def check_tab():
         assert lab_of(pilot).pane.command_line() == "fivtui stability --set F=60 --set mu=0.3"
         await pilot.press("f7")
         await until_shown(pilot, "Export the data of the stability")
+        # Close the dialog, focus the chart, show its cursor and open the point there.
         await pilot.press("escape", "alt+p", "c", "enter")
         await until(pilot, lambda: app_of(pilot).session.texts["mu"] == "0.3")
         await pilot.press("ctrl+p")
@@ -569,6 +598,7 @@ import numpy as np
 
 from fivtui.model import InputError
 
+# The format needs no package, so that no extra of fivtui has to install one.
 package = extra = ""
 
 
@@ -600,21 +630,23 @@ def header(file):
     except ValueError:
         raise InputError("not lines of JSON") from None
 '''
-JSONL_OF_SWEEPS: Final = """
+# A sweep is written in pieces, rows without a header, which are merged below two lines: provenance
+# and units. `re.subn`, which inserts this text, makes one backslash of two.
+JSONL_OF_SWEEPS: Final = r"""
 def _write_lines(file, study, rows) -> None:
     cells = (rows.values(column) for column in study.columns)
-    file.write("".join(json.dumps(row) + "\\\\n" for row in zip(*cells, strict=True)).encode())
+    file.write("".join(json.dumps(row) + "\\n" for row in zip(*cells, strict=True)).encode())
 
 
 def _merge_lines(file, study, pieces, provenance) -> None:
     units = {column.name: column.unit for column in study.columns}
-    file.write((json.dumps(dict(provenance)) + "\\\\n" + json.dumps(units) + "\\\\n").encode())
+    file.write((json.dumps(dict(provenance)) + "\\n" + json.dumps(units) + "\\n").encode())
     for piece in pieces:
         file.write(piece.read_bytes())
 
 
 def _count_lines(path, study) -> int:
-    return path.read_bytes().count(b"\\\\n") - 2
+    return path.read_bytes().count(b"\\n") - 2
 
 
 _LINES: Final = _write_lines, _merge_lines, _count_lines
@@ -656,6 +688,7 @@ for command, kind in (
         assert kind_of(path) == kind
     first, second = (load_study(kind, path) for path in paths)
     assert repr(first) == repr(second)
+# An existing file is read before it is replaced or continued; this one is not a sweep.
 Path("bad.jsonl").write_text("{")
 assert run(["sweep", "--vary=F=10:20:3", "--out=bad.jsonl"]) == 2
 """
@@ -683,6 +716,7 @@ def test_a_parameter_can_be_added(tree: Path) -> None:
     run_with_tree(tree, f"FLAVOURS = ['python']\n{CHECK_PARAMETER}")
 
 
+# `host`: the test needs a compiler on this machine.
 @pytest.mark.slow
 @pytest.mark.whole
 @pytest.mark.host
@@ -718,6 +752,7 @@ def test_a_mode_can_be_added(tree: Path) -> None:
 
 def test_a_method_can_be_added(tree: Path) -> None:
     apply_edits("A method", METHOD, tree)
+    # `fivtui methods` in the check prints all methods.
     assert "midpoint" in run_with_tree(tree, CHECK_METHOD)
 
 

@@ -9,7 +9,7 @@ from fivtui import Parameters, simulate, stability
 from fivtui.assessment.lyapunov import error_growth
 from fivtui.model import System
 from fivtui.model.errors import ComputationError
-from fivtui.model.slider_belt import State
+from fivtui.model.slider_belt import Mode, State
 from fivtui.orbits.shooting import PeriodicOrbit, Section, shoot
 from fivtui.taylor.polynomial import roots
 from fivtui.transient.derivatives.variation import START_SEEDS, compute_variation
@@ -35,8 +35,10 @@ def cycle_at_fold() -> PeriodicOrbit:
         p, t_end=200.0, start=(0.0, 0.0, 1.5, 3.0), samples="dense", kernel="interpreted"
     )
     assert run.solution is not None
-    # Separations are every second switch; the last two are the ends of a cycle.
-    begin, end = run.switch_times[0 if run.first_mode else 1 :: 2][-2:]
+    # Separations are every second switch, from the first on if the run starts in contact. The last
+    # two are the ends of a cycle.
+    first_separation = 1 if run.first_mode is Mode.SEPARATED else 0
+    begin, end = run.switch_times[first_separation::2][-2:]
     motion = run.solution([begin])
     guess = as_state([float(motion.x[0]), float(motion.vx[0]), 0.0, float(motion.vy[0])])
     orbit = shoot(System(p), guess, float(end - begin), Section.LIFT_OFF)
@@ -83,11 +85,13 @@ def test_a_small_cycle_is_distinguished_from_the_equilibrium(distance: float) ->
     p = Parameters(F=40.0, mu=critical + distance)
     verdict = stability(p)
     mode = max(verdict.modes, key=lambda mode: mode.growth_rate)
-    # The eigenvector, scaled so that y is at its lowest point.
-    amplitude = AMPLITUDE_RATIO * math.sqrt(distance)
-    x, y = (component / mode.shape[1] * -amplitude for component in mode.shape)
+    # The deviation (x, y) from rest is a complex multiple of the mode's shape. At the lowest point
+    # y is real and negative.
+    shape_x, shape_y = mode.shape
+    y = -AMPLITUDE_RATIO * math.sqrt(distance)
+    x = shape_x / shape_y * y
     rest = verdict.equilibrium
-    guess = (rest.x + x.real, (mode.eigenvalue * x).real, rest.y + y.real, 0.0)
+    guess = (rest.x + x.real, (mode.eigenvalue * x).real, rest.y + y, 0.0)
     period = 2.0 * math.pi / mode.angular_frequency
     orbit = shoot(System(p), guess, period, Section.LOWEST_POINT)
     assert orbit.half_range / math.sqrt(distance) == pytest.approx(AMPLITUDE_RATIO, rel=2e-3)
@@ -105,10 +109,13 @@ def test_errors_grow_as_the_derivative_of_the_flow(
     p: Parameters, separation: bool, start: State
 ) -> None:
     request = Request(System(p, separation), t_end=20.0, tol=1e-12, start=start)
+    # `error_growth` measures the length of an error as that of (x, ẋ/ω, y, ẏ/ω), and begins with
+    # four components of 1/2, whose length is 1.
     frequency = math.sqrt((p.k1 + p.k2 + p.k3) / p.m)
-    weights = np.array([1.0, frequency, 1.0, frequency])
-    end = compute_variation(request, START_SEEDS).derivatives @ weights
-    expected_growth = float(np.linalg.norm(end / weights)) / 2.0
+    units = np.array([1.0, frequency, 1.0, frequency])
+    # The derivatives of the final state by the four components of the start.
+    end = compute_variation(request, START_SEEDS).derivatives @ (0.5 * units)
+    expected_growth = float(np.linalg.norm(end / units))
     assert error_growth(request).final == pytest.approx(expected_growth, rel=2e-5)
 
 
@@ -123,8 +130,9 @@ def test_the_derivative_of_the_flow_contracts_volume_to_rounding() -> None:
 
 @pytest.mark.parametrize("damping", [1e-9, 1e-10])
 def test_tiny_damping_is_stable_and_zero_damping_is_not(damping: float) -> None:
-    verdict = stability(Parameters(c1=damping, c2=damping, mu=0.0))
-    assert verdict.growth_rate == pytest.approx(-0.1 * damping, rel=1e-4)
+    p = Parameters(c1=damping, c2=damping, mu=0.0)
+    verdict = stability(p)
+    assert verdict.growth_rate == pytest.approx(-damping / (2.0 * p.m), rel=1e-4)
     assert verdict.stable
     assert not stability(Parameters(c1=0.0, c2=0.0, mu=0.0)).stable
 

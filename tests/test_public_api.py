@@ -76,6 +76,7 @@ def test_the_example_of_every_public_name_is_true(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
+    # CPU time of a trade-off, s.
     monkeypatch.setattr(measure, "QUICK_S", 0.2)
     (test_case,) = doctest.DocTestFinder(recurse=False).find(getattr(fivtui, name), name, globs={})
     assert test_case.examples

@@ -97,8 +97,8 @@ def test_several_ranges_must_have_different_names() -> None:
         parse_ranges("--over", ["F=1:2:3", "F=3:4:3"])
 
 
-def test_other_quantities_than_parameters_may_vary() -> None:
-    specs = {"F": PARAMETERS["F"]}
-    assert parse_range("--over", "F=1:2:3", specs).name == "F"
+def test_only_quantities_of_the_given_table_may_vary() -> None:
+    table = {"F": PARAMETERS["F"]}
+    assert parse_range("--over", "F=1:2:3", table).name == "F"
     with pytest.raises(InputError, match="unknown parameter 'mu'"):
-        parse_range("--over", "mu=1:2:3", specs)
+        parse_range("--over", "mu=1:2:3", table)

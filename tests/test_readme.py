@@ -1,6 +1,7 @@
 """Blocks of README and manual run, and statements in README agree with the code.
 
-The build of the manual runs its other commands, those of the directive `run`.
+Blocks are those of plain `sh` and `python`. The directive `run` of the manual has further commands,
+which are run when the manual is built.
 """
 
 import re
@@ -16,7 +17,7 @@ from tests.support.readme_commands import (
     hide_extras,
     reduced,
     run_blocks,
-    shorten,
+    shorten_comparisons,
     shorten_searches,
 )
 
@@ -49,24 +50,26 @@ SHOWN = re.compile(
 def check_blocks(
     blocks: list[tuple[str, str]], change: Callable[[list[str]], list[str]] = list
 ) -> str:
-    """Run blocks in order in this folder; return what they print."""
+    """Run blocks in order in this folder, commands after `change`; return what they print."""
     printed = run_blocks(blocks, change)
     wrong = [f"{command.line}: {command.error}" for command in printed if command.code]
     assert not wrong, "\n".join(wrong)
+    # A command that writes a file prints on stderr alone: "wrote …".
     assert all(command.out or "wrote" in command.error for command in printed)
-    lines = [text.count("\nfivtui ") + text.startswith("fivtui ") for _, text in blocks]
-    assert len(printed) >= sum(lines) + sum(language != "sh" for language, _ in blocks)
+    commands = re.findall(r"^fivtui ", "".join(text for _, text in blocks), flags=re.MULTILINE)
+    scripts = [text for language, text in blocks if language == "python"]
+    assert len(printed) >= len(commands) + len(scripts)
     return "".join(command.out for command in printed)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", DOCUMENTS)
-def test_the_blocks_run_in_order_in_one_folder_as_installed_there(
+def test_the_blocks_run_in_order_in_one_folder_without_packages_of_extras(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
     hide_extras(monkeypatch)
-    shorten(monkeypatch)
+    shorten_comparisons(monkeypatch)
     if name == "docs/how-to/belt-speed.md":
         # On belts of finite speed interpreted code follows cycles, which is slow.
         shorten_searches(monkeypatch)
@@ -80,6 +83,7 @@ def test_the_blocks_run_with_all_their_points(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     hide_extras(monkeypatch)
+    # CPU time of a trade-off, s.
     monkeypatch.setattr(measure, "QUICK_S", 1.0)
     check_blocks(BLOCKS[name])
 
@@ -90,6 +94,7 @@ def test_the_readme_shows_what_its_commands_print(
     language: str, text: str, shown: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
+    # A search in an iterator goes on after the line before, so the order must be the same.
     printed = iter(check_blocks([(language, text)]).splitlines())
     missing = [line for line in shown.splitlines() if line != "…" and line not in printed]
     assert not missing

@@ -44,6 +44,7 @@ def _trajectory(run: Transient) -> Result:
 
 def _tradeoff() -> Result:
     with pytest.MonkeyPatch.context() as patch:
+        # CPU time of the trade-off, s.
         patch.setattr(measure, "QUICK_S", 1.0)
         return fivtui.tradeoff(t_end=1.0)
 
@@ -62,7 +63,7 @@ def _validation() -> Result:
     return fivtui.validate(run, measured, tolerances=fivtui.Tolerances(frequency=0.1))
 
 
-# Results, and the studies that write them; no study if they are parts of another result.
+# Results by name: the study whose files hold the result, empty if none does, and its computation.
 RESULTS: Final[dict[str, tuple[str, Callable[[], Result]]]] = {
     "transient": ("run", lambda: fivtui.simulate(_PARAMETERS, t_end=20.0, samples=201)),
     "dense": ("", lambda: fivtui.simulate(t_end=20.0, samples="dense")),
@@ -228,7 +229,8 @@ def test_columns_of_a_sweep_have_the_values_of_its_rows() -> None:
     assert columns["stable"].dtype == np.bool_
 
 
-def test_a_failed_member_has_no_numbers_in_the_columns() -> None:
+def test_a_failed_row_of_a_sweep_has_no_numbers_in_the_columns() -> None:
+    # Without load the slider stays at rest; under load its linear motion grows until it overflows.
     table = fivtui.sweep(
         Parameters(k_nl=0.0, mu=3.0),
         vary={"F": [0.0, 80.0]},

@@ -1,4 +1,7 @@
-"""The registry of studies: files of every study, and adding a study by one entry."""
+"""The registry of studies: files of every study, and adding a study by one entry.
+
+The laboratory is the terminal interface, which stores its results when it is closed.
+"""
 
 import json
 import sys
@@ -150,7 +153,8 @@ def test_a_new_study_is_exported_stored_and_shown_by_the_laboratory(tmp_path: Pa
     assert (reread.value, reread.name, reread.source) == (BOUNCE_RESULT, "mine", "here")
     store.remove_unused({})
     assert list((tmp_path / "kept").iterdir()) == []
-    line = study_command("bounce", BOUNCE_RESULT, Origin(PRESETS["base"], ""))
+    # The base scene has no name on the command line.
+    line = study_command("bounce", BOUNCE_RESULT, Origin(PRESETS["base"], source=""))
     assert line == "fivtui bounce --set F=60"
 
 
@@ -158,10 +162,11 @@ def test_every_study_declares_its_files_and_reads_stored_ones() -> None:
     for name, kind in studies():
         assert kind.contents_name, name
         assert callable(kind.show)
-        if kind.suffixes:
-            assert kind.stem is not str or kind.load is not None, name
+        # `stem` is part of the name of an exported file; files of runs have the number of the run.
+        if kind.suffixes and name != "run":
+            assert kind.stem is not str, name
     stored_only = {name for name, kind in studies() if kind.stored is not None and not kind.load}
-    # All stored studies can also be opened from files, except claims, which are recomputed.
+    # Files of claims, statements of the paper with verdicts, are not opened: they are recomputed.
     assert stored_only == {"claims"}
     names = [name for name, kind in studies() if kind.header_keys]
     # The header of a map has the fewest keys, so other kinds must be recognised before it.
@@ -205,9 +210,11 @@ def test_a_result_is_written_twice_with_the_same_bytes_and_with_its_columns(
         assert json.loads(content) == json.loads(json.dumps(study(kind).to_dict(result)))
         return
     assert {*read_header(path, kind)} & {"fivtui", "fivtui_sweep"}
+    # Files of stability hold the modes of vibration over the friction coefficient.
     table = result.modes_over_mu() if kind == "stability" else result
     for column, values in table.to_columns().items():
         if values.dtype.kind in "biuf":
+            # `missing` allows cells that are empty, true or false.
             (stored,) = read_columns(path, kind, [column], missing=True).values()
             np.testing.assert_array_equal(stored.astype(float), values.astype(float))
 
@@ -220,6 +227,7 @@ def test_a_file_is_recognised_and_read_or_refused_with_the_reason(
     entry, path = study(kind), tmp_path / f"result{suffix}"
     save_study(kind, result, path)
     if entry.load is None or (suffix == ".json" and entry.json_refusal):
+        # Without a specific refusal the message lists the kinds that can be read.
         with pytest.raises(InputError, match=entry.json_refusal or "not a run, uncertainty"):
             kind_of(path)
         return
@@ -235,6 +243,7 @@ def test_a_file_is_recognised_and_read_or_refused_with_the_reason(
         # A trajectory file lacks some entries of a run, such as peaks, which are then from samples.
         assert loaded.to_dict() == result.to_dict()
     if kind == "map":
+        # The zero of the excess is the stability boundary.
         assert equal_values(loaded.excess, result.excess)
 
 

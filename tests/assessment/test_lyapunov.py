@@ -38,7 +38,7 @@ def test_on_a_limit_cycle_errors_grow_at_first_and_then_stay_bounded(separation:
     assert 10.0 < result.greatest < 350.0
 
 
-def test_the_uncertainty_is_growth_by_a_thousand_over_the_second_half() -> None:
+def test_the_uncertainty_is_the_rate_of_growth_by_a_thousand_in_half_the_run() -> None:
     for t_end in (100.0, 400.0):
         result = growth_of_errors(Parameters(), t_end)
         assert result.uncertainty == pytest.approx(np.log(1e3) / (0.5 * t_end), rel=1e-12)
@@ -51,7 +51,7 @@ def test_separation_without_damping_causes_sensitive_dependence() -> None:
     assert result.fate is Fate.SENSITIVE
     # Over such a horizon the exponent is accurate to about a factor of two.
     assert 0.01 < result.exponent < 0.08
-    # Two runs that differ only by rounding diverge at the predicted rate.
+    # Two runs whose starts differ by 1e-14 of their size diverge within this horizon.
     start = np.array(simulate(p, t_end=1e-3).start)
     first, second = (
         simulate(p, t_end=1500.0, start=tuple(start * factor)) for factor in (1.0, 1.0 + 1e-14)

@@ -4,7 +4,7 @@ The paper is *Nonlinear friction-induced vibration of a slider-belt system*. The
 the number of its figure, or "base" for the base set.
 
 Equilibria, eigenvalues and critical friction coefficients are those of
-``tests/support/own_slider.py``, and runs use the paper's method: RK4 with bisection at a small
+``tests/support/paper_model.py``, and runs use the paper's method: RK4 with bisection at a small
 step. Run it as ``python -m tests.data.make_paper_points``; it takes some minutes.
 """
 
@@ -20,7 +20,7 @@ from fivtui.model import System
 from fivtui.model.parameters import Parameters
 from fivtui.model.slider_belt import static_start
 from fivtui.transient.steppers.rk4 import RungeKutta4
-from tests.support.own_slider import BASE, critical_mu, eigenvalues, equilibrium
+from tests.support.paper_model import BASE, critical_mu, eigenvalues, equilibrium
 
 # Step of RK4, end of a run, and times of recorded states, s.
 STEP = 5e-4

@@ -14,7 +14,7 @@ from fivtui.transient.settings.checks import (
     check_tolerance,
     tolerance_interval,
 )
-from tests.support.own_slider import BASE
+from tests.support.paper_model import BASE
 
 
 def test_defaults_are_the_base_set_of_the_paper() -> None:

@@ -22,7 +22,7 @@ from fivtui.paper.panels import PANELS, figure_panels
 from fivtui.paper.results import PaperResults
 from fivtui.scene.scene import Scene
 from fivtui.tui.tabs.requests.paper import figure_rows, point_scene
-from tests.support import own_slider
+from tests.support import paper_model
 from tests.support.reading import (
     drawn_line,
     handles_by_text,
@@ -174,12 +174,12 @@ def test_fig_2_has_the_equilibria_of_its_lines(results: PaperResults) -> None:
         shown = handles_by_text(legend)
         assert list(shown) == list(names)
         for name, line in named_lines(axes, shown):
-            check_line(key, line, names[name], lambda **p: own_slider.equilibrium(**p)[1])
+            check_line(key, line, names[name], lambda **p: paper_model.equilibrium(**p)[1])
         assert len(axes.lines) == len(names)
 
 
 def modes(**p: float) -> tuple[complex, complex]:
-    values = [value for value in own_slider.eigenvalues(**p).tolist() if value.imag > 0.0]
+    values = [value for value in paper_model.eigenvalues(**p).tolist() if value.imag > 0.0]
     lower, upper = sorted(values, key=lambda value: value.imag)
     # Of modes with merged frequencies, the growing one comes first.
     if upper.imag - lower.imag < 1e-6 * upper.imag and upper.real > lower.real:
@@ -204,7 +204,7 @@ def test_figs_3_to_5_have_both_modes_of_every_line_and_its_critical_friction(
             check_line(
                 key, second, value, lambda part=part, **p: getattr(modes(**p)[1], part), True
             )
-        critical = own_slider.critical_mu(**FIGURES[key][3], k_nl=value)
+        critical = paper_model.critical_mu(**FIGURES[key][3], k_nl=value)
         (mark,) = [
             line
             for line in right.lines
@@ -229,7 +229,7 @@ def test_figs_6_to_9_have_the_critical_friction_of_every_line(
     names, shown = legend_names(key), legend_entries(figure)
     assert list(shown) == list(names)
     for name, line in named_lines(axes, shown):
-        check_line(key, line, names[name], own_slider.critical_mu)
+        check_line(key, line, names[name], paper_model.critical_mu)
     assert len(axes.lines) == len(names)
     assert axes.get_ylim()[0] == 0.0
 
@@ -287,7 +287,7 @@ def test_figs_13_to_16_have_both_amplitudes_of_both_cases(key: str, results: Pap
                 key,
                 line,
                 float(case),
-                lambda case=case, index=index, **p: amplitude(case, own_slider.BASE | p)[index],
+                lambda case=case, index=index, **p: amplitude(case, paper_model.BASE | p)[index],
             )
             assert drawn_line(axes, shown[name]).is_dashed() == case
 
@@ -310,7 +310,7 @@ def test_figures_name_their_fixed_parameters(number: int, results: PaperResults)
     title = figure.get_suptitle() or figure.axes[0].get_title()
     assert without_mathtext(title.replace("\n", ", ")).split(", ") == [
         PARAMETER_TEXTS[name].format(value)
-        for name, value in {**own_slider.BASE, **shared}.items()
+        for name, value in {**paper_model.BASE, **shared}.items()
         if name not in varied
     ]
 
@@ -352,9 +352,9 @@ def test_charts_of_the_paper_have_every_line_under_its_name(
                     assert sorted(drawn) == pytest.approx(sorted(expected), abs=1e-7)
                     continue
                 own_y = (
-                    own_slider.equilibrium(**p)[1]
+                    paper_model.equilibrium(**p)[1]
                     if panel.kind == "equilibrium"
-                    else own_slider.critical_mu(**p)
+                    else paper_model.critical_mu(**p)
                 )
                 assert trace.y[index] == pytest.approx(own_y, abs=1e-7)
 
@@ -370,7 +370,7 @@ def test_charts_of_amplitudes_and_motions_have_both_cases(results: PaperResults)
             assert chart.x_label == X_LABELS[along]
             for trace, case in zip(chart.traces, (False, True), strict=True):
                 assert trace.name == f"separation {'considered' if case else 'ignored'}"
-                p = {**own_slider.BASE, **shared, along: float(trace.x[1])}
+                p = {**paper_model.BASE, **shared, along: float(trace.x[1])}
                 assert trace.y[1] == pytest.approx(amplitude(case, p)[index])
     for key, label, column in (("10", "P (N)", None), ("11", "x (m)", 0), ("12", "y (m)", 2)):
         (chart,) = figure_charts(PANELS[key], results.table(key))
@@ -387,9 +387,9 @@ def test_charts_of_amplitudes_and_motions_have_both_cases(results: PaperResults)
 def test_a_point_of_a_chart_opens_the_scene_of_its_line() -> None:
     panel = PANELS["4"]
     scene = point_scene(panel, NearestPoint(2, 0.25, 5.0))
-    assert scene.parameters.as_dict() == own_slider.BASE | {"F": 100.0, "mu": 0.25, "k_nl": 100.0}
+    assert scene.parameters.as_dict() == paper_model.BASE | {"F": 100.0, "mu": 0.25, "k_nl": 100.0}
     ignored = point_scene(PANELS["10"], NearestPoint(0, 12.0, 1.0))
-    assert (ignored.separation, ignored.parameters.as_dict()) == (False, own_slider.BASE)
+    assert (ignored.separation, ignored.parameters.as_dict()) == (False, paper_model.BASE)
 
 
 def test_the_list_of_figures_names_the_parameters_of_their_lines() -> None:
@@ -430,7 +430,7 @@ def test_data_beside_a_figure_have_its_parameters_and_units(
             assert header["units"][name] == expected
             assert header["meanings"][name] == DATA_COLUMNS[name].meaning
         shared = FIGURES[panel.key][3] if panel.key in FIGURES else {}
-        parameters = {**own_slider.BASE, **shared}
+        parameters = {**paper_model.BASE, **shared}
         assert header["parameters"] == {
             name: value
             for name, value in parameters.items()
@@ -442,9 +442,9 @@ def test_data_beside_a_figure_have_its_parameters_and_units(
             rows = np.loadtxt(lines[len(header) + 1 :], delimiter=",")
             index = rows.shape[0] // 3
             values = dict(zip(names, rows[index].tolist(), strict=True))
-            p = {name: values[name] for name in own_slider.BASE if name in values}
+            p = {name: values[name] for name in paper_model.BASE if name in values}
             assert values["growth_rate"] == pytest.approx(
-                own_slider.growth_rate(**{**shared, **p}), abs=1e-8
+                paper_model.growth_rate(**{**shared, **p}), abs=1e-8
             )
             assert (values["y_peak"], values["y_half_range"]) == pytest.approx(
                 amplitude(bool(values["separation"]), {**parameters, **p})

@@ -55,7 +55,7 @@ def hide_extras(patch: pytest.MonkeyPatch) -> None:
         patch.setitem(sys.modules, package, None)
 
 
-def shorten(patch: pytest.MonkeyPatch) -> None:
+def shorten_comparisons(patch: pytest.MonkeyPatch) -> None:
     """Shorten comparisons and trade-offs without an explicit duration."""
     patch.setattr("fivtui.tradeoffs.measure.QUICK_S", _TRADEOFF_S)
     run_case = comparison._case_runs

@@ -16,7 +16,7 @@ from fivtui.transient import transient_rows
 from fivtui.transient.result import Transient
 from fivtui.tui.session.comparison import change_rows, changes, percent_text
 from fivtui.tui.session.report import result_summary, stability_summary
-from tests.support import own_slider
+from tests.support import paper_model
 
 
 @pytest.fixture(scope="module")
@@ -35,15 +35,15 @@ def number_of(text: str) -> float:
 
 def test_rows_of_the_equilibrium_have_labels_values_and_units() -> None:
     rows = {row.label: row for row in stability_rows(stability(Parameters()))}
-    x, y, force = own_slider.equilibrium()
-    eigenvalues = own_slider.eigenvalues()
+    x, y, force = paper_model.equilibrium()
+    eigenvalues = paper_model.eigenvalues()
     eigenvalues_above_axis = sorted(
         (value for value in eigenvalues.tolist() if value.imag > 0.0), key=lambda value: value.imag
     )
     expected = {
         "growth rate": (eigenvalues.real.max(), "1/s"),
-        "critical μ": (own_slider.critical_mu(), "(unstable above)"),
-        "critical μ, linear": (own_slider.critical_mu(k_nl=0.0), ""),
+        "critical μ": (paper_model.critical_mu(), "(unstable above)"),
+        "critical μ, linear": (paper_model.critical_mu(k_nl=0.0), ""),
         "equilibrium x": (x, "m"),
         "equilibrium y": (y, "m"),
         "contact force": (force, "N"),
@@ -79,7 +79,7 @@ def test_rows_of_the_equilibrium_have_labels_values_and_units() -> None:
     ]
     undamped_frequencies = [
         value.imag
-        for value in own_slider.eigenvalues(mu=0.2, c1=0.0, c2=0.0).tolist()
+        for value in paper_model.eigenvalues(mu=0.2, c1=0.0, c2=0.0).tolist()
         if value.imag > 0
     ]
     assert number_of(distance_row.value) == pytest.approx(
@@ -91,7 +91,7 @@ def test_rows_of_the_equilibrium_have_labels_values_and_units() -> None:
 def test_the_short_verdict_has_numbers_and_units() -> None:
     parameters = Parameters()
     first, second, third, fourth = stability_summary(stability(parameters))
-    eigenvalues = own_slider.eigenvalues()
+    eigenvalues = paper_model.eigenvalues()
     leading = max(
         (eigenvalue for eigenvalue in eigenvalues.tolist() if eigenvalue.imag > 0.0),
         key=lambda eigenvalue: eigenvalue.real,
@@ -100,10 +100,10 @@ def test_the_short_verdict_has_numbers_and_units() -> None:
     assert first.startswith("UNSTABLE")
     assert rate in first
     assert frequency in first
-    percent_above = 100.0 * (0.7 / own_slider.critical_mu() - 1.0)
+    percent_above = 100.0 * (0.7 / paper_model.critical_mu() - 1.0)
     assert "0.4394" in second
     assert f"{percent_above:.3g} % above" in second
-    x, y, force = own_slider.equilibrium()
+    x, y, force = paper_model.equilibrium()
     for symbol, value, unit in (("x_e", x, "m"), ("y_e", y, "m"), ("P_e", force, "N")):
         match = re.search(rf"{symbol} (\S+) {unit}\b", third)
         assert match is not None
@@ -112,7 +112,7 @@ def test_the_short_verdict_has_numbers_and_units() -> None:
     stable_parameters = Parameters(mu=0.2)
     stable_summary = stability_summary(stability(stable_parameters))
     assert stable_summary[0].startswith("STABLE")
-    assert f"{100.0 * (1.0 - 0.2 / own_slider.critical_mu()):.3g} % below" in stable_summary[1]
+    assert f"{100.0 * (1.0 - 0.2 / paper_model.critical_mu()):.3g} % below" in stable_summary[1]
 
 
 # Results of a run
@@ -120,7 +120,7 @@ def test_the_short_verdict_has_numbers_and_units() -> None:
 
 def test_rows_of_a_run_have_labels_values_and_units(runs: tuple[Transient, Transient]) -> None:
     rows = transient_rows(runs[0], "asked")
-    t, motion = own_slider.motion(3.0, separation=True)
+    t, motion = paper_model.motion(3.0, separation=True)
     x, vx, y, vy, force = motion.T
     second_half = y[t >= 1.5]
     relative_tolerances = {"m": 2e-3, "m/s": 5e-3, "N": 5e-3, "s": 5e-3}
@@ -166,7 +166,7 @@ def test_rows_of_a_run_have_labels_values_and_units(runs: tuple[Transient, Trans
 def test_the_short_summary_of_a_run_has_numbers_and_units(
     runs: tuple[Transient, Transient],
 ) -> None:
-    t, motion = own_slider.motion(3.0, separation=True)
+    t, motion = paper_model.motion(3.0, separation=True)
     first, _, third, fourth, *_ = result_summary(runs[0])
     peak_y, steady = first.split(" · ")
     assert number_of(peak_y.replace("|y|", "")) == pytest.approx(
@@ -192,7 +192,7 @@ def test_a_run_with_a_baseline_shows_differences_of_the_same_quantities(
     runs: tuple[Transient, Transient],
 ) -> None:
     with_separation, without_separation = (
-        own_slider.motion(3.0, separation=separation)[1] for separation in (True, False)
+        paper_model.motion(3.0, separation=separation)[1] for separation in (True, False)
     )
     differences = {change.label: change for change in changes(*runs)}
     quantities: Sequence[tuple[str, str, Callable[[NDArray[np.float64]], Any]]] = (

@@ -34,7 +34,7 @@ from fivtui.tui.chart.picture import draw
 from fivtui.tui.tabs.requests.map import point_texts
 from fivtui.tui.tabs.requests.sweep import point_scene, point_separation
 from fivtui.tui.tabs.requests.tradeoff import COLUMNS, table_rows
-from tests.support import own_slider
+from tests.support import paper_model
 from tests.support.reading_charts import Reading
 from tests.test_figures_read_back import invented_sweep, output_value
 
@@ -61,7 +61,7 @@ def motions(runs: tuple[Transient, Transient]) -> list[PlottedRun]:
 
 
 def test_charts_over_time_have_the_quantity_of_their_label(motions: list[PlottedRun]) -> None:
-    expected = {case: own_slider.motion(3.0, separation=case) for case in (True, False)}
+    expected = {case: paper_model.motion(3.0, separation=case) for case in (True, False)}
     for quantity, label, column in (
         ("x", "x (m)", 0),
         ("vx", "ẋ (m/s)", 1),
@@ -108,7 +108,7 @@ def test_a_phase_portrait_has_velocity_over_displacement(motions: list[PlottedRu
         )
         trace = chart.traces[1]
         assert trace.name == "run 1"
-        t, rows = own_slider.motion(3.0, separation=True)
+        t, rows = paper_model.motion(3.0, separation=True)
         in_window = (t > 1.0 - 1e-9) & (t < 2.0 + 1e-9)
         np.testing.assert_allclose(trace.x, rows[in_window, column], atol=2e-3)
         np.testing.assert_allclose(trace.y, rows[in_window, column + 1], atol=2e-2)
@@ -151,8 +151,8 @@ def test_a_spectrum_without_vibration_marks_no_frequency(motions: list[PlottedRu
 def test_a_difference_is_the_run_minus_its_baseline(motions: list[PlottedRun]) -> None:
     chart = difference_chart("P", motions[0], motions[1], strip=False, x_axis=True)
     assert (chart.x_label, chart.y_label, chart.note) == ("t (s)", "ΔP (N)", "run 1 − run 2")
-    _, considered = own_slider.motion(3.0, separation=True)
-    _, ignored = own_slider.motion(3.0, separation=False)
+    _, considered = paper_model.motion(3.0, separation=True)
+    _, ignored = paper_model.motion(3.0, separation=False)
     (trace,) = chart.traces
     np.testing.assert_allclose(trace.y, considered[:, 4] - ignored[:, 4], atol=0.5)
     assert chart.x_range == (0.0, 3.0)
@@ -171,11 +171,11 @@ def test_modes_over_mu_are_drawn_in_hertz_and_one_over_seconds() -> None:
     for index in (0, 40, 160):
         mu = growth.traces[0].x[index]
         assert mu == frequency.traces[0].x[index] == pytest.approx(1.5 * index / 240)
-        eigenvalues = own_slider.eigenvalues(mu=float(mu))
+        eigenvalues = paper_model.eigenvalues(mu=float(mu))
         for rate, hertz in zip(growth.traces, frequency.traces, strict=True):
             drawn = complex(rate.y[index], 2.0 * np.pi * hertz.y[index])
             assert np.abs(eigenvalues - drawn).min() < 1e-6
-    vertical_guides = [(own_slider.critical_mu(), "μ_c 0.4394", True), (0.7, "μ 0.7", True)]
+    vertical_guides = [(paper_model.critical_mu(), "μ_c 0.4394", True), (0.7, "μ 0.7", True)]
     zero_guide = (0.0, "", False)
     for chart, expected in ((growth, [zero_guide, *vertical_guides]), (frequency, vertical_guides)):
         for guide, (value, label, vertical) in zip(chart.guides, expected, strict=True):
@@ -189,13 +189,13 @@ def test_eigenvalues_lie_in_the_plane_with_growth_to_the_right() -> None:
     assert (chart.x_label, chart.y_label) == ("Re λ (1/s)", "Im λ (rad/s)")
     path, current = chart.traces
     assert (path.name, current.name) == ("μ 0 to 1.5", "now")
-    expected = own_slider.eigenvalues()
+    expected = paper_model.eigenvalues()
     np.testing.assert_allclose(
         np.sort_complex((current.y + 1j * current.x).round(7)),
         np.sort_complex((expected.imag + 1j * expected.real).round(7)),
         atol=2e-7,
     )
-    for value in own_slider.eigenvalues(mu=0.0):
+    for value in paper_model.eigenvalues(mu=0.0):
         assert np.abs(path.x + 1j * path.y - value).min() < 1e-6
     reading = Reading(draw(chart, View(), 90, 40))
     marks = reading.marks("◆")
@@ -272,20 +272,20 @@ def test_a_map_shows_values_boundary_and_point_at_their_coordinates() -> None:
     assert backdrop.label == chart.note == "growth rate (1/s)"
     for point in ((2, 1), (20, 4), (29, 0)):
         x_index, y_index = point
-        expected = own_slider.growth_rate(mu=float(mu[x_index]), F=float(force[y_index]))
+        expected = paper_model.growth_rate(mu=float(mu[x_index]), F=float(force[y_index]))
         assert backdrop.values[point] == pytest.approx(expected, abs=1e-7)
         shade = backdrop.shades[backdrop.levels[point]]
         assert shade.style == ("unstable" if expected > 0.0 else "stable")
     boundary, current = chart.traces
     for preload in force.tolist():
-        critical = own_slider.critical_mu(F=preload)
+        critical = paper_model.critical_mu(F=preload)
         assert np.abs(boundary.x[np.isclose(boundary.y, preload)] - critical).min() < 0.05
     assert (current.x.tolist(), current.y.tolist()) == ([1.2], [45.0])
     reading = Reading(draw(chart, View(), 90, 30))
     (mark,) = reading.marks("◆")
     assert reading.near(mark, (1.2, 45.0))
     heading = draw(chart, View(cursors=Cursors((1.0, 60.0))), 90, 30).text().splitlines()[0]
-    rate = own_slider.growth_rate(mu=1.0, F=60.0)
+    rate = paper_model.growth_rate(mu=1.0, F=60.0)
     assert heading.split() == ["μ", "1", "F", "60", "N", "growth", "rate", f"{rate:.5g}", "1/s"]
     texts = point_texts(result, NearestPoint(-1, 0.65, 85.0))
     assert (texts["mu"], texts["F"], texts["k1"]) == ("0.65", "85", "100")
@@ -299,7 +299,7 @@ def test_a_map_shows_values_boundary_and_point_at_their_coordinates() -> None:
     assert critical_map.backdrop is not None
     assert critical_map.backdrop.x.tolist() == [50.0, 500.0]
     assert critical_map.backdrop.values[0, 4] == pytest.approx(
-        own_slider.critical_mu(k_nl=50.0, F=110.0), abs=1e-8
+        paper_model.critical_mu(k_nl=50.0, F=110.0), abs=1e-8
     )
 
 
