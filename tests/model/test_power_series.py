@@ -33,7 +33,7 @@ def test_products_and_quotients_obey_the_field_axioms(
     assert_equal(a * b, b * a)
     assert_equal(a * (b + c), a * b + a * c)
     assert_equal(a * (b - c), a * b - a * c)
-    assert_equal(a / b * b + 10.0, a + 10.0)
+    assert_equal(a / b * b, a)
 
 
 @given(draw_series(positive_numbers), nonzero_numbers)

@@ -1,6 +1,7 @@
 """Hashes of the bits of random runs: one for each kind of run and seed.
 
-A block of runs is drawn from a seed; its hash changes if a bit of a result changes.
+A block of runs is drawn from a seed; its hash changes if a bit of a result changes. The hashes
+belong to the net, the recorded outputs with which `tests.net` compares new ones.
 """
 
 import hashlib
@@ -19,7 +20,7 @@ import fmpy
 import numpy as np
 
 from fivtui import ComputationError, Parameters, build_fmu, simulate, simulate_batch
-from tests.net.text import SECTION
+from tests.net.text import SECTION_MARK
 from tests.support.fmu_instance import FmuInstance
 
 # Number of runs in a block, and their horizon, s; runs over time are shorter.
@@ -27,7 +28,8 @@ RUNS: Final = 50
 T_END: Final = 15.0
 _T_END_OVER_TIME: Final = 6.0
 _FMU_STEPS: Final = 40
-# Values are drawn as multiples of the base set, without library functions, which vary by platform.
+# Values are drawn as multiples of the base set, without functions of the C library, such as exp,
+# whose rounding varies by platform.
 _BASE: Final = Parameters().as_dict()
 _STATES: Final = ("x", "vx", "y", "vy")
 
@@ -64,12 +66,12 @@ def record_bits(kinds: Mapping[str, "Blocks"]) -> str:
     lines = []
     for kind, (block_count, block_numbers) in kinds.items():
         for seed in range(block_count):
-            # Zeros of both signs count as equal, and so do all NaN.
+            # Zeros of both signs count as equal (−0.0 + 0.0 is 0.0), and so do all NaN.
             numbers = [
                 math.nan if math.isnan(value) else value + 0.0 for value in block_numbers(seed)
             ]
             digest = hashlib.sha256(struct.pack(f"<{len(numbers)}d", *numbers)).hexdigest()
-            lines += [f"{SECTION}{kind}, {RUNS} runs, seed {seed}", f"bits {digest[:20]}"]
+            lines += [f"{SECTION_MARK}{kind}, {RUNS} runs, seed {seed}", f"bits {digest[:20]}"]
     return "\n".join(lines) + "\n"
 
 
@@ -123,9 +125,11 @@ def _run_numbers(scene: Scene, options: Mapping[str, Any]) -> Iterator[float]:
         yield math.inf
         return
     final, peak, force, events = run.final, run.peak, run.contact_force, run.events
+    # Half peak-to-peak of y in the second half of the run.
+    y_half_range = run.steady.y_half_range
     yield from (final.t, final.x, final.vx, final.y, final.vy)
     yield from (peak.y_abs, peak.y_max, peak.y_min, peak.x_abs, peak.vx_max)
-    yield from (run.steady.y_half_range, force.min, force.max)
+    yield from (y_half_range, force.min, force.max)
     yield from (events.separations, events.reattachments, events.separated_time)
     yield from (events.sticks, events.stick_time, run.stats.steps, *run.switch_times.tolist())
 
@@ -176,9 +180,10 @@ def _fmu_steps(seed: int, *, belt: bool = False, law: bool = False) -> Iterator[
 def _kinds(
     name: str, run: Callable[..., Iterable[float]], block_counts: tuple[int, int, int]
 ) -> Iterator[tuple[str, "Blocks"]]:
-    # The kinds with a fast belt, on belts of finite speed, and with a friction law.
-    fast_belt_count, belt_count, law_count = block_counts
-    yield name, (fast_belt_count, run)
+    # Runs on belts that are always faster than the slider, on belts of finite speed, and on those
+    # with a friction law, by which friction falls with the sliding speed.
+    always_faster_count, belt_count, law_count = block_counts
+    yield name, (always_faster_count, run)
     yield f"{name} on belts", (belt_count, partial(run, belt=True))
     yield f"{name} on belts with a friction law", (law_count, partial(run, belt=True, law=True))
 
@@ -188,6 +193,7 @@ Blocks = tuple[int, Callable[[int], Iterable[float]]]
 COMPILED_KINDS: Final[Mapping[str, Blocks]] = dict(
     itertools.chain(
         _kinds("single", _single_runs, (6, 3, 3)),
+        # The compiled kernel computes the runs of a batch side by side, in the lanes of vectors.
         _kinds("lanes", _batch_runs, (10, 4, 4)),
         _kinds("native FMU", _fmu_steps, (3, 2, 2)),
         [("tables over time", (4, _runs_over_time))],

@@ -17,11 +17,12 @@ from unittest import mock
 
 from fivtui.cli import run
 from tests.net.files import file_lines
-from tests.net.text import SECTION, data_lines, masked
+from tests.net.text import SECTION_MARK, data_lines, mask_varying
 
 FOLDER: Final = Path(__file__).parent
 # The stress tests that are recorded; all of them would take minutes.
 STRESS_TESTS: Final = ("rest-on-switch", "lifted", "tol-too-small")
+# The methods that undergo them; `fmu` is the FMU with Python code.
 STRESSED_METHODS: Final = ("taylor", "taylor-interpreted", "rk4", "fmu")
 # A power of two, so that differences of times are exact.
 _TICK_S: Final = 2.0**-20
@@ -47,7 +48,7 @@ def record_commands(group: str) -> str:
             shutil.copy(source, folder)
         with contextlib.chdir(folder):
             for line in read_groups()[group]:
-                parts += [f"{SECTION}fivtui {line}", *_run_and_describe(line, folder)]
+                parts += [f"{SECTION_MARK}fivtui {line}", *_run_and_describe(line, folder)]
     return "\n".join(parts) + "\n"
 
 
@@ -59,6 +60,7 @@ def reproducible() -> Iterator[None]:
     def counting_clock() -> float:
         return next(ticks) * _TICK_S
 
+    # The stress tests of the command `extremes`.
     import fivtui.assessment
 
     few_tests = functools.partial(
@@ -67,9 +69,11 @@ def reproducible() -> Iterator[None]:
     with contextlib.ExitStack() as stack:
         for name in ("thread_time", "process_time", "perf_counter"):
             stack.enter_context(mock.patch.object(time, name, counting_clock))
+        # A trade-off measures the CPU time of each run once, not as the least of several.
         stack.enter_context(mock.patch("fivtui.tradeoffs.measure._MOST_REPEATS", 1))
         stack.enter_context(mock.patch("fivtui.assessment.run_stress_tests", few_tests))
         stack.enter_context(mock.patch.dict(os.environ, {"COLUMNS": "100"}))
+        # This variable turns the message of an unexpected error into a traceback.
         os.environ.pop("FIVTUI_TRACEBACK", None)
         yield
 
@@ -84,8 +88,8 @@ def _run_and_describe(line: str, folder: Path) -> Iterator[str]:
     printed = out.getvalue()
     if printed.startswith(("{", "[")):
         printed = "\n".join(data_lines(json.loads(printed)))
-    yield from masked(printed, folder).splitlines()
-    if errors := masked(error.getvalue(), folder):
+    yield from mask_varying(printed, folder).splitlines()
+    if errors := mask_varying(error.getvalue(), folder):
         yield from (f"stderr: {line}" for line in errors.splitlines())
     states_after = _file_states(folder)
     for path in sorted(states_after):

@@ -18,13 +18,13 @@ from typing import Any, Final
 
 import numpy as np
 
-from tests.net.text import array_line, column_line, data_lines, masked
+from tests.net.text import array_line, column_line, data_lines, mask_varying
 
 
 def file_lines(path: Path) -> list[str]:
     """A written file as lines of text."""
     read = READERS.get(path.suffix.lower(), _text)
-    return [line for part in read(path) for line in masked(part, path.parent).splitlines()]
+    return [line for part in read(path) for line in mask_varying(part, path.parent).splitlines()]
 
 
 def _text(path: Path) -> Iterator[str]:
@@ -85,12 +85,16 @@ def _parsed(text: str) -> Any:
 
 def _svg(path: Path) -> Iterator[str]:
     text = path.read_text(encoding="utf-8")
-    size = re.search(r'<svg [^>]*?width="(\S+)" height="(\S+)"|<svg [^>]*viewBox="(.*?)"', text)
-    yield f"size {' '.join(filter(None, size.groups())) if size else 'unknown'}"
-    # Texts are drawn as outlines; their content stands in comments.
-    for outlined, written in re.findall(r"<!-- (.*?) -->|<text[^>]*>(.*?)</text>", text, re.DOTALL):
-        content = " ".join(html.unescape(outlined or re.sub(r"<[^>]*>", "", written)).split())
-        yield f"text {content}"
+    root = re.search(r"<svg [^>]*>", text)
+    tag = root.group() if root else ""
+    size = re.search(r'width="(\S+)" height="(\S+)"', tag) or re.search(r'viewBox="(.*?)"', tag)
+    yield f"size {' '.join(size.groups()) if size else 'unknown'}"
+    # A text is drawn as outlines, with its content in a comment, or it is a text element, which may
+    # contain further tags.
+    comment, element = r"<!-- (.*?) -->", r"<text[^>]*>(.*?)</text>"
+    for outlined, written in re.findall(f"{comment}|{element}", text, re.DOTALL):
+        content = outlined or re.sub(r"<[^>]*>", "", written)
+        yield f"text {' '.join(html.unescape(content).split())}"
 
 
 def _png(path: Path) -> Iterator[str]:
@@ -144,7 +148,7 @@ def xml_lines(text: str) -> Iterator[str]:
     without_identifiers = re.sub(
         r'(guid|instantiationToken|generationDateAndTime)="[^"]*"', r'\1="…"', text
     )
-    yield from masked(re.sub(r">\s*<", ">\n<", without_identifiers)).splitlines()
+    yield from mask_varying(re.sub(r">\s*<", ">\n<", without_identifiers)).splitlines()
 
 
 READERS: Final[Mapping[str, Callable[[Path], Iterator[str]]]] = {

@@ -7,7 +7,7 @@ from typing import Final
 
 from fivtui import build_fmu
 from tests.net.files import xml_lines
-from tests.net.text import SECTION
+from tests.net.text import SECTION_MARK
 
 # Component, version of FMI, flavour. Native FMUs support co-simulation and model exchange.
 VARIANTS: Final = (
@@ -35,6 +35,6 @@ def record_fmus() -> str:
             with zipfile.ZipFile(path) as archive:
                 for name in sorted(archive.namelist()):
                     if name.endswith(".xml"):
-                        lines.append(f"{SECTION}{path.name}: {name}")
+                        lines.append(f"{SECTION_MARK}{path.name}: {name}")
                         lines += xml_lines(archive.read(name).decode())
     return "\n".join(lines) + "\n"

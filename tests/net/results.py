@@ -10,7 +10,7 @@ import numpy as np
 import fivtui
 from fivtui import Parameters
 from tests.net.commands import reproducible
-from tests.net.text import SECTION, array_line, data_lines, masked
+from tests.net.text import SECTION_MARK, array_line, data_lines, mask_varying
 
 INPUTS: Final = Path(__file__).parent / "inputs"
 BELT: Final = Parameters(v_belt=1.0, mu_s=0.9)
@@ -47,6 +47,7 @@ def _fmu_run(folder: Path) -> Any:
 RESULTS: Final[Mapping[str, Callable[[Path], Any]]] = {
     "transient": lambda _: fivtui.simulate(t_end=5.0),
     "transient sampled": lambda _: fivtui.simulate(t_end=5.0, samples=11),
+    # A linear system, without k_nl and separation: the solution is exact.
     "transient exact": lambda _: fivtui.simulate(
         Parameters(k_nl=0.0), t_end=3.0, separation=False, samples=7
     ),
@@ -73,6 +74,8 @@ RESULTS: Final[Mapping[str, Callable[[Path], Any]]] = {
     "safe friction": lambda _: fivtui.safe_friction(PRELOADED),
     "attractors": lambda _: fivtui.attractors(PRELOADED),
     "basin": lambda _: fivtui.basin(PRELOADED, {"y0": [-1.0, -0.8], "vy0": [0.0, 1.0, 2.0]}),
+    # Attractors by transients from value to value of μ; and the curve of limit cycles along μ,
+    # stable or not.
     "continuation": lambda _: fivtui.continuation(PRELOADED, "mu", [0.4, 0.6]),
     "branch": lambda _: fivtui.branch(PRELOADED, "mu", low=0.6, high=0.8),
     "boundary": lambda _: fivtui.boundary(None, "hopf", {"F": (60.0, 120.0), "mu": (0.3, 0.8)}),
@@ -87,6 +90,7 @@ RESULTS: Final[Mapping[str, Callable[[Path], Any]]] = {
         outputs=["growth_rate", "y_half_range"],
         t_end=2.0,
     ),
+    # CPU time against error, for every method.
     "trade-off": lambda _: fivtui.tradeoff(t_end=0.2),
     "accuracy": lambda _: fivtui.accuracy(t_end=4.0),
     "validation": lambda _: _validation(),
@@ -94,7 +98,9 @@ RESULTS: Final[Mapping[str, Callable[[Path], Any]]] = {
     "film": _film,
     "run of an FMU": _fmu_run,
     "figures": lambda folder: fivtui.figures(folder, [2], formats=["png"]),
+    # Statements of the paper, compared with the model.
     "claims": lambda _: fivtui.claims(["one-real-equilibrium", "frequencies-merge"]),
+    # A named set of parameters with the settings of its transient.
     "scene": lambda _: fivtui.find_scene("brake-stop"),
     "parameters": lambda _: LAW,
 }
@@ -106,9 +112,9 @@ def record_results() -> str:
     with reproducible():
         for name, compute in RESULTS.items():
             with tempfile.TemporaryDirectory(prefix="fivtui-net-") as folder:
-                lines.append(f"{SECTION}{name}")
+                lines.append(f"{SECTION_MARK}{name}")
                 text = "\n".join(result_lines(compute(Path(folder).resolve())))
-                lines += masked(text, Path(folder).resolve()).splitlines()
+                lines += mask_varying(text, Path(folder).resolve()).splitlines()
     return "\n".join(lines) + "\n"
 
 
@@ -135,9 +141,9 @@ def record_stored_files() -> str:
 
     stored = Path(__file__).parents[1] / "data" / "stored"
     lines = []
-    # The session is left out: the recordings of the tabs cover it.
+    # Not the session, a saved state of the laboratory: `tabs` records the laboratory with it.
     for path in sorted(path for path in stored.iterdir() if path.name != "session"):
-        lines.append(f"{SECTION}{path.name}")
+        lines.append(f"{SECTION_MARK}{path.name}")
         try:
             if path.suffix == ".toml":
                 result = fivtui.load_scene(path)
@@ -146,7 +152,7 @@ def record_stored_files() -> str:
                 lines.append(f"kind {kind}")
                 result = load_study(kind, path)
         except fivtui.InputError as error:
-            lines.append(masked(f"refused: {error}", stored))
+            lines.append(mask_varying(f"refused: {error}", stored))
         else:
-            lines += masked("\n".join(result_lines(result)), stored).splitlines()
+            lines += mask_varying("\n".join(result_lines(result)), stored).splitlines()
     return "\n".join(lines) + "\n"

@@ -2,7 +2,14 @@
 
 import pytest
 
-from tests.net.text import column_line, data_lines, differences, masked, same_line, sections_of
+from tests.net.text import (
+    column_line,
+    data_lines,
+    differences,
+    mask_varying,
+    same_line,
+    sections_of,
+)
 
 
 @pytest.mark.parametrize(
@@ -10,6 +17,7 @@ from tests.net.text import column_line, data_lines, differences, masked, same_li
     [
         ("peak 2.14453752247 m", "peak 2.14453752248 m"),
         ("y [2]: 1.0 1e-17", "y [2]: 1.0 -3e-16"),
+        # Both are below ABSOLUTE_TOLERANCE.
         ("difference   6.1e-12 m", "difference   5.97e-13 m"),
         ("x 1.00000000000000  m", "x 1.0000000000000001 m"),
     ],
@@ -50,7 +58,7 @@ def test_a_difference_names_the_command_and_its_lines() -> None:
 
 
 def test_run_dependent_text_is_masked_and_long_columns_are_shortened() -> None:
-    text = masked("CPU time    0.0003 s\nat 12:00:01 on 2026-11-23 in /tmp/a.csv  ")
+    text = mask_varying("CPU time    0.0003 s\nat 12:00:01 on 2026-11-23 in /tmp/a.csv  ")
     assert text == "CPU time <time>\nat <time> on <date> in /tmp/a.csv"
     lines = list(
         data_lines({"stats": {"cpu_s": 0.1, "steps": 3}, "a": [1.0, 2.0], "b": [{"c": 1}]})
@@ -60,4 +68,5 @@ def test_run_dependent_text_is_masked_and_long_columns_are_shortened() -> None:
     ]  # fmt: skip
     long_column = column_line("t", [float(n) for n in range(100)])
     assert long_column.startswith("t [100]: 0.0 4.0 ")
+    # Sizes are absolute values.
     assert long_column.endswith(" 99.0 sum of sizes 4950.0")

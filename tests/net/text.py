@@ -1,6 +1,7 @@
 """Recorded outputs of commands, files and calls, as text in sections.
 
-They are without run-dependent parts, and compared number by number.
+The net, `tests.net`, is the set of recordings: it shows changes of the program's output. Recordings
+are without run-dependent parts, and compared number by number.
 
 A section begins with a line ``$ title``; fresh output is compared with the recorded section.
 """
@@ -26,7 +27,8 @@ ABSOLUTE_TOLERANCE: Final = 1e-10
 # A longer list is recorded as its length, a selection of items, and the sum of magnitudes.
 MAX_NUMBERS: Final = 24
 MAX_ITEMS: Final = 6
-SECTION: Final = "$ "
+# Begins the title of a section.
+SECTION_MARK: Final = "$ "
 # In the report of differences: unequal lines per section, width of their excerpts, and characters
 # before the first difference.
 _MAX_REPORTED_LINES: Final = 4
@@ -58,7 +60,7 @@ _VARYING: Final = re.compile(
 _NUMBER: Final = re.compile(r"(?<![\w.])[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?(?![\w])")
 
 
-def masked(text: str, folder: Path | None = None) -> str:
+def mask_varying(text: str, folder: Path | None = None) -> str:
     """Mask paths, versions, identifiers, dates and CPU times in a text."""
     if folder is not None:
         text = text.replace(str(folder), "<folder>")
@@ -123,7 +125,7 @@ def sections_of(text: str) -> dict[str, list[str]]:
     sections: dict[str, list[str]] = {}
     title = ""
     for line in text.splitlines():
-        if line.startswith(SECTION):
+        if line.startswith(SECTION_MARK):
             title = line
             # The same command may be run again.
             while title in sections:

@@ -1,4 +1,9 @@
-"""Attractors: coexistence, basins and continuation, against transients and eigenvalues."""
+"""Attractors: coexistence, basins and continuation, against transients and eigenvalues.
+
+Where attractors coexist, the start decides which of them motion reaches. The escape offset is the
+least displacement of y from rest, up or down, from which motion does not return to rest. A
+continuation follows attractors along a parameter, in the directions up and down.
+"""
 
 import dataclasses
 from typing import Any
@@ -220,7 +225,9 @@ def test_a_wrong_continuation_is_refused() -> None:
 
 def test_unsettled_motions_are_reported_and_are_no_coexistence() -> None:
     rest, unsettled = Attractor(Kind.EQUILIBRIUM), Attractor(Kind.UNSETTLED)
-    result = Coexistence(System(COEXISTENCE), (rest, unsettled), (0, 1), True, None)
+    result = Coexistence(
+        System(COEXISTENCE), (rest, unsettled), reached=(0, 1), stable=True, escape=None
+    )
     assert not result.coexists
     assert result.warning == "some motions did not settle in the time allowed"
     points = tuple(BranchPoint(0.5, ("up",), attractor) for attractor in (rest, unsettled))
@@ -230,7 +237,8 @@ def test_unsettled_motions_are_reported_and_are_no_coexistence() -> None:
 def test_growth_without_bounds_beside_the_equilibrium_gives_a_warning() -> None:
     pair = (Attractor(Kind.EQUILIBRIUM), Attractor(Kind.UNBOUNDED))
     offset = EscapeOffset(0.5, None)
-    message = Coexistence(System(COEXISTENCE), pair, (1, 0), True, offset).warning
+    result = Coexistence(System(COEXISTENCE), pair, reached=(1, 0), stable=True, escape=offset)
+    message = result.warning
     assert message is not None
     assert "with unbounded growth; no return after a release at rest 0.5 m above it" in message
 
@@ -257,7 +265,8 @@ def test_shooting_runs_once_in_every_leg_if_it_fails_or_finds_a_distant_orbit(
 
     monkeypatch.setattr(explorer, "shoot", shoot)
     monkeypatch.setattr(explorer, "integrate", integrate_leg)
-    # On the cycle every return repeats, so that each leg begins to shoot.
+    # The explorer integrates motions in legs of equal duration. In each leg on the cycle the states
+    # at separations repeat, so that after it the explorer shoots: it solves for a periodic orbit.
     assert Explorer(System(COEXISTENCE)).reach(cycle.start, max_legs=5) == Attractor(Kind.UNSETTLED)
     assert legs_at_calls == [1, 2, 3, 4, 5]
 

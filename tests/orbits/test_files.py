@@ -1,4 +1,7 @@
-"""Metadata and marks in files and figures of branches, boundaries and continuations."""
+"""Metadata and marks in files and figures of branches, boundaries and continuations.
+
+At the event touch of a branch the limit cycle just reaches y = 0, where the slider leaves the belt.
+"""
 
 import dataclasses
 import math
@@ -39,6 +42,7 @@ def test_attractors_without_an_orbit_have_no_orbit_columns() -> None:
 
 
 def test_kinds_of_attractors_have_the_names_used_in_files() -> None:
+    # At rest by stick the slider sticks for ever to a belt at rest.
     assert [str(kind) for kind in KINDS] == [
         "equilibrium",
         "contact limit cycle",
@@ -76,12 +80,16 @@ def test_curves_are_drawn_in_the_plane_of_the_parameters(folds: Boundary) -> Non
 def test_a_branch_has_its_events_at_their_cycles() -> None:
     result = branch(None, "mu", low=0.25, high=0.6)
     columns, header = result.to_columns(), result._header()
-    kinds = [header["event_kinds"][int(index)] for index in columns["event"] if index]
+    # The column is 0 at points without an event, else the index of its kind.
+    kind_indices = columns["event"][columns["event"] != 0]
+    kinds = [header["event_kinds"][index] for index in kind_indices]
     assert kinds == ["touch", "fold"]
     assert header["events"] == ["hopf, subcritical", *kinds]
     assert header["event_periods"] == [event.period for event in result.events]
-    (fold_index,) = np.flatnonzero(columns["mu"] == header["event_values"][2])
-    assert result.points[fold_index].multipliers[-1].real == columns["multiplier_3_re"][fold_index]
+    _hopf_mu, _touch_mu, fold_mu = header["event_values"]
+    (fold_index,) = np.flatnonzero(columns["mu"] == fold_mu)
+    _, _, third_multiplier = result.points[fold_index].multipliers
+    assert third_multiplier.real == columns["multiplier_3_re"][fold_index]
 
 
 def test_a_branch_is_drawn_full_where_it_is_stable_and_dashed_where_it_is_not() -> None:
@@ -99,6 +107,7 @@ def test_a_branch_is_drawn_full_where_it_is_stable_and_dashed_where_it_is_not() 
         assert {cycle_point for cycle_point in cycles if cycle_point[0] != fold} <= drawn_points
         assert fold in {value for value, _ in drawn_points}
         drawn_count += len(drawn_points)
+    # Stability changes at the fold, which is drawn in both lines.
     assert drawn_count == len(result.points) + 1
     for event in result.events:
         x, y = np.array(lines[str(event.kind)].get_data())[:, 0].tolist()

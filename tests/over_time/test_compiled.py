@@ -1,4 +1,7 @@
-"""The compiled kernel over tables against the interpreted one."""
+"""The compiled kernel over tables against the interpreted one.
+
+A course is the parameters as functions of time: constants, and tables for those that change.
+"""
 
 import math
 import random
@@ -89,6 +92,8 @@ def test_random_tables_agree_with_the_interpreted_kernel_and_reach_every_transit
         assert compiled.steady == pytest.approx(interpreted.steady, abs=1e-10)
         for name, values in interpreted.to_columns().items():
             assert compiled.to_columns()[name] == pytest.approx(values, abs=1e-9), name
+    # All of the table of modes, except those of CONTACT, the mode on belts that are always faster.
+    # A mode has transitions that end it, each with the modes that may follow.
     expected_transitions = {
         transition_name(mode, successor)
         for mode, row in MODES.items()
@@ -109,7 +114,9 @@ def test_friction_falls_with_the_speed_where_a_table_lowers_it_below_static_fric
 
 @pytest.mark.parametrize("kernel", ["interpreted", "compiled"])
 def test_a_slip_within_a_step_is_found(kernel: KernelChoice) -> None:
-    # c1 v + m v̇ + k1 x = 1/2 + t/2 − t²/4 exceeds μ_s P = 0.6 only between 0 and 2 s.
+    # The slider sticks to the belt: v = 1 − t/2, x = t − t²/4. The force that this needs,
+    # c1 v + m v̇ + k1 x = 1/2 + t/2 − t²/4, exceeds μ_s P = 0.6 for 1 − √0.6 < t < 1 + √0.6.
+    # A step that contains this interval has no excess at its ends.
     p = Parameters(m=1.0, k1=1.0, k2=1.0, k3=0.0, c1=1.0, c2=0.0, F=1.0, k_nl=0.0, mu=0.3, mu_s=0.6)
     run = simulate(
         p,
@@ -123,7 +130,11 @@ def test_a_slip_within_a_step_is_found(kernel: KernelChoice) -> None:
 
 
 @pytest.mark.parametrize("kernel", ["interpreted", "compiled"])
-def test_a_belt_that_brakes_hard_leaves_no_error_in_the_friction_law(kernel: KernelChoice) -> None:
+def test_friction_that_depends_on_speed_is_accurate_on_a_belt_that_brakes_hard(
+    kernel: KernelChoice,
+) -> None:
+    # The expansion of exp(−v/v_s) fails where braking changes the sliding speed v by too many v_s
+    # in a step. Rows every millisecond enforce short steps.
     p = Parameters(v_belt=1.0, mu=0.2, mu_s=1.2, v_s=0.1)
     speed, times = 400.0, np.linspace(0.0, 2.0, 2001)
     fine_rows = [(t, speed * (1.0 - 0.5 * t)) for t in times.tolist()]
@@ -155,8 +166,9 @@ def test_rows_for_the_kernel_follow_the_tables() -> None:
         [1.0, 10.0, 5.0, 0.3, 0.0, 0.3, 0.0, 1.5, -0.5, 1.0],
         [2.0, 15.0, 5.0, 0.3, 0.0, 0.3, 0.0, 0.5, 0.0, 0.5],
     ]
-    table = course_table(course, 2.5)
+    table = course_table(course, t_end=2.5)
     assert table.rows.tolist() == expected
+    # It includes rows of F after the end of the run.
     assert table.greatest_load == 20.0
     friction_course = Course(Parameters(mu_s=0.9), {"mu": TimeTable((0.0, 1.0), (0.1, 0.5))})
     mu_columns = slice(3, 7)
@@ -170,10 +182,15 @@ def test_the_baseline_and_the_best_instruction_set_give_the_same_bits(seed: int)
     for kernel in (Kernel("baseline"), load_kernel()):
         p, options = draw_scene(seed)
         course = build_course(p, options["over_time"])
-        p, _ = course.after(0.0)
-        belt = None if p.v_belt is None else (p.v_belt, p.mu_static, p.speed_law or 0.0)
+        p_at_start, _rates = course.after(0.0)
+        # Speed, static friction, and v_s: 0 where friction does not depend on the sliding speed.
+        belt = (
+            None
+            if p_at_start.v_belt is None
+            else (p_at_start.v_belt, p_at_start.mu_static, p_at_start.speed_law or 0.0)
+        )
         run = kernel.begin_run(
-            p.values(),
+            p_at_start.values(),
             (0.1, 0.3, -1.0, 0.5),
             separation=True,
             t_end=60.0,

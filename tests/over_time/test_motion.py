@@ -75,7 +75,8 @@ def test_ramps_agree_with_an_independent_integrator() -> None:
 
 
 def test_a_slider_slips_from_a_braking_belt_when_static_friction_is_exceeded() -> None:
-    # The slider sticks, x = v₀ t − a t²/2, until k1 x − m a = ±μ_s P with P = F.
+    # The slider sticks, x = v₀ t − a t²/2, until the force k1 x − m a that holds it reaches μ_s P,
+    # with P = F.
     p = Parameters(m=1.0, k1=1.0, k2=1.0, k3=0.0, c1=0.0, c2=0.0, F=1.0, k_nl=0.0, mu=0.5, mu_s=1.0)
     speed, brake = 2.0, 0.25
     run = simulate(
@@ -84,7 +85,13 @@ def test_a_slider_slips_from_a_braking_belt_when_static_friction_is_exceeded() -
         start=(0.0, speed, -1.0, 0.0),
         over_time={"v_belt": [(0.0, speed), (speed / brake, 0.0)]},
     )
-    slip = brentq(lambda t: (speed * t - 0.5 * brake * t * t) - brake - 1.0, 0.1, 2.0, xtol=1e-15)
+    static_limit = 1.0
+
+    def excess_force(t: float) -> float:
+        x = speed * t - 0.5 * brake * t * t
+        return p.k1 * x - p.m * brake - static_limit
+
+    slip = brentq(excess_force, 0.1, 2.0, xtol=1e-15)
     (first, *_) = run.mode_changes
     assert (first.first.name, first.then.name) == ("STICK", "FORWARD")
     assert first.t == pytest.approx(slip, abs=1e-13)
@@ -131,9 +138,11 @@ def test_random_brake_applications_agree_with_an_event_driven_integration(seed: 
 def test_the_preset_squeals_groans_and_comes_to_rest() -> None:
     scene = find_scene("brake-stop")
     run = simulate(scene.parameters, t_end=scene.t_end, over_time=dict(scene.over_time))
+    # Start of squeal, start and end of groan, and start of the final stick, s.
     stop = run.stop
     assert stop is not None
     assert 4.0 < (stop.squeal or 0.0) < (stop.groan_begin or 0.0) < 24.0
+    # The groan ends where the final stick begins.
     assert stop.groan_end == stop.final_stick == run.stick_intervals[-1][0]
     assert (stop.final_stick or 0.0) > 24.0
     assert run.final.vx == 0.0
@@ -148,18 +157,24 @@ def test_a_groan_is_the_last_series_of_cycles_that_all_stick() -> None:
     stop, sticks = run.stop, run.stick_intervals
     assert stop is not None
     # Two sticks during squeal, six seconds of sliding, then one stick per cycle.
-    assert [sticks[2][0] - sticks[1][1] > 6.0, stop.groan_begin] == [True, sticks[2][0]]
+    assert sticks[2][0] - sticks[1][1] > 6.0
+    assert stop.groan_begin == sticks[2][0]
     assert max(later[0] - early[1] for early, later in itertools.pairwise(sticks[2:])) < 1.3
-    # The groan ends with the last stick, or with the run if sliding began just before its end.
-    for t_end, end in ((14.0, sticks[1][1]), (12.0, 12.0), (22.0, 22.0)):
+    # A run that ends earlier has no final stick: its groan ends with its last stick, or with the
+    # run if sliding began just before the end.
+    for t_end, begin, end in (
+        (14.0, sticks[0][0], sticks[1][1]),
+        (12.0, sticks[0][0], 12.0),
+        (22.0, sticks[2][0], 22.0),
+    ):
         shorter_stop = simulate(scene.parameters, t_end=t_end, over_time=tables).stop
         assert shorter_stop is not None
         assert shorter_stop.groan_end == pytest.approx(end, abs=1e-12)
-        assert shorter_stop.groan_begin == (sticks[0] if t_end < 20.0 else sticks[2])[0]
+        assert shorter_stop.groan_begin == begin
     # A single stick is no groan.
-    single_stick = simulate(scene.parameters, t_end=10.5, over_time=tables).stop
-    assert single_stick is not None
-    assert single_stick[1:3] == (None, None)
+    single_stick_stop = simulate(scene.parameters, t_end=10.5, over_time=tables).stop
+    assert single_stick_stop is not None
+    assert single_stick_stop.groan_begin is single_stick_stop.groan_end is None
 
 
 def test_scenes_with_tables_are_written_and_read(tmp_path: Path) -> None:
@@ -243,6 +258,7 @@ def test_options_that_need_constant_parameters_are_refused() -> None:
         ({"method": "fmu"}, "the method must be taylor or fmu-native"),
         ({"method": "fmu-native", "sensitivities": ["mu"]}, "must be taylor, not fmu-native"),
     )
+    # `START_SEEDS` asks for the derivatives by the start.
     with pytest.raises(InputError, match="F over time: must be constant for derivatives"):
         compute_variation(Request(System(Parameters(), over_time=time_tables(scene))), START_SEEDS)
     for options, message in wrong:

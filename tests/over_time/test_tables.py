@@ -1,4 +1,7 @@
-"""Tables of parameters over time: values, slopes, jumps, and errors."""
+"""Tables of parameters over time: values, slopes, jumps, and errors.
+
+A course is the parameters as functions of time: constants, and tables for those that change.
+"""
 
 from typing import Any
 
@@ -41,7 +44,9 @@ def test_a_course_gives_parameters_rates_and_the_time_of_the_next_row() -> None:
     )
     p, rates = course.after(5.5)
     assert [p.mu, p.v_belt, p.mu_s, p.F] == pytest.approx([0.61, 1.0, 0.9, 80.0])
-    assert list(rates) == pytest.approx([0.0, 0.02, 0.0, -2.0])
+    assert rates._asdict() == pytest.approx(
+        {"F": 0.0, "mu": 0.02, "mu_static": 0.0, "v_belt": -2.0}
+    )
     assert [course.next_row_time(t) for t in (0.0, 5.0, 9.9, 10.0)] == [5.0, 6.0, 10.0, np.inf]
     assert course.speed_before(6.0) == 0.0
 

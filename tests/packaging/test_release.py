@@ -23,6 +23,7 @@ def test_changelog_and_citation_name_the_version_and_its_date() -> None:
     citation = text_of("CITATION.cff")
     assert f"\nversion: {version}\n" in citation
     assert f"\ndate-released: {date}\n" in citation
+    # The version and its date identify the release; it has no DOI.
     assert "doi" not in citation
 
 
@@ -34,6 +35,7 @@ def test_the_command_line_names_the_version(capsys) -> None:  # type: ignore[no-
 def test_the_hooks_before_commits_are_the_programs_of_the_extra_dev() -> None:
     entries = re.findall(r"^ +entry: (\S+)", text_of(".pre-commit-config.yaml"), re.MULTILINE)
     extras = tomllib.loads(text_of("pyproject.toml"))["project"]["optional-dependencies"]
+    # The extra dev includes the extra test. Its package import-linter has the program lint-imports.
     packages = " ".join([*extras["dev"], *extras["test"]]).replace("import-linter", "lint-imports")
     assert len(entries) == 4
     assert all(re.search(rf"(^| ){entry}\b", packages) for entry in entries)

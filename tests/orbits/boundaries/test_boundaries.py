@@ -1,6 +1,5 @@
 """Curves over two parameters: against closed forms, branches, and other integrators."""
 
-import math
 from functools import cache
 
 import numpy as np
@@ -70,11 +69,12 @@ def test_the_two_folds_at_30_newtons_meet_at_a_cusp() -> None:
     ]
 
 
-def test_folds_touch_where_touching_cycles_are_folds() -> None:
+def test_curves_of_folds_and_of_touching_cycles_meet_where_a_cycle_is_both() -> None:
     folds, touches = narrow_boundary("fold"), narrow_boundary("touch")
-    corners = values_of(folds, EventKind.CUSP) + values_of(folds, EventKind.TOUCH)
-    assert len(corners) == 2
-    np.testing.assert_allclose(values_of(touches, EventKind.FOLD), corners, rtol=1e-9)
+    # Here the cycle at the cusp, too, just reaches y = 0.
+    touching_folds = values_of(folds, EventKind.CUSP) + values_of(folds, EventKind.TOUCH)
+    assert len(touching_folds) == 2
+    np.testing.assert_allclose(values_of(touches, EventKind.FOLD), touching_folds, rtol=1e-9)
 
 
 def test_folds_begin_where_hopf_points_turn_subcritical() -> None:
@@ -149,6 +149,7 @@ def test_a_fold_has_a_multiplier_1_and_closes_under_another_integrator(
 def test_the_curve_of_folds_has_the_folds_of_the_branches() -> None:
     result = boundary(None, "fold", {"F": (60.0, 150.0), "mu": (0.1, 0.6)})
     (curve,) = result.curves
+    # It leaves the range at both ends.
     assert curve.ends == (End.BOUND, End.BOUND)
     for point in curve.points[::16]:
         events = branch(Parameters(F=point.values[0]), "mu", low=0.2, high=1.2).events
@@ -169,9 +170,10 @@ def test_touching_cycles_are_the_touches_of_the_branches() -> None:
 
 @pytest.mark.whole
 def test_curves_of_random_sets_are_not_lost() -> None:
-    # Any two parameters: no curve is lost, and each fold has the multiplier 1.
+    # Over any two parameters each curve leaves the range, ends in the equilibrium or is closed, and
+    # each fold has the multiplier 1.
     random, boundary_count = np.random.default_rng(3), 0
-    for p in random_sets(40, 9):
+    for p in random_sets(count=40, seed=9):
         (critical,) = critical_mu(System(p))
         shifted = p.with_values({"mu": critical.mu * random.uniform(0.7, 1.2)})
         names = ("F", "mu", "k_nl", "k1", "k2", "k3", "c1", "c2")
@@ -193,7 +195,7 @@ def test_curves_of_random_sets_are_not_lost() -> None:
     assert boundary_count > 80
 
 
-def test_where_separation_is_ignored_folds_have_no_corners() -> None:
+def test_where_separation_is_ignored_no_cycle_of_a_fold_touches() -> None:
     result = boundary(None, "fold", {"F": (70.0, 90.0), "mu": (0.1, 1.5)}, separation=False)
     assert {event.kind for event in result.events} <= {EventKind.CUSP, EventKind.BAUTIN}
     assert_cycle_closes(result, result.points[len(result.points) // 2])
@@ -201,7 +203,13 @@ def test_where_separation_is_ignored_folds_have_no_corners() -> None:
 
 def test_a_result_prints_its_events() -> None:
     assert "cusp" in repr(narrow_boundary("fold"))
-    assert math.isnan(narrow_boundary("fold").to_columns()["lyapunov"][5])
+
+
+def test_cycles_have_no_lyapunov_coefficient() -> None:
+    result = narrow_boundary("fold")
+    # Only the Hopf points at which curves of folds begin have no multipliers.
+    is_cycle = [bool(point.multipliers) for point in result.points]
+    assert np.isnan(result.to_columns()["lyapunov"][is_cycle]).all()
 
 
 def test_missing_folds_and_cancellation_raise_errors() -> None:

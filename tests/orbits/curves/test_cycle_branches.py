@@ -14,7 +14,8 @@ from fivtui.orbits.curves.events import End, EventKind
 from fivtui.orbits.curves.hopf import hopf_point, hopf_values
 from fivtui.orbits.curves.result import CycleBranch, CyclePoint
 
-# By F: Hopf point, first touch of y = 0, fold and its period, from an independent prototype.
+# By F, N: μ of the Hopf point, of the cycle that touches y = 0 and of the fold, and the period at
+# the fold, s. A separate program, which is not in this repository, computed them.
 KNOWN_EVENTS = {
     80.0: (0.439387619, 0.370729887, 0.277876613, 1.1945636),
     120.0: (0.762298519, 0.598203381, 0.277935093, 1.1945678),
@@ -127,7 +128,9 @@ def independent_multipliers(curve: CycleBranch, point: CyclePoint) -> np.ndarray
         return np.array([run.final.x, run.final.vx, run.final.y, run.final.vy])
 
     start = np.array(point.start)
-    columns = [
+    # In units of `scales`: a row has the derivatives of the state after a period by one component
+    # of the start.
+    derivatives = [
         (state_after_period(start + change) - state_after_period(start - change))
         / (2.0 * step * scales)
         for change in step * np.diag(scales)
@@ -135,10 +138,11 @@ def independent_multipliers(curve: CycleBranch, point: CyclePoint) -> np.ndarray
     ax, ay = accelerations(p, point.start, mode_of(p, point.start, separation=curve.separation))
     _, vx, _, vy = point.start
     rate = np.array([vx, ax, vy, ay]) / scales
-    # The first column of the orthogonal matrix is along the motion, the others are normal to it.
+    # Q of this 4 × 5 matrix is 4 × 4. Its first column is along the motion, and so the others are
+    # normal to it.
     orthogonal, _ = np.linalg.qr(np.column_stack([rate, np.eye(4)]))
     normals = orthogonal[:, 1:4]
-    return np.linalg.eigvals(normals.T @ np.array(columns).T @ normals)
+    return np.linalg.eigvals(normals.T @ np.array(derivatives).T @ normals)
 
 
 def count_confirmed_folds(p: Parameters) -> int:
@@ -203,11 +207,12 @@ def test_at_30_newtons_two_folds_are_distinguished() -> None:
 
 def test_without_cubic_stiffness_all_cycles_in_contact_are_at_the_linear_boundary() -> None:
     curve = branch(Parameters(k_nl=0.0), "mu", low=0.5, high=2.0)
-    boundary = stability(Parameters(k_nl=0.0)).linear_critical_mu
+    # The μ at which the equilibrium of the system with k_nl = 0 loses its stability.
+    critical = stability(Parameters(k_nl=0.0)).linear_critical_mu
     hopf, touch = curve.events
     assert hopf.direction == "degenerate"
     assert touch.kind is EventKind.TOUCH
-    assert touch.value == pytest.approx(boundary, abs=1e-9)
+    assert touch.value == pytest.approx(critical, abs=1e-9)
 
 
 @pytest.mark.parametrize("k_nl", [1e-6, 1e-3])
@@ -261,12 +266,13 @@ def test_cycles_next_to_a_hopf_point_have_the_size_of_the_normal_form() -> None:
 
 
 def assert_stability_changes_at_events(p: Parameters) -> set[EventKind]:
-    # The branch is not lost, and its stability changes only at events.
+    # The branch is followed to its ends, and its stability changes only at events.
     curve = branch(p, "mu", low=0.0, high=10.0)
     assert not {End.LOST, End.TOO_LONG} & set(curve.ends)
     assert curve.events[0].value == critical_mu(System(p))[0].mu
-    rises = curve.points[0].value > curve.events[0].value
-    assert curve.points[0].stable == rises == (curve.events[0].direction == "supercritical")
+    is_supercritical = curve.events[0].direction == "supercritical"
+    assert curve.points[0].stable == is_supercritical
+    assert (curve.points[0].value > curve.events[0].value) == is_supercritical
     events = {event.value: event.kind for event in curve.events}
     for index, point in enumerate(curve.points[1:-1], start=1):
         before, after = curve.points[index - 1], curve.points[index + 1]
@@ -311,6 +317,7 @@ def test_stability_of_many_random_branches_changes_only_at_events() -> None:
 @pytest.mark.parametrize(
     ("p", "options", "message"),
     [
+        # By default the range ends at ten times μ.
         (Parameters(), {"low": 1.0}, "no Hopf point with mu from 1 to 7"),
         (Parameters(c1=0.0, c2=0.0), {}, "without damping"),
         (Parameters(F=0.0), {"low": 0.0, "high": 9.0}, "the equilibrium is at y = 0"),

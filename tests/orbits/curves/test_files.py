@@ -46,8 +46,9 @@ def test_the_cycle_may_be_followed_along_another_parameter(tmp_path: Path) -> No
 
 @pytest.mark.parametrize("several", [True, False])
 def test_a_branch_begins_at_an_attractor_in_json(tmp_path: Path, several: bool) -> None:
-    coexistence = attractors(Parameters(F=120.0))
-    cycle = coexistence.others[0].to_dict()
+    # `others` are the attractors besides rest.
+    (limit_cycle,) = attractors(Parameters(F=120.0)).others
+    cycle = limit_cycle.to_dict()
     path = tmp_path / "a.json"
     path.write_text(json.dumps({"attractors": [cycle]} if several else cycle), encoding="utf-8")
     result = branch(Parameters(F=120.0), "mu", low=0.6, high=0.8, origin=path)

@@ -13,10 +13,12 @@ PERIOD, VALUE = 0, 1
 class Circle(Curve[PointOnCurve]):
     """A circle in the plane of period and parameter, about (3, 2), of radius 1."""
 
+    # Steps that may pass two folds at once are shortened.
     checks_hidden_folds = True
 
     def __init__(self, low: float, high: float) -> None:
         self.bounds = (Bound(VALUE, low, high),)
+        # At a fold the parameter turns back: its derivative along the curve changes its sign.
         self.tests = {EventKind.FOLD: lambda point: float(point.tangent[VALUE])}
 
     def correct(
@@ -26,6 +28,8 @@ class Circle(Curve[PointOnCurve]):
         normal: FloatArray,
         heading: FloatArray | None = None,
     ) -> PointOnCurve | None:
+        # The point is in the plane through the guess with this normal. Its tangent points to the
+        # side of `heading`, by default of the normal.
         unknowns = guess.copy()
         for _ in range(20):
             radius = unknowns - (3.0, 2.0)
@@ -37,14 +41,15 @@ class Circle(Curve[PointOnCurve]):
             return None
         tangent = np.array([-radius[1], radius[0]])
         tangent *= np.sign(tangent @ (normal if heading is None else heading))
-        return PointOnCurve(unknowns, tangent, 1)
+        return PointOnCurve(unknowns, tangent, iterations=1)
 
 
 def follow(angle: float, low: float, high: float) -> CurvePart[PointOnCurve]:
     """The circle from the point at an angle, rad, with the parameter from `low` to `high`."""
     radius = np.array([np.cos(angle), np.sin(angle)])
-    start = PointOnCurve(np.array([3.0, 2.0]) + radius, np.array([-radius[1], radius[0]]), 1)
-    return Follower(Circle(low, high), 0.1).follow(start)
+    tangent = np.array([-radius[1], radius[0]])
+    start = PointOnCurve(np.array([3.0, 2.0]) + radius, tangent, iterations=1)
+    return Follower(Circle(low, high), min_size=0.1).follow(start)
 
 
 def test_a_closed_curve_ends_where_it_began_with_its_two_folds_located() -> None:

@@ -1,4 +1,4 @@
-"""Smooth flows with known limit cycles, computed by the product's equations and continuation."""
+"""Limit cycles of smooth flows, known in closed form or in digits, by fivtui's continuation."""
 
 import math
 from collections.abc import Callable
@@ -15,6 +15,8 @@ from fivtui.orbits.curves.flow import FloatArray, MotionEnd
 from fivtui.orbits.curves.following import CurvePart, Follower
 
 Rate = Callable[[FloatArray, float], FloatArray]
+# Turns a vector in the plane by a right angle.
+RIGHT_ANGLE = np.array([[0.0, -1.0], [1.0, 0.0]])
 
 
 class SmoothFlow:
@@ -27,11 +29,13 @@ class SmoothFlow:
         n, value = self.state_count, float(values[0])
 
         def extended_rate(_t: float, z: FloatArray) -> FloatArray:
-            # Rate of the state and of its derivatives by start and parameter.
-            slopes = self._slopes(z[:n], value)
-            derivative_rates = slopes[:, :n] @ z[n:].reshape(n, n + 1)
+            # z has the state, then a row of derivatives for each of its variables: n by the start,
+            # and one by the parameter.
+            state, derivatives = z[:n], z[n:].reshape(n, n + 1)
+            slopes = self._slopes(state, value)
+            derivative_rates = slopes[:, :n] @ derivatives
             derivative_rates[:, n] += slopes[:, n]
-            return np.concatenate([self._rate(z[:n], value), derivative_rates.ravel()])
+            return np.concatenate([self._rate(state, value), derivative_rates.ravel()])
 
         start = np.concatenate([state, np.eye(n, n + 1).ravel()])
         run = solve_ivp(extended_rate, (0.0, time), start, method="DOP853", rtol=3e-12, atol=1e-12)
@@ -44,7 +48,9 @@ class SmoothFlow:
 
 
 def build_curve(flow: SmoothFlow, low: float, high: float) -> BranchCurve:
-    return BranchCurve(flow, np.ones(flow.state_count + 2), (low, high), tests_touch=False)
+    # One for each variable of the state, the period and the parameter.
+    units = np.ones(flow.state_count + 2)
+    return BranchCurve(flow, units, (low, high), tests_touch=False)
 
 
 def find_cycle(curve: BranchCurve, guess: list[float], normal: list[float]) -> OrbitOnCurve:
@@ -61,7 +67,7 @@ def find_cycle(curve: BranchCurve, guess: list[float], normal: list[float]) -> O
 def follow(
     curve: BranchCurve, start: OrbitOnCurve, max_points: int, *until: EventKind
 ) -> CurvePart[OrbitOnCurve]:
-    return Follower(curve, 1e-3, max_points=max_points).follow(start, until=until)
+    return Follower(curve, min_size=1e-3, max_points=max_points).follow(start, until=until)
 
 
 def van_der_pol() -> SmoothFlow:
@@ -98,7 +104,7 @@ def test_the_van_der_pol_cycle_has_its_known_period_and_amplitude() -> None:
 
 
 def duffing() -> SmoothFlow:
-    # Undamped: cycles of every size are at λ = 0.
+    # Cycles exist only at the damping 0, there of every size.
     def rate(z: FloatArray, damping: float) -> FloatArray:
         x, v = z
         return np.array([v, -x - x**3 + damping * v])
@@ -138,13 +144,13 @@ def bautin() -> SmoothFlow:
     def rate(z: FloatArray, mu: float) -> FloatArray:
         square = z @ z
         growth = float(mu + square - square * square)
-        return np.asarray(growth * z + np.array([-z[1], z[0]]))
+        return np.asarray(growth * z + RIGHT_ANGLE @ z)
 
     def slopes(z: FloatArray, mu: float) -> FloatArray:
         square = z @ z
         growth = mu + square - square * square
         radial = growth * np.eye(2) + (2.0 - 4.0 * square) * np.outer(z, z)
-        return np.column_stack([radial + np.array([[0.0, -1.0], [1.0, 0.0]]), z])
+        return np.column_stack([radial + RIGHT_ANGLE, z])
 
     return SmoothFlow(2, rate, slopes)
 
@@ -175,21 +181,21 @@ def test_a_fold_known_in_closed_form_is_located() -> None:
     ],
 )
 def test_bifurcations_of_known_flows_are_located(frequency: float, kind: EventKind) -> None:
-    # A circular cycle and a separate oscillation that grows above λ = 0, with the multipliers
-    # exp(2π (λ ± iω)). At ω = 1/2 both would be −1; one of them is damped.
+    # A circular cycle with a separate oscillation (a, b) that grows above λ = 0. For a torus its
+    # multipliers are exp(2π (λ ± iω)), with the frequency ω.
     def rate(z: FloatArray, growth: float) -> FloatArray:
         x, y, a, b = z
         square = x * x + y * y
         if kind is EventKind.TORUS:
             oscillation = [growth * a - frequency * b, frequency * a + growth * b]
         else:
-            # The frame makes half a turn per turn of the circle.
+            # In a frame at half the angle of the circle the components grow at the rates λ and
+            # λ − 1. The frame makes half a turn per turn of the circle: the multipliers are
+            # −exp(2πλ) and −exp(2π (λ − 1)).
             cos, sin = x / math.sqrt(square), y / math.sqrt(square)
-            mean, half = growth - 0.5, 0.5
-            oscillation = [
-                (mean + half * cos) * a + (half * sin - 0.5) * b,
-                (half * sin + 0.5) * a + (mean - half * cos) * b,
-            ]
+            reflection = np.array([[cos, sin], [sin, -cos]])
+            matrix = (growth - 0.5) * np.eye(2) + 0.5 * reflection + 0.5 * RIGHT_ANGLE
+            oscillation = (matrix @ (a, b)).tolist()
         return np.array([x * (1.0 - square) - y, y * (1.0 - square) + x, *oscillation])
 
     def slopes(z: FloatArray, growth: float) -> FloatArray:
@@ -197,7 +203,7 @@ def test_bifurcations_of_known_flows_are_located(frequency: float, kind: EventKi
             x, y, a, b = z
             oscillation = [[growth, -frequency, a], [frequency, growth, b]]
             radial = (1.0 - x * x - y * y) * np.eye(2) - 2.0 * np.outer(z[:2], z[:2])
-            circle = radial + np.array([[0.0, -1.0], [1.0, 0.0]])
+            circle = radial + RIGHT_ANGLE
             return np.block([[circle, np.zeros((2, 3))], [np.zeros((2, 2)), np.array(oscillation)]])
         steps = 1e-6 * np.eye(5)
         arguments = np.append(z, growth)
@@ -233,7 +239,7 @@ def test_a_point_where_another_branch_crosses_is_located() -> None:
         x, y, offset = z
         radial = (1.0 - x * x - y * y) * np.eye(2) - 2.0 * np.outer(z[:2], z[:2])
         jacobian = np.zeros((3, 4))
-        jacobian[:2, :2] = radial + np.array([[0.0, -1.0], [1.0, 0.0]])
+        jacobian[:2, :2] = radial + RIGHT_ANGLE
         jacobian[2, 2:] = growth - 3.0 * offset * offset, offset
         return jacobian
 
