@@ -69,11 +69,8 @@ def _source_folder(model: str, scratch: Path) -> Path:
     for name, text in sources(model).items():
         file, content = folder / name, text.encode()
         if not file.is_file() or file.read_bytes() != content:
-            replaceable, write_content = (
-                output_path(file, force=True),
-                methodcaller("write", content),
-            )
-            write_atomically(replaceable, write_content)
+            replaceable_file = output_path(file, force=True)
+            write_atomically(replaceable_file, methodcaller("write", content))
     return folder
 
 
