@@ -34,6 +34,8 @@ def test_steps_without_outputs_only_advance_the_time(monkeypatch: pytest.MonkeyP
         assert slave.do_step(step * 1e-3, 1e-3)
     # A period is about a second, and a Taylor step is a large part of it.
     assert counts["advance"] < 100
+    # The motion moves only where a communication step passes the end of the Taylor step, and then
+    # computes new ones; one further move is allowed.
     assert counts["move_to"] <= counts["advance"] + 1
     assert counts["state_at"] == 0
     (y,) = slave.get_real([REFERENCES["y"]])

@@ -79,13 +79,14 @@ def test_a_state_saved_before_the_initialization_can_be_used(driver: Driver) -> 
 
 
 @pytest.mark.parametrize("flavour", [PYTHON], indirect=True)
-@pytest.mark.parametrize("flip", [0, 20, -1])
-def test_a_damaged_state_is_refused_and_nothing_changes(driver: Driver, flip: int) -> None:
+# A serialised state begins with eight bytes of a checksum; JSON text follows.
+@pytest.mark.parametrize("flipped_byte", [0, 20, -1])
+def test_a_damaged_state_is_refused_and_nothing_changes(driver: Driver, flipped_byte: int) -> None:
     calls: list[Call] = [
         ("a", "begin"),
         ("a", "step", 0.0, 4.0),
         ("a", "save", "good"),
-        ("a", "serialize", "good", "bad", flip),
+        ("a", "serialize", "good", "bad", flipped_byte),
         ("a", "step", 4.0, 1.0),
         ("a", "get", REAL_NAMES),
         ("a", "restore", "bad"),
@@ -100,13 +101,16 @@ def test_a_damaged_state_is_refused_and_nothing_changes(driver: Driver, flip: in
 
 
 def test_a_state_of_another_build_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    instance = slave()
+    instance = stepping_instance()
     before = instance.read()
     data = SliderBeltInstance._fmu_state_to_bytes(instance.saved_state())
+    # `_BUILD` identifies the sources of the FMU; every state contains it.
     monkeypatch.setattr("fmu_src.slave.instance_state._BUILD", "another")
-    refused = SliderBeltInstance._fmu_state_from_bytes(data)
-    assert "another build" in str(refused)
-    instance.slave._set_fmu_state(refused)
+    # The wrapper gets the reason of the refusal in place of a state, and sets it.
+    refusal = SliderBeltInstance._fmu_state_from_bytes(data)
+    assert isinstance(refusal, str)
+    assert "another build" in refusal
+    instance.fmu._set_fmu_state(refusal)
     assert instance.read() == before
 
 
@@ -114,47 +118,47 @@ def test_a_step_of_too_many_taylor_steps_is_refused_with_the_reason(
     caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("fmu_src.slave.motion._MAX_STEPS", 100)
-    instance = slave()
-    assert not instance.slave.do_step(0.0, 1e6)
+    instance = stepping_instance()
+    assert not instance.fmu.do_step(0.0, 1e6)
     (message,) = caplog.messages
     assert "the step is stopped after 100 Taylor steps at t = " in message
     assert "use shorter communication steps, or the native FMU" in message
-    assert instance.slave.do_step(0.0, 1.0)
+    assert instance.fmu.do_step(0.0, 1.0)
 
 
-class Instance:
-    """The slave without its wrapper."""
+class DirectInstance:
+    """An instance of the Python FMU, called directly instead of by the wrapper in C."""
 
     def __init__(self) -> None:
-        self.slave = SliderBeltInstance(instance_name="test")
+        self.fmu = SliderBeltInstance(instance_name="test")
         self.t = 0.0
 
     def set(self, **values: float) -> None:
         references = [REFERENCES[name] for name in values]
-        self.slave.set_real(references, list(values.values()))
+        self.fmu.set_real(references, list(values.values()))
 
     def begin(self) -> None:
-        self.slave.setup_experiment(0.0, None, None)
-        self.slave.enter_initialization_mode()
-        self.slave.exit_initialization_mode()
+        self.fmu.setup_experiment(0.0, None, None)
+        self.fmu.enter_initialization_mode()
+        self.fmu.exit_initialization_mode()
 
     def step(self, h: float) -> None:
-        assert self.slave.do_step(self.t, h)
+        assert self.fmu.do_step(self.t, h)
         self.t += h
 
     def read(self) -> list[float]:
-        return self.slave.get_real(range(len(VARIABLES)))
+        return self.fmu.get_real(range(len(VARIABLES)))
 
     def get(self, name: str) -> float:
-        return self.slave.get_real([REFERENCES[name]])[0]
+        return self.fmu.get_real([REFERENCES[name]])[0]
 
     def saved_state(self) -> InstanceState:
-        saved_state = self.slave._get_fmu_state()
+        saved_state = self.fmu._get_fmu_state()
         assert isinstance(saved_state, InstanceState)
         return saved_state
 
     def restore(self, saved_state: InstanceState, t: float) -> None:
-        self.slave._set_fmu_state(saved_state)
+        self.fmu._set_fmu_state(saved_state)
         self.t = t
 
 
@@ -166,8 +170,8 @@ def copy_through_bytes(saved_state: InstanceState) -> InstanceState:
     return copy
 
 
-def slave() -> Instance:
-    instance = Instance()
+def stepping_instance() -> DirectInstance:
+    instance = DirectInstance()
     instance.begin()
     return instance
 
@@ -180,7 +184,7 @@ steps = st.lists(st.floats(1e-3, 2.0), min_size=1, max_size=8)
 def test_repeating_steps_from_a_saved_state_gives_the_same_bits(
     p: Parameters, before: list[float], after: list[float], F: float, through_bytes: bool
 ) -> None:
-    instance = Instance()
+    instance = DirectInstance()
     instance.set(**p.as_dict())
     instance.begin()
     for h in before:
@@ -202,7 +206,7 @@ def test_repeating_steps_from_a_saved_state_gives_the_same_bits(
 @settings(max_examples=40, deadline=None)
 @given(moderate_parameters(), st.lists(st.floats(1e-4, 3.0), min_size=1, max_size=30))
 def test_the_communication_points_do_not_matter(p: Parameters, points: list[float]) -> None:
-    one_step, many_steps = Instance(), Instance()
+    one_step, many_steps = DirectInstance(), DirectInstance()
     for instance in (one_step, many_steps):
         instance.set(**p.as_dict())
         instance.begin()
@@ -221,8 +225,8 @@ def test_the_communication_points_do_not_matter(p: Parameters, points: list[floa
 def test_switches_alternate_for_any_inputs(
     p: Parameters, changes: list[tuple[float, float]], on_switches: bool
 ) -> None:
-    instance, native = Instance(), simulate(p, t_end=3.0)
-    # If inputs change at a switch, to rounding, the switch could be lost or counted twice.
+    instance, native = DirectInstance(), simulate(p, t_end=3.0)
+    # Change an input one rounding error before a switch, which could be lost or counted twice.
     if on_switches and native.switch_times.size:
         first = float(native.switch_times[0])
         changes = [(first * (1.0 - 1e-16), changes[0][1]), *changes]

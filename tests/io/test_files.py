@@ -25,7 +25,7 @@ def write_new(file: BinaryIO) -> None:
 def file_size_limit(size: int) -> Iterator[None]:
     soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (size, hard))
-    # Python would store the bytecode of modules imported now truncated.
+    # The limit would truncate the bytecode that Python stores for modules imported in the context.
     bytecode_off, sys.dont_write_bytecode = sys.dont_write_bytecode, True
     try:
         yield
@@ -56,6 +56,7 @@ def test_an_existing_file_is_replaced_only_by_force(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="exists already"):
         write_atomically(path, write_new)
     assert path.read_bytes() == b"old"
+    # With `force` the path is of a type that lets a writer replace the file.
     write_atomically(output_path(path, force=True), write_new)
     assert path.read_bytes() == b"new"
     assert stat.S_IMODE(path.stat().st_mode) == 0o640

@@ -19,5 +19,6 @@ def test_a_nested_header_is_stored_without_objects_and_read_back() -> None:
     stored = npz_format.header(file)
     assert stored["over_time"] == table
     assert stored["validation"]["deviation"] == nested["deviation"]
+    # No array may hold Python objects: None is omitted, and a list of mappings becomes JSON text.
     assert "shift" not in stored["validation"]
     assert json.loads(stored["validation"]["tolerances"]) == nested["tolerances"]

@@ -11,7 +11,7 @@ from typing import BinaryIO
 
 import pytest
 
-from fivtui.cli import run
+from fivtui.cli import EXIT_COMPUTATION, EXIT_INPUT, run
 from fivtui.io import (
     limit_error,
     output_path,
@@ -83,6 +83,7 @@ def test_a_run_that_still_writes_the_same_output_keeps_its_file(tmp_path: Path) 
     living = start_writing(path)
     save_bytes(b"new", path)
     assert len(names(tmp_path)) == 2
+    # The living run may not replace a file.
     path.unlink()
     end(living, kill=False)
     assert path.read_bytes() == b"half"
@@ -172,7 +173,7 @@ def test_no_file_of_a_set_is_written_if_one_name_exists_meanwhile(tmp_path: Path
     assert names(tmp_path) == ["second"]
 
 
-def test_what_is_written_for_a_file_of_a_set_is_no_part_of_it(tmp_path: Path) -> None:
+def test_a_file_that_the_writer_of_another_saves_appears_before_the_set(tmp_path: Path) -> None:
     part = tmp_path / "part"
 
     def write(file: BinaryIO) -> None:
@@ -199,7 +200,7 @@ def test_a_temporary_folder_that_is_full_is_named_with_advice() -> None:
     assert not folders[0].exists()
 
 
-def test_other_errors_of_the_system_are_unexpected() -> None:
+def test_only_errors_at_limits_of_the_system_such_as_a_full_disk_are_expected() -> None:
     assert limit_error(FileNotFoundError(errno.ENOENT, "none")) is None
     full = OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), "film.gif")
     assert str(limit_error(full)) == ("film.gif: No space left on device; free space on the disk")
@@ -225,9 +226,10 @@ def test_a_limit_on_the_file_size_is_a_one_line_error_and_leaves_no_files(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     with file_size_limit(limit):
-        assert run(command.split()) in (2, 3)
+        assert run(command.split()) in (EXIT_INPUT, EXIT_COMPUTATION)
     message = capsys.readouterr().err
     assert expected in message.splitlines()[-1]
+    # Only messages of unexpected errors ask to report them.
     assert "report" not in message
     assert "unexpected" not in message
     assert names(tmp_path) == []

@@ -1,40 +1,21 @@
 /* Reads problems from a file and writes the results of single runs, of runs on belts and with
    tables over time, and of a batch to another. So a machine without Python computes them. Compiled
-   with `single.c`, `belt.c` and `lanes.c`. */
+   with `single.c`, `belt.c` and `lanes.c`, which computes a batch side by side in SIMD vectors. */
 
-#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 
-int64_t fivtui_run_size_baseline(void);
-void fivtui_run_begin_baseline(void *, const double *, int64_t, const double *, double, double,
-                               int64_t);
-int64_t fivtui_run_advance_baseline(void *, double *, int64_t, const double *, int64_t, double *,
-                                    int8_t *, double *, int64_t, int64_t, double *);
-int64_t fivtui_belt_size_baseline(void);
-void fivtui_belt_begin_baseline(void *, const double *, int64_t, const double *, double, double,
-                                int64_t);
-void fivtui_driven_begin_baseline(void *, const double *, int64_t, const double *, double, double,
-                                  int64_t, int64_t, const double *, int64_t, double);
-int64_t fivtui_belt_advance_baseline(void *, double *, int64_t, const double *, int64_t, double *,
-                                     int8_t *, double *, int64_t, int64_t, double *);
-int64_t fivtui_batch_size_baseline(void);
-double fivtui_batch_advance_baseline(void *, const double *, const uint8_t *, const double *,
-                                     double *, int64_t, double, double, double, int64_t, int64_t,
-                                     int64_t, int64_t, int64_t, int64_t);
-int64_t fivtui_batch_ended_baseline(const void *);
+#include "exports.h"
 
-/* Numbers of columns and the status of a run, as in the kernel. After RESULTS a call adds COUNTS,
-   and on belts the stick time and counts of changes (TALLY). */
-enum { PARAMETERS = 9, BELT_PARAMETERS = 12, STATE = 4, RESULTS = 19, COUNTS = 3, TALLY = 26 };
-enum { CHANGE_COLUMNS = 3, ROW_COLUMNS = 10, RUNNING = 5 };
-/* Rows of a table over time, capacity for switches, steps per call, and bytes of a cache line. */
-enum { TABLE_ROWS = 3, MAX_SWITCHES = 50, BUDGET = 701, BATCH_BUDGET = 777, CACHE_LINE = 64 };
+/* Rows of a table over time, capacity for switches, and steps per call. */
+enum { TABLE_ROWS = 3, MAX_SWITCHES = 50, BUDGET = 701, BATCH_BUDGET = 777 };
+/* `GREATEST_LOAD` is that of `random_belts` in `test_other_machines.py`, N. */
 static const double MAX_STEPS = 20000.0, GREATEST_LOAD = 80.0;
 
-/* What `emulated_results` in `test_other_machines.py` packs first. */
+/* What `emulated_results` in `test_other_machines.py` packs first. `all_cubic` says whether all
+   members have a cubic contact spring, k_nl > 0; else none has. */
 typedef struct {
-    int64_t members, order, cubic;
+    int64_t members, order, all_cubic;
     double t_end, tol;
 } Header;
 
@@ -69,11 +50,13 @@ int main(int count, char **arguments)
     double *belts = read_items(in, header.members * BELT_PARAMETERS, sizeof(double));
     double *table_rows = read_items(in, header.members * TABLE_ROWS * ROW_COLUMNS, sizeof(double));
     void *on_belt = malloc((size_t)fivtui_belt_size_baseline());
+    /* First runs with constant parameters, then `driven` ones, with a table over time. */
     for (int driven = 0; driven < 2; driven++)
         for (int64_t i = 0; i < header.members; i++) {
             double result[RESULTS + COUNTS + TALLY], changes[MAX_SWITCHES * CHANGE_COLUMNS];
             const double *p = belts + i * BELT_PARAMETERS, *start = starts + i * STATE;
             const double *rows = table_rows + i * TABLE_ROWS * ROW_COLUMNS;
+            /* Every fourth driven run is on a belt that is always faster, whatever the belt in p. */
             const int finite = i % 4 > 0;
             if (driven)
                 fivtui_driven_begin_baseline(on_belt, p, separation[i], start, header.t_end,
@@ -91,10 +74,10 @@ int main(int count, char **arguments)
     void *work = memory + CACHE_LINE - (uintptr_t)memory % CACHE_LINE;
     double *results = malloc((size_t)header.members * RESULTS * sizeof(double));
     while (fivtui_batch_ended_baseline(work) < header.members)
-        /* The ones select all extremes. */
+        /* The ones select extremes of y, all extremes, and those of y in the second half. */
         fivtui_batch_advance_baseline(work, parameters, separation, starts, results, header.members,
                                       header.t_end, header.tol, MAX_STEPS, header.order,
-                                      header.cubic, 1, 1, 1, BATCH_BUDGET);
+                                      header.all_cubic, 1, 1, 1, BATCH_BUDGET);
     fwrite(results, sizeof(double), (size_t)(header.members * RESULTS), out);
     return fclose(out);
 }

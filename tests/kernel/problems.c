@@ -1,54 +1,28 @@
 /* Calls every function of the kernel with problems read from standard input, with buffers of
    exactly the required sizes; answers each problem by one byte. */
 
-#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 
-int64_t fivtui_run_size_baseline(void);
-void fivtui_run_begin_baseline(void *, const double *, int64_t, const double *, double, double,
-                               int64_t);
-int64_t fivtui_run_advance_baseline(void *, double *, int64_t, const double *, int64_t, double *,
-                                    int8_t *, double *, int64_t, int64_t, double *);
-int64_t fivtui_belt_size_baseline(void);
-void fivtui_belt_begin_baseline(void *, const double *, int64_t, const double *, double, double,
-                                int64_t);
-void fivtui_driven_begin_baseline(void *, const double *, int64_t, const double *, double, double,
-                                  int64_t, int64_t, const double *, int64_t, double);
-int64_t fivtui_belt_advance_baseline(void *, double *, int64_t, const double *, int64_t, double *,
-                                     int8_t *, double *, int64_t, int64_t, double *);
-int64_t fivtui_vary_size_baseline(void);
-void fivtui_vary_begin_baseline(void *, const double *, int64_t, const double *, const double *,
-                                int64_t, double, double, int64_t);
-int64_t fivtui_vary_advance_baseline(void *, double *, int64_t, int64_t, double *, double *,
-                                     double *);
-int64_t fivtui_orbit_request_size_baseline(void);
-int64_t fivtui_orbit_size_baseline(void);
-int64_t fivtui_orbit_solve_baseline(void *, const void *, const double *, const double *,
-                                    const double *, int64_t, void *);
-int64_t fivtui_batch_size_baseline(void);
-double fivtui_batch_advance_baseline(void *, const double *, const uint8_t *, const double *,
-                                     double *, int64_t, double, double, double, int64_t, int64_t,
-                                     int64_t, int64_t, int64_t, int64_t);
-double fivtui_belts_advance_baseline(void *, const double *, const uint8_t *, const double *,
-                                              double *, int64_t, double, double, double, int64_t,
-                                              int64_t, int64_t, int64_t, int64_t, int64_t);
-int64_t fivtui_batch_ended_baseline(const void *);
-int64_t fivtui_belts_size_baseline(void);
-int64_t fivtui_belts_ended_baseline(const void *);
-void fivtui_static_starts_baseline(const double *, const uint8_t *, double *, int64_t);
+#include "exports.h"
 
-/* Numbers of columns and the status of a run, as in the kernel. After RESULTS a call adds COUNTS,
-   and on belts the stick time and counts of changes (TALLY). */
-enum { PARAMETERS = 9, BELT_PARAMETERS = 12, STATE = 4, RESULTS = 19, COUNTS = 3, TALLY = 26 };
-enum { SEGMENT_HEAD = 5, CROSSING_HEAD = 6, CHANGE_COLUMNS = 3, ROW_COLUMNS = 10, EXTREMES = 7 };
-enum { RUNNING = 5, CACHE_LINE = 64 };
-/* Columns of F and μ, and limits of the unknowns of an orbit. */
+/* Columns before the coefficients of a segment (start, remainder, duration, end, mode), and before
+   the derivatives of a crossing of y = 0 (time, x, ẋ, y, ẏ, mode). Number of extremes of a run. */
+enum { SEGMENT_HEAD = 5, CROSSING_HEAD = 6, EXTREMES = 7 };
+/* Columns of F, μ and v_s in a parameter set. The unknowns of an orbit are its start, its period and
+   at most two varied parameters. */
 enum { F_COLUMN = 6, MU_COLUMN = 8, V_S_COLUMN = 11, MAX_VARIED = 2, MAX_UNKNOWNS = 7 };
+/* A seed gives a direction in which start and parameters change; here it is random numbers, which
+   also serve as belts and tables. */
+enum { SEED = STATE + PARAMETERS };
+/* Orders of expansion: the highest one, and that with a friction law. */
+enum { MAX_ORDER = 20, MAX_LAW_ORDER = 24 };
 /* Runs of a problem that are also computed alone, calls per run, and rows of a table over time. */
 enum { SINGLE_RUNS = 3, MAX_CALLS = 20, TABLE_ROWS = 2 };
+/* Scale of the loads of tables, N. */
+static const double GREATEST_LOAD = 1.0;
 
-/* As `Problem` of `test_sanitized.py` packs it. */
+/* As `Problem` of `test_sanitized.py` packs it and describes its members. */
 typedef struct {
     int64_t order, members, cubic, amplitude, peak, steady, budget, switches, times, segments, seeds,
         crossings;
@@ -78,6 +52,7 @@ static void run_alone(const Problem *p, const double *parameters, int64_t separa
     double *switches = allocate(p->switches, sizeof(double));
     double *samples = allocate(p->times * STATE, sizeof(double));
     int8_t *modes = allocate(p->times, 1);
+    /* x and y have order + 2 coefficients each. */
     int64_t columns = SEGMENT_HEAD + 2 * (p->order + 2);
     double *segments = p->segments < 0 ? NULL : allocate(p->segments * columns, sizeof(double));
     double *result = allocate(RESULTS + COUNTS, sizeof(double));
@@ -104,12 +79,12 @@ static void run_on_belt(const Problem *p, const double *parameters, int64_t sepa
     /* Values are in the odd columns of a row, slopes in the even ones; the first one is the
        time. */
     for (int i = 0; i < TABLE_ROWS * ROW_COLUMNS; i++) {
-        double seed = seeds[i % (STATE + PARAMETERS)];
+        double seed = seeds[i % SEED];
         rows[i] = i % ROW_COLUMNS % 2 ? clamp(seed) : 0.1 * seed;
     }
     rows[0] = 0.0, rows[ROW_COLUMNS] = 0.5 * p->t_end;
-    /* The highest order is for friction laws alone. */
-    int64_t order = p->order == 20 && belt[V_S_COLUMN] > 0.0 ? 24 : p->order;
+    /* The higher order is only for friction that falls with the sliding speed, v_s > 0. */
+    int64_t order = p->order == MAX_ORDER && belt[V_S_COLUMN] > 0.0 ? MAX_LAW_ORDER : p->order;
     /* 0: without a table; 1 and 2: with a table, on a belt that is always faster or of finite
        speed. */
     for (int driven = 0; driven < 3; driven++) {
@@ -122,7 +97,7 @@ static void run_on_belt(const Problem *p, const double *parameters, int64_t sepa
         double *result = allocate(RESULTS + COUNTS + TALLY, sizeof(double));
         if (driven)
             fivtui_driven_begin_baseline(run, belt, separation, start, p->t_end, p->tol, order,
-                                         driven - 1, rows, TABLE_ROWS, 1.0);
+                                         driven - 1, rows, TABLE_ROWS, GREATEST_LOAD);
         else
             fivtui_belt_begin_baseline(run, belt, separation, start, p->t_end, p->tol, order);
         int64_t status = RUNNING;
@@ -134,6 +109,7 @@ static void run_on_belt(const Problem *p, const double *parameters, int64_t sepa
     free(rows);
 }
 
+/* Compute a run with its derivatives by numbers that change start and parameters. */
 static void run_varied(const Problem *p, const double *parameters, int64_t separation,
                        const double *start, const double *seeds)
 {
@@ -152,17 +128,22 @@ static void run_varied(const Problem *p, const double *parameters, int64_t separ
     free(run), free(crossings), free(result), free(deviations), free(extremes);
 }
 
-/* As `OrbitRequest` in orbit.c. */
+/* As `OrbitRequest` in orbit.c: `scales` are the units of the unknowns; `low` and `high` bound the
+   varied parameters, which have the indices `columns`. */
 typedef struct {
     double parameters[PARAMETERS], scales[MAX_UNKNOWNS], low[MAX_VARIED], high[MAX_VARIED];
     double tol, max_period;
     int64_t columns[MAX_VARIED], varied_count, separation, order, budget;
 } OrbitRequest;
 
+/* Search for a periodic orbit in planes through a guess, which have random `normals`. The tangent of
+   the curve of orbits points along the random `heading`. */
 static void solve_orbit(const Problem *p, const double *parameters, int64_t separation,
                         const double *start, const double *seeds)
 {
-    int64_t varied = 1 + p->seeds % 2, count = STATE + 1 + varied;
+    /* Drawn numbers serve as the count of varied parameters, 1 or 2, and as a flag. */
+    const int64_t varied = 1 + p->seeds % 2, is_normal_to_flow = p->cubic;
+    const int64_t count = STATE + 1 + varied;
     OrbitRequest *request = allocate(1, (size_t)fivtui_orbit_request_size_baseline());
     *request = (OrbitRequest){.tol = p->tol, .max_period = 5.0, .columns = {MU_COLUMN, F_COLUMN}};
     request->varied_count = varied, request->separation = separation;
@@ -180,11 +161,11 @@ static void solve_orbit(const Problem *p, const double *parameters, int64_t sepa
             guess[i] = p->t_end;
         heading[i] = seeds[i];
         for (int64_t n = 0; n <= varied; n++)
-            normals[n * count + i] = seeds[(i + 3 * n) % (STATE + PARAMETERS)];
+            normals[n * count + i] = seeds[(i + 3 * n) % SEED];
     }
     void *run = malloc((size_t)fivtui_vary_size_baseline());
     void *orbit = malloc((size_t)fivtui_orbit_size_baseline());
-    fivtui_orbit_solve_baseline(run, request, guess, normals, heading, p->cubic, orbit);
+    fivtui_orbit_solve_baseline(run, request, guess, normals, heading, is_normal_to_flow, orbit);
     free(request), free(guess), free(heading), free(normals), free(run), free(orbit);
 }
 
@@ -224,19 +205,20 @@ int main(void)
         double *starts = read_items(p.members * STATE, sizeof(double));
         uint8_t *separation = read_items(p.members, 1);
         double *times = read_items(p.times, sizeof(double));
-        double *seeds = read_items(p.seeds * (STATE + PARAMETERS), sizeof(double));
+        double *seeds = read_items(p.seeds * SEED, sizeof(double));
         for (int64_t i = 0; i < p.members && i < SINGLE_RUNS; i++) {
             const double *member = parameters + i * PARAMETERS, *start = starts + i * STATE;
             run_alone(&p, member, separation[i], start, times);
             run_on_belt(&p, member, separation[i], start, times, seeds);
-            /* Without a limit by the tolerance a step would have millions of substeps of
-               deviations. */
+            /* A step is divided into substeps for the deviations. Steps that no usual tolerance or
+               horizon limits would need millions. */
             if (p.tol > 0.0 && p.tol < 0.1 && !(p.t_end > 100.0)) {
                 run_varied(&p, member, separation[i], start, seeds);
                 solve_orbit(&p, member, separation[i], start, seeds);
             }
         }
         run_batch(&p, parameters, separation, starts, seeds);
+        /* Again from rest: the states of equilibrium replace the starts. */
         fivtui_static_starts_baseline(parameters, separation, starts, p.members);
         run_batch(&p, parameters, separation, starts, seeds);
         free(parameters), free(starts), free(separation), free(times), free(seeds);

@@ -17,8 +17,11 @@ from fivtui.taylor.expression import Expression
 
 HEADER = headers()["field.h"]
 VALUES = Parameters(c1=0.4, F=70.0, mu=0.5, v_belt=1.0, mu_s=0.9, v_s=0.4).as_dict()
-# Derivative of each parameter with respect to a common number.
+# Derivatives of the parameters by one number, on which all of them depend here.
 DERIVATIVES = {name: 0.1 * (n + 1) for n, name in enumerate(VALUES)}
+# The function of the model for each in C: `suspension_stiffness` is that of k1 and k3 against y,
+# `holding_force` the friction of a slider that sticks. At rest in contact, α y³ + β y + load = 0;
+# `rest_cubic` is α, `rest_linear` is β.
 PYTHON_FUNCTIONS: dict[str, Callable[..., Any]] = {
     "load_of": equations.load,
     "coupling_stiffness": equations.coupling_stiffness,
@@ -48,10 +51,14 @@ C_COEFFICIENTS = re.findall(
     HEADER,
     re.DOTALL,
 )
+# Only derivatives contain the derivatives q of the parameters.
+C_COEFFICIENT_CHANGES = re.findall(
+    r"return \(Coefficients\)\{\n([^}]*q\[.*?)\};", HEADER, re.DOTALL
+)
 
 
 def parameters_moved_by(step: float) -> Any:
-    """Parameters with an imaginary step along `DERIVATIVES`; real ones for the step 0."""
+    """Parameters plus i · step · `DERIVATIVES`, for complex-step derivatives; real for step 0."""
     values = {
         name: complex(VALUES[name], step * DERIVATIVES[name]) if step else VALUES[name]
         for name in VALUES
@@ -63,6 +70,7 @@ def evaluate_c(text: str, names: dict[str, float]) -> Any:
     """Value of a C expression for `VALUES`, `DERIVATIVES` and named numbers."""
     columns = {f"P_{name.upper()}": name for name in ALL_PARAMETERS}
     namespace = {**columns, **names, "p": VALUES, "q": DERIVATIVES, "exponential": math.exp}
+    # In Python, a ? b : c is b if a else c.
     text = re.sub(r"^(.*) \? (.*) : (.*)$", r"(\2) if (\1) else (\3)", text)
     return eval(text, {}, namespace)
 
@@ -90,15 +98,15 @@ def test_functions_in_c_equal_those_of_the_model(name: str, arguments: str, text
 def test_every_function_of_the_header_is_compared() -> None:
     assert {name.removesuffix("_change") for name, _, _ in C_FUNCTIONS} == set(PYTHON_FUNCTIONS)
     assert HEADER.count("INLINE double") == len(C_FUNCTIONS)
+    # The friction law is that for which the kernel has recurrences written by hand.
     assert has_tuned_law()
 
 
 def test_the_coefficients_of_every_mode_and_their_changes_equal_those_of_the_model() -> None:
-    changes = re.findall(r"return \(Coefficients\)\{\n([^}]*q\[.*?)\};", HEADER, re.DOTALL)
     assert [name for name, _ in C_COEFFICIENTS] == [mode.name.lower() for mode in Mode]
-    assert len(changes) == len(C_COEFFICIENTS)
+    assert len(C_COEFFICIENT_CHANGES) == len(C_COEFFICIENTS)
     step = equations.DERIVATIVE_STEP
-    for mode, (_, values), slopes in zip(Mode, C_COEFFICIENTS, changes, strict=True):
+    for mode, (_, values), slopes in zip(Mode, C_COEFFICIENTS, C_COEFFICIENT_CHANGES, strict=True):
         expected = equations.field(parameters_moved_by(0.0), mode)
         expected_changes = equations.field(parameters_moved_by(step), mode)
         for text, value in zip(values.split(",\n"), expected, strict=True):

@@ -13,18 +13,25 @@ from fivtui.orbits.curves import arclength
 from fivtui.orbits.curves.arclength import OrbitCurve, OrbitOnCurve
 from fivtui.orbits.curves.flow import FloatArray, SliderBeltFlow
 
-from .test_same_bits import processor_has
+from .test_same_bits import COMPARED_SETS, processor_has
 
+# Unknowns of an orbit: x, ẋ, y and ẏ at its start, its period, and one or two varied parameters.
+STATE_AND_PERIOD = 5
+# Their units: m, m/s, m, m/s, s, then those of μ and F.
 SCALES = np.array([0.7, 4.0, 0.7, 4.0, 1.2, 0.25, 64.0])
 
 
 def random_searches(varied_count: int) -> Iterator[tuple[FloatArray, FloatArray]]:
-    """Guesses near limit cycles of the base set, some with lift-off, and normals of planes."""
+    """Guesses near limit cycles of the default parameters, some with lift-off, and normals.
+
+    The normals are those of the planes through the guess in which an orbit is searched.
+    """
+    count = STATE_AND_PERIOD + varied_count
     rng = np.random.default_rng(varied_count)
     points = branch(None, "mu", low=0.25, high=0.6).points[::9]
     for point in points:
-        orbit_values = np.array([*point.start, point.period, point.value, 80.0])[: 5 + varied_count]
-        guess = orbit_values / SCALES[: 5 + varied_count]
+        orbit_values = np.array([*point.start, point.period, point.value, 80.0])
+        guess = (orbit_values / SCALES)[:count]
         yield (
             guess * (1.0 + 1e-4 * rng.normal(size=guess.size)),
             np.linalg.qr(rng.normal(size=(guess.size, 1 + varied_count)))[0].T,
@@ -32,8 +39,9 @@ def random_searches(varied_count: int) -> Iterator[tuple[FloatArray, FloatArray]
 
 
 def solve_searches(varied_count: int, *, is_normal_to_flow: bool) -> list[OrbitOnCurve | None]:
+    """Find orbits; the tangent of their curve is normal to the flow, or to the first normal."""
     flow = SliderBeltFlow(System(Parameters()), ("mu", "F")[:varied_count])
-    curve = OrbitCurve(flow, SCALES[: 5 + varied_count])
+    curve = OrbitCurve(flow, SCALES[: STATE_AND_PERIOD + varied_count])
     return [
         curve.solve(*search, is_normal_to_flow=is_normal_to_flow)
         for search in random_searches(varied_count)
@@ -49,6 +57,7 @@ def orbit_numbers(orbit: OrbitOnCurve | None) -> FloatArray:
         orbit.monodromy.ravel(),
         orbit.extremes,
     )
+    # The determinant is that of the linearised equations with the tangent as last row.
     return np.concatenate([*arrays, [orbit.determinant]])
 
 
@@ -70,7 +79,7 @@ def test_the_kernel_finds_the_same_orbits_as_python(
         assert compiled_orbit.unknowns == pytest.approx(interpreted_orbit.unknowns, abs=1e-11)
 
 
-@pytest.mark.parametrize("instruction_set", native.INSTRUCTION_SETS[:-1])
+@pytest.mark.parametrize("instruction_set", COMPARED_SETS)
 def test_instruction_sets_find_the_same_orbits(
     instruction_set: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -95,7 +104,9 @@ def test_instruction_sets_find_the_same_orbits(
 )
 def test_searches_from_invalid_guesses_find_no_orbit(replaced_number: tuple[int, float]) -> None:
     column, value = replaced_number
-    curve = OrbitCurve(SliderBeltFlow(System(Parameters()), ("mu",)), SCALES[:6])
+    curve = OrbitCurve(
+        SliderBeltFlow(System(Parameters()), ("mu",)), SCALES[: STATE_AND_PERIOD + 1]
+    )
     guess, normals = next(random_searches(1))
     guess[column] = value
     assert curve.solve(guess, normals) is None
@@ -104,4 +115,5 @@ def test_searches_from_invalid_guesses_find_no_orbit(replaced_number: tuple[int,
 def test_structures_have_the_same_size_in_python_and_c() -> None:
     library = native._load_library()
     assert library.fivtui_orbit_request_size_baseline() == ctypes.sizeof(orbits._Request)
-    assert library.fivtui_orbit_size_baseline() == 8 * orbits._ORBIT_SIZE
+    orbit_size = orbits._ORBIT_SIZE * ctypes.sizeof(ctypes.c_double)
+    assert library.fivtui_orbit_size_baseline() == orbit_size

@@ -35,15 +35,20 @@ class Problem:
 
     order: int
     members: int
+    # Flags of a batch: whether all contact springs are cubic; whether extremes of y, all extremes,
+    # and those of y in the second half of the run are found.
     cubic: int
     amplitude: int
     peak: int
     steady: int
+    # Steps of one call; capacities of its buffers, of which that for segments is absent below 0.
     budget: int
     switches: int
     times: int
     segments: int
+    # Directions in which start and parameters change, for derivatives.
     seeds: int
+    # Capacity for switches at y = 0, which a run with derivatives stores with these.
     crossings: int
     t_end: float
     tol: float
@@ -118,11 +123,11 @@ def pack(problem: Problem, numbers: Numbers) -> bytes:
     return b"".join(
         [
             struct.pack(f"={kinds}", *astuple(problem)),
-            rows(numbers.parameters, problem.members, 9),
-            rows(numbers.starts, problem.members, 4),
+            rows(numbers.parameters, problem.members, len(BASE)),
+            rows(numbers.starts, problem.members, STATE_SIZE),
             separation.tobytes(),
             np.array(numbers.times, dtype=float).tobytes(),
-            rows(numbers.seeds, problem.seeds, 13),
+            rows(numbers.seeds, problem.seeds, SEED_SIZE),
         ]
     )
 
@@ -139,12 +144,17 @@ def mostly_usual(usual: st.SearchStrategy[float]) -> st.SearchStrategy[float]:
     return st.integers(0, 9).flatmap(lambda chance: ARBITRARY_NUMBERS if chance == 0 else usual)
 
 
+STATE_SIZE = 4
 BASE = list(Parameters().values())
+# A seed has the derivatives of a state and of the parameters.
+SEED_SIZE = STATE_SIZE + len(BASE)
 PARAMETERS = st.tuples(*(mostly_usual(st.floats(0.0, 2.0 * value)) for value in BASE)).map(list)
 STARTS = st.lists(
-    mostly_usual(st.one_of(st.just(0.0), st.floats(-2.0, 2.0))), min_size=4, max_size=4
+    mostly_usual(st.one_of(st.just(0.0), st.floats(-2.0, 2.0))),
+    min_size=STATE_SIZE,
+    max_size=STATE_SIZE,
 )
-SEEDS = st.lists(mostly_usual(st.floats(-1.0, 1.0)), min_size=13, max_size=13)
+SEEDS = st.lists(mostly_usual(st.floats(-1.0, 1.0)), min_size=SEED_SIZE, max_size=SEED_SIZE)
 
 
 @st.composite
@@ -190,6 +200,8 @@ def sanitized(tmp_path_factory: pytest.TempPathFactory) -> Iterator[SanitizedKer
     program = folder / "problems"
     for name, text in headers().items():
         (folder / name).write_text(text, encoding="utf-8")
+    # `lanes` and `belt_lanes` compute batches side by side in SIMD vectors, without and with a
+    # finite speed of the belt.
     units = [
         str(KERNEL / f"{unit}.c")
         for unit in ("single", "belt", "vary", "orbit", "lanes", "belt_lanes")
@@ -233,9 +245,9 @@ def test_nothing_undefined_happens_in_any_problem(
 @pytest.mark.whole
 @pytest.mark.host
 def test_the_sanitizers_detect_a_buffer_that_is_too_small(sanitized: SanitizedKernel) -> None:
-    numbers = Numbers([BASE], [[0.0] * 4], [True], [], [[0.0] * 13])
+    numbers = Numbers([BASE], [[0.0] * STATE_SIZE], [True], [], [[0.0] * SEED_SIZE])
     valid_problem = Problem(20, 1, 1, 1, 1, 1, 9, 1, 0, 0, 1, 1, 1.0, 1e-15, 100.0)
     sanitized.solve(valid_problem, numbers)
-    # A run has buffers for at most sixteen derivatives.
+    # A run has buffers for the derivatives of at most sixteen seeds.
     with pytest.raises(AssertionError, match=r"runtime error|AddressSanitizer"):
         sanitized.solve(Problem(**{**vars(valid_problem), "seeds": 18}), numbers)

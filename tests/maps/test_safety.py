@@ -1,4 +1,10 @@
-"""Maps of safe friction against single branches, verdicts and escape offsets; their files."""
+"""Maps of safe friction against single branches, verdicts and escape offsets; their files.
+
+Below safe μ no disturbance leads to vibration. In the region of coexistence the equilibrium is
+stable, but a knock, a large disturbance, leads to a limit cycle: squeal. The escape offset is the
+least vertical displacement from rest that does so. A verdict is the result of a global search for
+safe μ at one point. A fold stabilises if μ has a minimum there, beyond which cycles attract.
+"""
 
 from pathlib import Path
 
@@ -89,7 +95,7 @@ def test_a_fold_is_followed_over_many_points_from_few_branches() -> None:
     assert not np.isnan(result.safe_mu).any()
 
 
-def test_folds_with_the_opposite_direction_do_not_bound_safe_friction() -> None:
+def test_folds_at_which_mu_has_a_maximum_do_not_bound_safe_friction() -> None:
     curve = branch(Parameters(F=30.0), "mu", low=0.0, high=0.6)
     values = [event.value for event in curve.events if event.kind == "fold"]
     assert len(values) == 2
@@ -113,6 +119,7 @@ def test_regions_follow_from_the_friction_and_offsets_from_transients(
     assert np.array_equal(np.isnan(coexistence_map.escape), ~coexists)
     for row, column in np.argwhere(coexists).tolist():
         p = Parameters(mu=coexistence_map.axes[0][row], F=coexistence_map.axes[1][column])
+        # Offsets above and below rest, both positive; the map has the lesser one.
         exact = escape_offset(System(p))
         assert exact is not None
         offsets = [offset for offset in (exact.up, exact.down) if offset is not None]
@@ -125,6 +132,7 @@ def test_figures_and_text_state_the_basis_of_safe_mu(
     for result in (preload_map, coexistence_map):
         (axes, *_) = result.figure().axes
         assert "by continuation, and a global search at" in axes.get_title()
+    # The search is made at the four corners and the centre of the map.
     assert "continuation, and a global search at 5 points" in repr(preload_map)
 
 
@@ -150,7 +158,8 @@ def test_safe_friction_without_damping_is_the_critical_friction() -> None:
 
 
 def test_cycles_that_only_a_global_search_finds_are_in_the_map() -> None:
-    # Off the belt there is no critical μ, and continuation has no Hopf point to start from.
+    # F < 0 lifts the slider: no μ is critical there, and continuation has no Hopf point to start
+    # from. With k3 = 0 there is no equilibrium.
     lifted = safety_map(None, {"F": [-20.0, -10.0], "k3": [0.0, 60.0]}, "coexistence")
     assert np.isnan(lifted.safe_mu).tolist() == [[True, False], [True, False]]
     for row, F in enumerate((-20.0, -10.0)):
@@ -162,11 +171,13 @@ def test_cycles_that_only_a_global_search_finds_are_in_the_map() -> None:
 def test_safe_friction_is_not_known_where_the_search_does_not_confirm_continuation(
     tmp_path: Path,
 ) -> None:
-    # With a linear contact spring large motions grow without bounds from μ = 0.61 on.
+    # With a linear contact spring large motions grow without bounds from μ = 0.61 on. A search
+    # confirms safe μ only up to there, but continuation gives the critical μ, 1.02.
     over = {"F": [60.0, 80.0], "mu": [0.5, 0.7, 1.1]}
     result = safety_map(Parameters(k_nl=0.0), over, "coexistence")
     assert np.isnan(result.safe_mu).all()
     assert result.unknown.all()
+    # Safe μ is not known, but every μ up to 0.61 is safe.
     assert result.regions[:, 0].tolist() == [SAFE_REGION, SAFE_REGION]
     assert np.isnan(result.regions[:, 1]).all()
     assert result.regions[:, 2].tolist() == [SQUEAL_REGION, SQUEAL_REGION]
@@ -175,6 +186,7 @@ def test_safe_friction_is_not_known_where_the_search_does_not_confirm_continuati
     save_study("map", result, path)
     loaded = load_study("map", path)
     assert isinstance(loaded, StabilityMap)
+    # The points of the searches, with the μ up to which each confirms safe μ.
     assert loaded.searched == result.searched
     assert np.array_equal(loaded.regions, result.regions, equal_nan=True)
 

@@ -1,4 +1,7 @@
-"""Stability maps against the stability of single points."""
+"""Stability maps against the stability of single points.
+
+`EIGENVALUE_VALUES` are the map values that follow from eigenvalues, such as growth-rate.
+"""
 
 import math
 import re
@@ -186,42 +189,49 @@ def test_the_rightmost_root_is_that_of_the_quartic(seed: int) -> None:
 
 
 def rightmost_in_many_digits(c: float, a: float, b: float, d: float) -> float:
-    # With equal dampings the quartic is a quadratic polynomial in s² + c s.
+    # With equal dampings the quartic is (z + a)(z + b) − d, where z = s² + c s. So z is
+    # −(a + b)/2 ± w, and s = (−c ± √(c² + 4 z))/2.
     with mpmath.workdps(60):
         rate, first_stiffness, second_stiffness, coupling = map(mpmath.mpf, (c, a, b, d))
-        difference = mpmath.sqrt((first_stiffness - second_stiffness) ** 2 / 4 + coupling)
-        inner = [
+        half_difference = mpmath.sqrt((first_stiffness - second_stiffness) ** 2 / 4 + coupling)
+        discriminant_roots = [
             mpmath.sqrt(rate**2 - 2 * (first_stiffness + second_stiffness) + 4 * w)
-            for w in (difference, -difference)
+            for w in (half_difference, -half_difference)
         ]
-        return float(max(abs(root.real) - rate for root in map(mpmath.mpc, inner)) / 2)
+        return float(max(abs(root.real) - rate for root in map(mpmath.mpc, discriminant_roots)) / 2)
 
 
-@pytest.mark.parametrize("difference", [0.0, 1e-15, 1e-12, 1e-10, 1e-8, 1e-6, 1e-4, 1e-3, 1e-2])
-def test_growth_rates_of_coalescing_modes_agree_with_sixty_digits(difference: float) -> None:
-    # Equal dampings: the undamped frequencies meet where d = -(a - b)²/4.
+@pytest.mark.parametrize("distance", [0.0, 1e-15, 1e-12, 1e-10, 1e-8, 1e-6, 1e-4, 1e-3, 1e-2])
+def test_growth_rates_of_coalescing_modes_agree_with_sixty_digits(distance: float) -> None:
+    # Equal dampings: the undamped frequencies meet where d = -(a - b)²/4. At this relative distance
+    # below that d the modes flutter, above it they have two frequencies.
     rng = np.random.default_rng(5)
     count = 12
     a = rng.uniform(0.05, 0.95, count)
     b, c = 1.0 - a, 10.0 ** rng.uniform(-4.0, 0.3, count)
-    d = -0.25 * (a - b) ** 2 * (1.0 + difference * rng.choice([-1.0, 1.0], count))
+    d = -0.25 * (a - b) ** 2 * (1.0 + distance * rng.choice([-1.0, 1.0], count))
     real_part = rightmost_real_part(c, a, c, b, d)
     expected = [rightmost_in_many_digits(*case) for case in np.stack([c, a, b, d], 1).tolist()]
     # The error is the square root of rounding for a double root, else rounding over the distance.
-    tolerance = 6e-8 if difference < 1e-14 else 3e-15 / math.sqrt(difference) + 1e-14
+    tolerance = 6e-8 if distance < 1e-14 else 3e-15 / math.sqrt(distance) + 1e-14
     assert np.abs(real_part - expected).max() <= tolerance
 
 
 def test_nearly_coalescing_modes_agree_with_the_eigenvalues() -> None:
-    # Cases have equal, nearly equal, different and critical dampings.
+    # Kinds of dampings: equal (0), nearly critical for the first mode, and so on.
+    critical, nearly_equal, independent = 1, 2, 3
     rng = np.random.default_rng(6)
     count = 4000
     a = rng.uniform(0.05, 0.95, count)
     b, c1 = 1.0 - a, 10.0 ** rng.uniform(-5.0, 1.0, count)
     factor = 1.0 + 10.0 ** rng.uniform(-14.0, -1.0, count)
     kind = rng.integers(0, 4, count)
-    c2 = np.select([kind < 2, kind == 2], [c1, c1 * factor], 10.0 ** rng.uniform(-5.0, 1.0, count))
-    c1 = np.where(kind == 1, 2.0 * np.sqrt(a) * factor, c1)
+    independent_c2 = 10.0 ** rng.uniform(-5.0, 1.0, count)
+    c2 = np.select(
+        [kind == nearly_equal, kind == independent], [c1 * factor, independent_c2], default=c1
+    )
+    c1 = np.where(kind == critical, 2.0 * np.sqrt(a) * factor, c1)
+    # The modes would coalesce without the last factor, which is as close to 1 as `factor`.
     d = -0.25 * (a - b) ** 2 * (2.0 - factor)
     real_part = rightmost_real_part(c1, a, c2, b, d)
     matrices = np.zeros((count, 4, 4))
@@ -243,6 +253,7 @@ def test_known_critical_friction_coefficients(F: float, k_nl: float, expected: f
 
 
 def test_rows_follow_the_first_parameter_and_values_do_not_depend_on_chunks() -> None:
+    # These are more points than a chunk has, 8192: they are computed in two chunks.
     forces, frictions = np.linspace(0.0, 150.0, 123), np.linspace(0.0, 1.0, 97)
     result = stability_map(Parameters(), {"F": forces, "mu": frictions})
     swapped = stability_map(Parameters(), {"mu": frictions, "F": forces})
@@ -252,10 +263,13 @@ def test_rows_follow_the_first_parameter_and_values_do_not_depend_on_chunks() ->
         p = Parameters(F=float(forces[row]), mu=float(frictions[column]))
         assert result.values[row, column] == pytest.approx(stability(p).growth_rate, abs=1e-7)
         critical = stability(p).critical_mu[0].mu
+        # The excess is positive where the equilibrium is unstable.
         assert (result.excess[row, column] > 0.0) == (p.mu > critical)
 
 
 def test_points_without_a_value_are_nan() -> None:
+    # F < 0 lifts the slider, and with k3 = 0 no spring holds it: there is no equilibrium. Either of
+    # them alone excludes a critical μ.
     over = {"F": [-1.0, 1.0], "k3": [0.0, 60.0]}
     growth = stability_map(Parameters(), over).values
     assert np.isnan(growth).tolist() == [[True, False], [False, False]]

@@ -50,6 +50,7 @@ def measurement(t: np.ndarray, values: np.ndarray) -> Measurement:
         ("y,t\n11,0\n8,0.5\n13,1\n", {"time": "t", "signal": "y", "offset": -10.0}),
         ("t,x,vx,y\n0,9,8,1\n0.5,9,8,-2\n1,9,8,3\n", {"quantity": "y"}),
         ("Y_mm,Time (s)\n1,0\n-2,0.5\n3,1\n", {"quantity": "y"}),
+        # No column is named t or x: the first one has the times, the second one the signal.
         ("y,s\n0,1\n0.5,-2\n1,3\n", {"quantity": "x"}),
         ("u,t\n1,0\n-2,0.5\n3,1\n", {"quantity": "y"}),
     ],
@@ -98,7 +99,8 @@ def test_the_run_itself_agrees_and_its_shift_is_found() -> None:
     )
     assert result.shift == pytest.approx(20.0, abs=1e-6)
     assert result.correlation == pytest.approx(1.0)
-    assert result.spectra[0].fundamental == pytest.approx(result.spectra[1].fundamental)
+    measured_spectrum, computed_spectrum = result.spectra
+    assert measured_spectrum.fundamental == pytest.approx(computed_spectrum.fundamental)
     # At twice the amplitude only the frequency agrees.
     assert [criterion.passed for criterion in result.criteria] == [False, True, False]
     assert result.passed is False
@@ -154,17 +156,17 @@ def test_the_band_is_absolute_or_relative_and_a_share_may_be_outside() -> None:
     # Every tenth sample deviates.
     disturbed = y + np.where(np.arange(t.size) % 10 == 0, 0.5, 0.0)
     shifted = measurement(t + 20.0, disturbed)
-    for band, share, passed in (
+    for band, least_share, passed in (
         (Tolerance(0.4), 1.0, False),
         (Tolerance(0.4), 0.85, True),
         (Tolerance(0.6), 1.0, True),
         (Tolerance(0.01, relative=True), 0.95, False),
     ):
-        result = validate(RUN, shifted, tolerances=Tolerances(band, share))
+        result = validate(RUN, shifted, tolerances=Tolerances(band, least_share))
         assert result.passed is passed
-        assert result.criteria[0].found == pytest.approx(
-            1.0 if band.value == 0.6 else 0.9, abs=1e-3
-        )
+        share_within = result.criteria[0].found
+        assert share_within == pytest.approx(1.0 if band.value == 0.6 else 0.9, abs=1e-3)
+    # A relative band is a share of half peak-to-peak.
     assert result.band == pytest.approx(0.01 * 0.5 * np.ptp(y))
     assert result.rms == pytest.approx(0.5 * np.sqrt(101 / 1001))
 
@@ -179,6 +181,7 @@ def test_quantities_that_a_run_lacks_cannot_be_compared() -> None:
         validate(RUN, measurement(t, y), quantity="z")
     with pytest.raises(InputError, match="shift = nan"):
         validate(RUN, measurement(t, y), shift=float("nan"))
+    # Without motion both frequencies are 0, so that they agree.
     rest = simulate(Parameters(mu=0.0), t_end=20.0, samples=3)
     still = validate(rest, measurement(t, np.zeros_like(t)), tolerances=Tolerances(frequency=0.1))
     assert still.passed is True
@@ -223,7 +226,7 @@ def test_without_tolerances_the_rows_say_that_there_is_no_verdict() -> None:
     assert "none: give --band, --frequency or --amplitude" in repr(result)
 
 
-def test_both_are_drawn_with_the_band() -> None:
+def test_measured_and_computed_signals_are_drawn_with_the_band() -> None:
     t, y = signal()
     result = validate(RUN, measurement(t + 20.0, y), tolerances=Tolerances(Tolerance(0.3)))
     over_time, deviations, lines = result.figure().axes
@@ -261,7 +264,7 @@ def test_the_figure_plots_measured_minus_computed() -> None:
     assert over_time.get_xlim() == pytest.approx((20.0, 30.0))
 
 
-def test_the_command_passes_or_fails_and_writes_both(
+def test_the_command_passes_or_fails_and_writes_both_signals(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)

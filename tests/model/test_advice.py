@@ -60,19 +60,21 @@ def test_separation_is_advised_where_it_is_ignored() -> None:
 
 
 def test_errors_of_the_integrators_advise_on_applicable_parameters() -> None:
-    slow, fast = (1e-3, 0.0, -1e-3, 0.0), (1e200, 0.0, 1e200, 0.0)
+    # A motion that overflows at a small state changes too fast; at a large one it has grown.
+    small, large = (1e-3, 0.0, -1e-3, 0.0), (1e200, 0.0, 1e200, 0.0)
     undamped = Parameters(c1=0.0, c2=0.0)
     assert (
-        overflow_error(0.0, slow, System(undamped)).advice
+        overflow_error(0.0, small, System(undamped)).advice
         == "use a softer contact or a greater mass"
     )
-    assert overflow_error(0.0, slow, System(SPEED_DEPENDENT_FRICTION)).advice == (
+    assert overflow_error(0.0, small, System(SPEED_DEPENDENT_FRICTION)).advice == (
         "use a larger v_s, a softer contact, less damping or a greater mass"
     )
-    assert overflow_error(0.0, fast, System(Parameters())).advice == "use a shorter run"
-    assert overflow_error(0.0, fast, System(Parameters(k_nl=0.0), separation=False)).advice == (
+    assert overflow_error(0.0, large, System(Parameters())).advice == "use a shorter run"
+    assert overflow_error(0.0, large, System(Parameters(k_nl=0.0), separation=False)).advice == (
         "use separation, a cubic contact (k_nl above 0) or a shorter run"
     )
+    # A run stalls if the motion changes faster than floats resolve time.
     assert stall_error(0.0, Parameters()).advice == "use a less stiff contact or more damping"
     assert stall_error(0.0, SPEED_DEPENDENT_FRICTION).advice.endswith(
         ", more damping or a larger v_s"
@@ -109,10 +111,12 @@ def test_the_step_limit_error_advises_settings_of_the_method() -> None:
     assert step_limit_error(largest_tol, 1.0).advice == "use a shorter horizon"
     fixed_step = Request(System(Parameters()), method="rk4")
     assert step_limit_error(fixed_step, 1.0).advice == "use a shorter horizon"
+    # In messages a scene is a parameter set with the settings of its transient.
     stiff = Parameters(c2=1e8)
     error = step_limit_error(Request(System(stiff), t_end=1e3), 1.0)
     assert "the scene is stiff" in error.why
     assert error.advice == "use the method scipy-lsoda or scipy-radau"
+    # One of these methods is in use already, or they cannot compute what is requested.
     for request in (
         Request(System(stiff), t_end=1e3, method="scipy-radau"),
         Request(System(stiff), t_end=1e3, sensitivities=("mu",)),
@@ -130,4 +134,6 @@ def test_a_branch_without_damping_is_not_advised_to_begin_at_a_hopf_point() -> N
         (undamped, "mu", False),
         (undamped, "c1", True),
     ):
-        assert ("Hopf" in _advice_text(ParameterLine(System(p), name, (0.0, 1.0)))) is has_hopf
+        # The cycles of the system as the parameter `name` varies from 0 to 1.
+        line = ParameterLine(System(p), name, (0.0, 1.0))
+        assert ("Hopf" in _advice_text(line)) is has_hopf

@@ -1,4 +1,7 @@
-"""Values, bounds and names of parameters."""
+"""Values, bounds and names of parameters.
+
+The paper is "Nonlinear friction-induced vibration of a slider-belt system".
+"""
 
 import math
 
@@ -18,6 +21,7 @@ from tests.support.paper_model import BASE
 
 
 def test_defaults_are_the_base_set_of_the_paper() -> None:
+    # `BASE` belongs to a model of the paper that is independent of fivtui.
     assert Parameters().as_dict() == BASE
 
 
