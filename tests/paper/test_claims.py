@@ -148,6 +148,13 @@ def test_every_claim_has_its_verdict_on_the_command_line() -> None:
             assert number in rows[name]["computed"]
 
 
+def test_a_notebook_displays_claims_as_a_table() -> None:
+    html = claims(["critical-friction-of-the-example"])._repr_html_()
+    assert html.count("<tr>") == 2
+    assert "does not hold" in html
+    assert "0.4394" in html
+
+
 def test_claims_have_unique_ids_statements_and_sections() -> None:
     names = [claim.id for claim in CLAIMS]
     assert set(names) == HOLD | DO_NOT_HOLD | NOT_TESTABLE

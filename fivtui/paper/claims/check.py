@@ -4,6 +4,7 @@ import json
 import tomllib
 from collections.abc import Sequence
 from dataclasses import dataclass
+from html import escape
 from pathlib import Path
 from typing import Any, Final
 
@@ -49,7 +50,17 @@ CLAIMS: Final[tuple[Claim, ...]] = tuple(
 _AMPLITUDES_SHARE: Final = 0.7
 
 
-def claims(ids: Sequence[str] = (), *, progress: OnProgress | None = None) -> list[CheckedClaim]:
+class CheckedClaims(list[CheckedClaim]):
+    """Checked claims, which a notebook displays as a table."""
+
+    def _repr_html_(self) -> str:
+        names = ("section", "statement", "stated", "computed", "verdict")
+        rows = [names, *([entry.row[name] for name in names] for entry in self)]
+        cells = ("".join(f"<td>{escape(text)}</td>" for text in row) for row in rows)
+        return f"<table><tr>{'</tr><tr>'.join(cells)}</tr></table>"
+
+
+def claims(ids: Sequence[str] = (), *, progress: OnProgress | None = None) -> CheckedClaims:
     """Check the testable statements of the paper against the model.
 
     Parameters
@@ -62,7 +73,8 @@ def claims(ids: Sequence[str] = (), *, progress: OnProgress | None = None) -> li
     Returns
     -------
     list of CheckedClaim
-        Stated value, computed value and verdict, in the order of the paper's sections.
+        Stated value, computed value and verdict, in the order of the paper's sections; a notebook
+        displays a table.
 
     Raises
     ------
@@ -84,7 +96,7 @@ def claims(ids: Sequence[str] = (), *, progress: OnProgress | None = None) -> li
     for name in ids:
         check_known("claim", name, by_id)
     chosen = [claim for claim in CLAIMS if not ids or claim.id in ids]
-    return check_claims(chosen=chosen, progress=progress)
+    return CheckedClaims(check_claims(chosen=chosen, progress=progress))
 
 
 def check_claims(
