@@ -745,6 +745,38 @@ def test_a_friction_law_can_be_added(tree: Path) -> None:
     run_with_tree(tree, f"FLAVOURS = ['python']\n{CHECK_LAW}")
 
 
+# Check every file of the kernel without generating machine code, for one instruction set. An
+# undeclared function is an error for all compilers. zig does not have the option -fsyntax-only.
+CHECK_FILES: Final = """
+import subprocess
+from pathlib import Path
+from hatch_build import FOLDER, _compilers, _kernel_plan
+
+root, scratch = Path.cwd(), Path("scratch")
+scratch.mkdir()
+for compiler in _compilers(root):
+    check = ["-fsyntax-only"]
+    if compiler.is_zig:
+        llvm = ["-emit-llvm", "-Xclang", "-disable-llvm-passes"]
+        check = ["-c", *llvm, "-o", str(scratch / "unit")]
+    for unit, options in _kernel_plan(root / FOLDER, scratch, compiler, scratch).objects.items():
+        if unit.endswith(("loading", "_baseline")):
+            strict = "-Werror=implicit-function-declaration"
+            subprocess.run([*compiler.command, *options, strict, *check], check=True)
+            print(compiler.name, unit)
+"""
+
+
+def test_every_file_of_the_kernel_compiles_with_another_friction_law(tree: Path) -> None:
+    apply_edits("A friction law", LAW, tree)
+    shutil.copy(ROOT / "hatch_build.py", tree)
+    checked = run_with_tree(tree, CHECK_FILES)
+    if not checked:
+        pytest.skip("there is no compiler")
+    if find_spec("ziglang") is not None:
+        assert "ziglang belt_lanes_baseline" in checked
+
+
 def test_a_mode_can_be_added(tree: Path) -> None:
     apply_edits("A mode", MODE, tree)
     run_with_tree(tree, CHECK_MODE)

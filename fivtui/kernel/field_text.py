@@ -256,6 +256,12 @@ def _expansion_text(mode: Mode) -> str:
     return f"{head}\n    double *y, int order)\n{{\n    {body}\n}}\n"
 
 
+def _expansion_texts() -> list[str]:
+    # With several lanes `power_series.h` has no recurrences: runs by such a law are single runs.
+    functions = map(_expansion_text, (Mode.FORWARD, Mode.BACKWARD))
+    return ["#if LANES == 1\n", *functions, "#endif\n"]
+
+
 def _recurrence_header() -> str:
     tuned = has_tuned_law()
     parts = [
@@ -264,7 +270,7 @@ def _recurrence_header() -> str:
         "#ifndef FIVTUI_RECURRENCE_H\n#define FIVTUI_RECURRENCE_H\n",
         '#include "power_series.h"\n',
         f"#define LAW_IS_TUNED {int(tuned)}\n",
-        *([] if tuned else map(_expansion_text, (Mode.FORWARD, Mode.BACKWARD))),
+        *([] if tuned else _expansion_texts()),
         "#endif\n",
     ]
     return "\n".join(parts)
