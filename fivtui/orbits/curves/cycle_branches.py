@@ -4,8 +4,7 @@ A `ParameterLine` is the parameter that varies, with its system and range; a `Br
 equations of the cycles along it.
 """
 
-from collections.abc import Mapping, Sequence
-from itertools import pairwise
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Final, Literal
 
@@ -273,20 +272,30 @@ def cycles_at(
     branch: CycleBranch, value: float, *, progress: OnProgress | None = None
 ) -> tuple[CyclePoint, ...]:
     """The limit cycles of a branch at a value of its parameter, in the order of the branch."""
-    cycles: list[CyclePoint] = []
     line = ParameterLine(
         branch.system, branch.name, (branch.low, branch.high), Progress(progress)
     ).with_value(value)
-    for first, second in pairwise(branch.points):
-        contains_value = (first.value - value) * (second.value - value) <= 0.0
-        # A point exactly at the value is the second of a pair, then the first: count it once.
-        if contains_value and first.value != value:
-            begin, end = ((point.value, point.start, point.period) for point in (first, second))
-            cycle = interpolate_cycle(begin, end, value)
-            curve, orbit = cycle_near(line, cycle)
-            if orbit is not None:
-                cycles += cycle_points(curve, [orbit])
+    cycles: list[CyclePoint] = []
+    for guess in _cycles_near(branch.points, value):
+        curve, orbit = cycle_near(line, guess)
+        if orbit is not None:
+            cycles += cycle_points(curve, [orbit])
     return tuple(cycles)
+
+
+def _cycles_near(points: Sequence[CyclePoint], value: float) -> Iterator[tuple[State, float]]:
+    # State and period of each cycle exactly at a value of the parameter; where the value is
+    # strictly between two points, of the cycle interpolated between them.
+    previous: CyclePoint | None = None
+    for point in points:
+        if point.value == value:
+            yield point.start, point.period
+        elif previous is not None and (
+            previous.value < value < point.value or previous.value > value > point.value
+        ):
+            begin, end = ((p.value, p.start, p.period) for p in (previous, point))
+            yield interpolate_cycle(begin, end, value)
+        previous = point
 
 
 def parameter_range(

@@ -9,6 +9,7 @@ import pytest
 from fivtui import ComputationError, InputError, Parameters, branch, simulate, stability
 from fivtui.equilibrium import critical_mu
 from fivtui.model import System, accelerations, mode_of
+from fivtui.orbits import cycles_at
 from fivtui.orbits.boundaries.result import BoundaryPoint
 from fivtui.orbits.curves.events import End, EventKind
 from fivtui.orbits.curves.hopf import hopf_point, hopf_values
@@ -183,6 +184,21 @@ def test_from_a_cycle_the_same_branch_is_found_both_ways(base_branch: CycleBranc
     for curve_event, expected_event in zip(curve.events, base_branch.events, strict=True):
         assert curve_event.value == pytest.approx(expected_event.value, abs=1e-10)
     assert find_point(curve, 0.8).stable
+
+
+def test_a_branch_has_cycles_at_the_ends_of_its_range_and_at_each_of_its_points() -> None:
+    curve = branch(None, "mu", low=0.3, high=0.9, origin="cycle")
+    first, last = curve.points[0], curve.points[-1]
+    assert (first.value, last.value) == (0.3, 0.9)
+    for point in (first, curve.points[1], last):
+        (cycle,) = cycles_at(curve, point.value)
+        assert cycle.value == point.value
+        assert cycle.period == pytest.approx(point.period, rel=1e-9)
+        assert cycle.y_max == pytest.approx(point.y_max, rel=1e-9)
+    middle = 0.5 * (first.value + curve.points[1].value)
+    (cycle,) = cycles_at(curve, middle)
+    assert cycle.value == middle
+    assert cycles_at(curve, 0.299) == cycles_at(curve, 0.901) == ()
 
 
 def test_at_40_newtons_the_hopf_point_is_supercritical_and_cycles_begin_above_it() -> None:
