@@ -128,12 +128,15 @@ INLINE double driven_side(const Belt *belt, const Block *w)
         return w->y > 0.0 ? 1.0 : -1.0;
     double force = lifting_force(w->coupling, w->preload, w->x);
     double force_rate = w->coupling * w->vx - belt->rates.F;
-    /* The sign of the first of four derivatives of y that is not zero, as in `side_after`. */
+    /* The sign of the first of four derivatives of y that is not zero. The fourth has that of
+       (k3/2) ẍ; unlike in `side_after` ẋ need not be zero, as the load changes. */
     double direction = w->vy;
     if (direction == 0.0)
         direction = force;
+    if (direction == 0.0 && __builtin_fabs(force_rate) > MIN_FORCE)
+        direction = force_rate;
     if (direction == 0.0)
-        direction = __builtin_fabs(force_rate) > MIN_FORCE ? force_rate : -(w->coupling * w->x);
+        direction = w->coupling * horizontal_acceleration(belt->p, w->x, w->vx, 0.0, 0.0);
     return direction > 0.0 ? 1.0 : -1.0;
 }
 

@@ -77,14 +77,20 @@ def mode_of(p: Parameters, state: State, *, separation: bool, rates: Rates = CON
 
 
 def _separates(p: Parameters, state: State, rates: Rates) -> bool:
-    # Whether the motion continues off the belt, from the derivatives of y up to the fourth. If the
-    # first three are zero under a constant load, ẋ or h is zero, and h ẍ has the sign of −h x.
+    # Whether the motion continues off the belt, from the first derivative of y, up to the fourth,
+    # that is not zero. If the first three are zero at y = 0, no force but h x and F acts on y, and
+    # F changes linearly: m times the fourth is h ẍ, without contact force and friction.
     x, vx, y, vy = state
     if y != 0.0:
         return y > 0.0
     h = equations.coupling_stiffness(p)
     jerk = h * vx - rates.F
-    derivatives = (vy, lifting_force(p, x), jerk if abs(jerk) > MIN_FORCE else 0.0, -h * x)
+    derivatives = (
+        vy,
+        lifting_force(p, x),
+        jerk if abs(jerk) > MIN_FORCE else 0.0,
+        h * equations.horizontal_acceleration(p, x, vx, 0.0, 0.0),
+    )
     direction = next((value for value in derivatives if value != 0.0), -1.0)
     return direction > 0.0
 

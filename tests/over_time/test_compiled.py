@@ -130,6 +130,30 @@ def test_a_slip_within_a_step_is_found(kernel: KernelChoice) -> None:
 
 
 @pytest.mark.parametrize("kernel", ["interpreted", "compiled"])
+@pytest.mark.parametrize("preload", [-30.0, 0.0, 30.0])
+@pytest.mark.parametrize("rate", [-600.0, 600.0])
+def test_where_y_begins_with_its_fourth_derivative_its_sign_decides_on_contact(
+    rate: float, preload: float, kernel: KernelChoice
+) -> None:
+    # With h x = F and h ẋ = Ḟ the first three derivatives of y are zero at y = 0, and the fourth
+    # is −h (c1 ẋ + a x)/m².
+    p = Parameters(m=5.0, k1=100.0, k3=60.0, c1=13.0, F=preload)
+    h, a = 30.0, 130.0
+    x, vx = preload / h, rate / h
+    tables = {"F": [(0.0, preload), (1.0, preload + rate)]}
+    fourth = -h * (p.c1 * vx + a * x) / p.m**2
+    begun = simulate(p, t_end=1e-3, start=(x, vx, 0.0, 0.0), over_time=tables, kernel=kernel)
+    assert begun.first_mode is (Mode.SEPARATED if fourth > 0.0 else Mode.CONTACT)
+    assert begun.final.y == pytest.approx(fourth * 1e-12 / 24.0, rel=0.01)
+    run, near = (
+        simulate(p, t_end=0.5, start=(x, speed, 0.0, 0.0), over_time=tables, kernel=kernel)
+        for speed in (vx, vx * (1.0 + 1e-11))
+    )
+    assert run.final.y == pytest.approx(near.final.y, rel=1e-9)
+    assert run.final.x == pytest.approx(near.final.x, rel=1e-9)
+
+
+@pytest.mark.parametrize("kernel", ["interpreted", "compiled"])
 def test_friction_that_depends_on_speed_is_accurate_on_a_belt_that_brakes_hard(
     kernel: KernelChoice,
 ) -> None:
