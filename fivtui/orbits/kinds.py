@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 # Modules that are imported when one of their functions is called.
 (report,) = lazy_modules(__name__, "report")
 branch_files = LazyModule("fivtui.orbits.curves.files")
+hopf = LazyModule("fivtui.orbits.curves.hopf")
 
 ATTRACTOR: Final = StudyKind(
     contents_name="attractor",
@@ -53,12 +54,29 @@ BASIN: Final = StudyKind(
 
 
 def _branch_command(result: "CycleBranch") -> Command:
-    # The command that computes a branch again. `InputError` if the branch begins at a cycle from a
-    # file, or is one of twice the period.
-    if result.origin == "file" or result.doubled:
+    # The command that computes a branch again. `InputError` if no option gives its start.
+    if result.origin == "file":
         raise InputError("branch: no command repeats it: no option gives the cycle it begins at")
-    vary = f"{result.name}={result.low!r}:{result.high!r}"
-    return command_for("branch", result, BranchOptions(vary=vary, origin=result.origin))
+    if result.doubled and not _is_start_known(result):
+        raise InputError(
+            f"branch: no command repeats it: its file lacks the scene's value of {result.name}, "
+            "near which the search for the period doubling began"
+        )
+    options = BranchOptions(
+        vary=f"{result.name}={result.low!r}:{result.high!r}",
+        origin=result.origin,
+        doubled=result.doubled,
+    )
+    return command_for("branch", result, options)
+
+
+def _is_start_known(result: "CycleBranch") -> bool:
+    # Whether the scene's value of the varied parameter is known, or makes no difference. Printed
+    # files lack it, and that of the first point replaces it. It selects one of the Hopf points.
+    if getattr(result.parameters, result.name) != result.points[0].value:
+        return True
+    hopf_points = hopf.hopf_values(result.system, result.name, result.low, result.high)
+    return result.origin == "hopf" and len(hopf_points) == 1
 
 
 # Limit cycles along a parameter, stable and unstable, connected by continuation.

@@ -6,19 +6,20 @@ import shlex
 from collections.abc import AsyncIterator, Sequence
 from io import BytesIO
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import pytest
 from textual.pilot import Pilot
 from textual.widgets import Input, Static
 
-from fivtui import cli
+from fivtui import Parameters, branch, cli
 from fivtui.io.tables import read_columns
 from fivtui.maps import StabilityMap
 from fivtui.maps.files import load_map
 from fivtui.model import PARAMETERS, System
 from fivtui.model.errors import InputError
+from fivtui.orbits.curves.files import restore_branch
 from fivtui.paper.claims.check import CLAIMS
 from fivtui.paper.claims.claim import check
 from fivtui.paper.results import PaperResults
@@ -263,6 +264,49 @@ def test_command_lines_name_the_preset_and_the_options_that_differ_from_it() -> 
         "--ignore-separation",
         "--t-end=7",
     ]
+
+
+# A set with a stable branch of twice the period from μ = 5.702 on.
+WITH_DOUBLING = Parameters(
+    m=4.5, k1=173.0, k2=142.0, k3=28.0, c1=1.13, c2=0.58, F=176.0, k_nl=33.0, mu=4.5
+)
+
+
+@pytest.mark.parametrize("origin", ["hopf", "cycle"])
+@pytest.mark.parametrize("is_printed", [False, True])
+def test_the_command_line_of_a_branch_of_twice_the_period_computes_it_again(
+    origin: Literal["hopf", "cycle"],
+    is_printed: bool,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    result = branch(WITH_DOUBLING, "mu", low=0.0, high=10.0, origin=origin, doubled=True)
+    if is_printed:
+        # As by `fivtui branch --json`: without the set's own μ.
+        path = tmp_path / "branch.json"
+        path.write_text(json.dumps(result.to_dict()), encoding="utf-8")
+        result = restore_branch(path)
+    if is_printed and origin == "cycle":
+        with pytest.raises(InputError, match="its file lacks the scene's value of mu"):
+            study_command("branch", result, Origin(BASE, ""))
+        return
+    line = study_command("branch", result, Origin(BASE, ""))
+    assert line.endswith(f"--vary mu=0.0:10.0 --from {origin} --doubled")
+    assert cli.run([*split_command(line), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out) == json.loads(json.dumps(result.to_dict()))
+
+
+def test_a_doubled_branch_without_a_known_start_has_no_command_line() -> None:
+    result = branch(WITH_DOUBLING, "mu", low=0.0, high=10.0, doubled=True)
+    from_file = dataclasses.replace(result, origin="file")
+    # Of two Hopf points along k1 the set's own k1 would select one.
+    k1 = result.points[0].value
+    several = dataclasses.replace(
+        result, system=System(Parameters(k1=k1)), name="k1", low=5.0, high=500.0
+    )
+    for unrepeatable, reason in ((from_file, "no option gives"), (several, "value of k1")):
+        with pytest.raises(InputError, match=f"no command repeats it: .*{reason}"):
+            study_command("branch", unrepeatable, Origin(BASE, ""))
 
 
 @pytest.mark.parametrize(
