@@ -1,4 +1,4 @@
-"""README and CONTRIBUTING name only what exists; the code's tables agree with them and each other.
+"""Documents and comments in C name only what exists; tables of the code agree with both.
 
 Tables are the code's dictionaries of parameters, methods, formats and packages. The laboratory, lab
 in names, is the terminal interface.
@@ -7,6 +7,7 @@ in names, is the terminal interface.
 import ast
 import re
 import tomllib
+from importlib import import_module
 from pathlib import Path
 from typing import Any, Final
 
@@ -75,6 +76,23 @@ def test_every_name_is_defined_in_the_module_named_with_it() -> None:
     pairs = re.findall(r"`(\w+)`\s+in\s+`([\w/]+\.py)`", CONTRIBUTING)
     assert len(pairs) >= 20
     assert not [(name, path) for name, path in pairs if name not in names_defined_in(ROOT / path)]
+
+
+def test_every_name_in_a_comment_in_c_is_defined_in_the_module_named_with_it() -> None:
+    sources = [
+        path
+        for folder in ("fivtui/kernel", "fmu_src/native")
+        for path in sorted((ROOT / folder).glob("*.[ch]"))
+    ]
+    pairs = [
+        (path.name, name, module)
+        for path in sources
+        for name, module in re.findall(
+            r"`(\w+)`\s+in\s+`(fivtui[\w.]+)`", path.read_text(encoding="utf-8")
+        )
+    ]
+    assert len(pairs) >= 10
+    assert not [pair for pair in pairs if not hasattr(import_module(pair[2]), pair[1])]
 
 
 def test_the_tree_in_contributing_has_every_package() -> None:

@@ -26,7 +26,7 @@
 /* Tolerance of one Taylor step, as part of the tolerance of a run: `local_tolerance` in
    `fivtui.taylor.stepper`. */
 #define LOCAL_TOLERANCE 3e-3
-/* Speeds below this count as zero, m/s: `_LEAST` in `fivtui.model.parameters`. */
+/* Speeds below this count as zero, m/s: `_MIN_SIZE` in `fivtui.model.parameters`. */
 #define LEAST_SPEED 1e-12
 /* Rounding errors, relative: of the belt speed along a ramp, and of a time. */
 #define SPEED_ROUNDING 0x1p-40
