@@ -12,6 +12,8 @@ from fivtui.results import Row
 from .eigenvalues import Stability
 
 if TYPE_CHECKING:
+    from fivtui.model import Equilibrium
+
     from .modes import VibrationMode
 
 
@@ -69,7 +71,7 @@ def stability_rows(result: Stability) -> list[Row]:
         ),
         *_belt_rows(result),
         Row("equilibrium x", f"{number(point.x)} m", "Eq. 6 of the paper"),
-        Row("equilibrium y", f"{number(point.y)} m", "negative: contact is compressed"),
+        Row("equilibrium y", f"{number(point.y)} m", _height_text(point)),
         Row(
             "contact force",
             f"{number(point.P)} N",
@@ -96,6 +98,16 @@ def stability_rows(result: Stability) -> list[Row]:
         for index, mode in enumerate(result.modes, 1)
     ]
     return rows
+
+
+def _height_text(point: "Equilibrium") -> str:
+    # What the sign of y means.
+    if point.y < 0.0:
+        return "negative: contact is compressed"
+    if point.y > 0.0:
+        in_contact = point.mode in IN_CONTACT
+        return "positive: " + ("contact is stretched" if in_contact else "above the belt")
+    return "zero: contact without force"
 
 
 def _belt_rows(result: Stability) -> list[Row]:

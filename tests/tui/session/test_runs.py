@@ -167,10 +167,22 @@ def test_parameters_without_coupling_have_no_critical_mu() -> None:
     assert rows["critical μ, linear"] == "none"
 
 
-def test_an_equilibrium_off_the_belt_is_labelled() -> None:
-    parameters = Parameters(F=-5.0)
-    notes = {row.label: row.note for row in stability_rows(stability(parameters))}
-    assert "off the belt" in notes["contact force"]
+@pytest.mark.parametrize(
+    ("force", "separation", "height_note", "force_note"),
+    [
+        (20.0, True, "negative: contact is compressed", "in contact"),
+        (0.0, True, "zero: contact without force", "in contact"),
+        (-5.0, True, "positive: above the belt", "off the belt: F < 0 lifts the slider"),
+        (-5.0, False, "positive: contact is stretched", "in contact"),
+    ],
+)
+def test_notes_explain_the_sign_of_y_and_whether_the_equilibrium_is_in_contact(
+    force: float, separation: bool, height_note: str, force_note: str
+) -> None:
+    result = stability(Parameters(F=force), separation=separation)
+    notes = {row.label: row.note for row in stability_rows(result)}
+    assert notes["equilibrium y"] == height_note
+    assert notes["contact force"] == force_note
 
 
 def test_the_summary_has_the_figures_of_the_base_scene() -> None:
