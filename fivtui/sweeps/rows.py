@@ -399,22 +399,26 @@ class _MemberBlock:
             for index in indices[np.isinf(force)].tolist():
                 self.reasons[index] = self.reasons[index] or _FORCE_OVERFLOW
 
-    def _chunks(self, progress: OnProgress | None) -> Iterator[tuple[slice, dict[str, Floats]]]:
-        # Chunks of members, with the varied parameters of each.
+    def _chunks(
+        self, progress: OnProgress | None
+    ) -> Iterator[tuple[slice, dict[str, Floats], Progress]]:
+        # Chunks of members, with the varied parameters of each, and its share of the progress.
         parameters, size, work = self._varied_parameters, len(self.reasons), Progress(progress)
         for first in range(0, size, _CHUNK_MEMBERS):
+            stop = min(first + _CHUNK_MEMBERS, size)
             work.report(first / size)
-            chunk = slice(first, first + _CHUNK_MEMBERS)
-            yield chunk, {name: column[chunk] for name, column in parameters.items()}
+            chunk = slice(first, stop)
+            columns = {name: column[chunk] for name, column in parameters.items()}
+            yield chunk, columns, work.stage(first / size, stop / size)
 
     def find_critical_mu(self, progress: OnProgress | None) -> None:
-        for chunk, parameters in self._chunks(progress):
+        for chunk, parameters, _ in self._chunks(progress):
             self.results[CRITICAL_MU_COLUMN.name][chunk] = critical_mus(
                 self.study.parameters, parameters, self.separation[chunk]
             )
 
     def find_safe_mu(self, progress: OnProgress | None) -> None:
-        for chunk, parameters in self._chunks(progress):
+        for chunk, parameters, work in self._chunks(progress):
             # `study.safe` is a table of safe μ, if there is one. Without it a chunk takes long, and
             # `progress` is also called within it.
             self.results[SAFE_MU_COLUMN.name][chunk] = safe_mus(
@@ -422,11 +426,11 @@ class _MemberBlock:
                 parameters,
                 self.separation[chunk],
                 self.study.safe,
-                progress,
+                work.callback,
             )
 
     def find_stability(self, progress: OnProgress | None) -> None:
-        for chunk, parameters in self._chunks(progress):
+        for chunk, parameters, _ in self._chunks(progress):
             growth, stable, reasons = judge_stability(
                 self.study.parameters, parameters, self.separation[chunk]
             )

@@ -389,6 +389,27 @@ def test_a_sweep_is_cancelled_by_its_progress() -> None:
         compute_rows(study, 0, 9, lambda _fraction: False)
 
 
+def test_the_progress_of_safe_mu_does_not_fall_from_chunk_to_chunk(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(sweep_module, "_CHUNK_MEMBERS", 4)
+    study = Study(
+        Design({"F": Range(60.0, 100.0, 10)}), Parameters(), outputs=("safe_mu",), t_end=1.0
+    )
+    fractions: list[float] = []
+
+    def record(fraction: float) -> bool:
+        fractions.append(fraction)
+        return True
+
+    rows = compute_rows(study, 0, 10, record)
+    assert np.isfinite(rows.numbers["safe_mu"]).all()
+    assert fractions == sorted(fractions)
+    assert sorted({round(fraction, 9) for fraction in fractions}) == [n / 10 for n in range(10)]
+    with pytest.raises(Cancelled):
+        compute_rows(study, 0, 10, lambda fraction: fraction < 0.5)
+
+
 def test_sweeps_too_large_for_memory_are_refused() -> None:
     study = Study(Design({"F": Range(1.0, 2.0, 1_000_001)}), Parameters())
     with pytest.raises(InputError, match="--out"):
