@@ -321,9 +321,8 @@ class KernelBuildHook(BuildHookInterface):  # type: ignore[type-arg, unused-igno
             else Path(self._temporary.name) / folder
             for folder in (FOLDER, FMU_FOLDER)
         }
-        for folder, home in homes.items():
+        for home in homes.values():
             home.mkdir(parents=True, exist_ok=True)
-            _remove_products(root / folder if editable else home)
         compiler = self._compile(root, *homes.values())
         if compiler is not None:
             build_data["pure_python"] = False
@@ -337,17 +336,18 @@ class KernelBuildHook(BuildHookInterface):  # type: ignore[type-arg, unused-igno
     def _compile(self, root: Path, kernel: Path, fmus: Path) -> _Compiler | None:
         # Compile into two folders, or write the reasons why not; a requested platform must succeed.
         platform_name = os.environ.get(PLATFORM_VARIABLE, "")
-        compiler = None
+        # Libraries of an earlier installation stay until compilation has succeeded or failed.
+        compiler = kernel_why = None
         try:
             compiler, why = compile_all(root, kernel, fmus, platform_name)
         except CompilerError as error:
-            why = str(error)
-            (kernel / REASON).write_text(f"{why}\n", encoding="utf-8")
+            why = kernel_why = str(error)
             self.app.display_warning(f"The kernel is not compiled: {why}")
+        _write_reason(kernel / REASON, kernel_why, [LIBRARY])
+        _write_reason(fmus / FMU_REASON, why, [f"{model}{LIBRARY_SUFFIX}" for model in FMU_MODELS])
         if why is not None:
             if platform_name:
                 self.app.abort(f"{platform_name}: {why}")
-            (fmus / FMU_REASON).write_text(f"{why}\n", encoding="utf-8")
             self.app.display_warning(f"There will be no native FMU: {why}")
         if compiler is not None and not compiler.is_zig:
             self.app.display_warning(f"The kernel is compiled by {compiler.name}, not by ziglang")
@@ -373,19 +373,28 @@ class IndexReadmeHook(MetadataHookInterface):  # type: ignore[misc, unused-ignor
         metadata["readme"] = {"content-type": "text/markdown", "text": text}
 
 
-def _remove_products(folder: Path) -> None:
-    products = (LIBRARY, REASON, FMU_REASON, *(f"{model}{LIBRARY_SUFFIX}" for model in FMU_MODELS))
-    for name in products:
-        (folder / name).unlink(missing_ok=True)
+def _write_reason(file: Path, why: str | None, outdated: Sequence[str] = ()) -> None:
+    # Write why libraries could not be compiled, or remove the file if they were. Remove outdated
+    # libraries beside it, which would hide the reason.
+    if why is None:
+        file.unlink(missing_ok=True)
+        return
+    for library in outdated:
+        file.with_name(library).unlink(missing_ok=True)
+    file.write_text(f"{why}\n", encoding="utf-8")
 
 
 def compile_in_place() -> None:
-    """Compile into the sources, for those who work on the kernel."""
-    for folder in (FOLDER, FMU_FOLDER):
-        _remove_products(ROOT / folder)
-    compiler, why = compile_all(ROOT, ROOT / FOLDER, ROOT / FMU_FOLDER)
-    if why is not None:
-        (ROOT / FMU_FOLDER / FMU_REASON).write_text(f"{why}\n", encoding="utf-8")
+    """Compile into the sources, for those who work on the kernel.
+
+    Libraries that cannot be compiled anew stay: they are used with the sources they were made of.
+    """
+    try:
+        compiler, why = compile_all(ROOT, ROOT / FOLDER, ROOT / FMU_FOLDER)
+    except CompilerError as error:
+        sys.exit(f"the kernel is not compiled: {error}")
+    _write_reason(ROOT / FOLDER / REASON, None)
+    _write_reason(ROOT / FMU_FOLDER / FMU_REASON, why)
     sys.stdout.write(f"compiled by {compiler.name}\n" + (f"no native FMU: {why}\n" if why else ""))
 
 

@@ -11,6 +11,8 @@ import subprocess
 import sys
 import zipfile
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -188,6 +190,80 @@ def test_the_bernstein_tables_hold_ratios_of_binomials(
     for n in range(rows):
         expected = [math.comb(i, n) / math.comb(degree, n) for i in range(rows)]
         assert table[n].tolist() == [*expected, *[0.0] * (padded_size - rows)]
+
+
+@pytest.fixture
+def earlier_libraries(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> list[Path]:
+    """Libraries in a tree of sources in which compilation is replaced by the tests."""
+    libraries = [
+        tmp_path / hatch_build.FOLDER / hatch_build.LIBRARY,
+        *(
+            tmp_path / hatch_build.FMU_FOLDER / f"{model}{hatch_build.LIBRARY_SUFFIX}"
+            for model in hatch_build.FMU_MODELS
+        ),
+    ]
+    for library in libraries:
+        library.parent.mkdir(parents=True, exist_ok=True)
+        library.write_text("compiled earlier")
+    monkeypatch.setattr(hatch_build, "ROOT", tmp_path)
+    return libraries
+
+
+def fail_to_compile(*_: object) -> None:
+    raise hatch_build.CompilerError("a broken compiler")
+
+
+def test_libraries_stay_if_they_cannot_be_compiled_in_place(
+    earlier_libraries: list[Path], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(hatch_build, "compile_all", fail_to_compile)
+    with pytest.raises(SystemExit, match="the kernel is not compiled: a broken compiler"):
+        hatch_build.compile_in_place()
+    assert {library.read_text() for library in earlier_libraries} == {"compiled earlier"}
+
+
+@pytest.mark.parametrize("why", [None, "no headers"])
+def test_reasons_are_removed_where_libraries_are_compiled_in_place(
+    why: str | None, earlier_libraries: list[Path], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    kernel_reason = earlier_libraries[0].with_name(hatch_build.REASON)
+    fmu_reason = earlier_libraries[1].with_name(hatch_build.FMU_REASON)
+    for reason in (kernel_reason, fmu_reason):
+        reason.write_text("an earlier failure")
+    compiler = hatch_build._Compiler("cc", ["cc"], hatch_build.LIBRARY_SUFFIX, is_x86=True)
+    monkeypatch.setattr(hatch_build, "compile_all", lambda *_: (compiler, why))
+    hatch_build.compile_in_place()
+    assert not kernel_reason.exists()
+    assert (fmu_reason.read_text() if fmu_reason.exists() else None) == (why and f"{why}\n")
+    assert all(library.exists() for library in earlier_libraries)
+
+
+def test_a_failed_installation_leaves_the_reason_in_place_of_libraries(
+    earlier_libraries: list[Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    app: Any = SimpleNamespace(display_warning=str)
+    metadata: Any = None
+    hook = hatch_build.KernelBuildHook(
+        str(tmp_path), {}, None, metadata, str(tmp_path), "wheel", app
+    )
+    errors: list[BaseException] = [
+        KeyboardInterrupt(),
+        hatch_build.CompilerError("a broken compiler"),
+    ]
+
+    def fail_after_check(*_: object) -> None:
+        # Nothing is removed before compilation has failed, nor if it is interrupted.
+        assert all(library.exists() for library in earlier_libraries)
+        raise errors.pop(0)
+
+    monkeypatch.setattr(hatch_build, "compile_all", fail_after_check)
+    with pytest.raises(KeyboardInterrupt):
+        hook.initialize("editable", {})
+    hook.initialize("editable", {})
+    assert not any(library.exists() for library in earlier_libraries)
+    kernel, *fmus = earlier_libraries
+    for reason in (kernel.with_name(hatch_build.REASON), fmus[0].with_name(hatch_build.FMU_REASON)):
+        assert reason.read_text() == "a broken compiler\n"
 
 
 # A slow test. With a library it needs a compiler of this machine; only `pytest -m whole` runs it.
