@@ -1,7 +1,8 @@
 """Wheels and source distribution: names, contents, binaries, the same bytes, and a first run.
 
 `-m whole` builds the wheels of all platforms, which takes minutes. `.ci/run` runs the tests of this
-machine's wheel alone, with the compiled files of its installation.
+machine's wheel alone, with the compiled files of its installation. Tests marked `host` depend on
+what this machine has, here build tools and emulators.
 """
 
 import json
@@ -166,11 +167,13 @@ def test_the_wheel_runs_in_an_empty_environment_without_a_compiler(
     assert run_there["final"]["y"] == run_here.final.y
     code = "import fivtui.kernel; print(fivtui.kernel.why_interpreted())"
     assert run_tool(programs / "python", "-c", code, env=environment) == "None\n"
+    # Native FMUs need only the C library where they run; those of the other flavour need Python.
     run("fmu", "build", "--flavour", "native", "--out", "m.fmu")
     assert "no problems" in run("fmu", "check", "m.fmu")
     final = json.loads(run("fmu", "run", "m.fmu", "--t-end", "20", "--json"))["final"]
     assert final["y"] == run_here.final.y
-    # The main job: both cases, natively and as an FMU, with a picture.
+    # `compare` runs a scene with separation considered and ignored, in the kernel and in an FMU.
+    # Its picture has contact force and displacements, as Figs. 10 to 12 of the paper.
     (tmp_path / "short.toml").write_text("fivtui_scene = 1\nt_end = 20.0\n", encoding="utf-8")
     assert run("compare", "short.toml", "--out", "compared")
     assert (tmp_path / "compared" / "figs-10-12.png").stat().st_size > 10_000
@@ -202,6 +205,7 @@ def test_wheels_hold_the_libraries_of_their_platform_and_no_tools(all_dist: Path
         assert binaries == {f"{library}{target.suffix}" for library in libraries}
         tops = {entry.partition("/")[0] for entry in names}
         assert tops == {"fivtui", "fmu_src", f"fivtui-{__version__}.dist-info"}
+        # A build that fails leaves this file, with the reason, in place of the library.
         assert "fivtui/kernel/libfivtui.txt" not in names
         for library, content in libraries.items():
             check_binary(content, target, library)
@@ -296,6 +300,7 @@ def test_the_library_of_the_wheel_is_loaded_and_gives_the_same_bits(
     printed = run_tool(*emulator, program, tmp_path / library, cwd=tmp_path)
     numbers = [float.fromhex(text) for text in printed.split()]
     p = Parameters()
+    # So short a run ends where it starts: at rest in the static position.
     start = simulate(p, t_end=1e-300).final
     run = load_kernel().begin_run(
         [p.m, p.k1, p.k2, p.k3, p.c1, p.c2, p.F, p.k_nl, p.mu],

@@ -57,6 +57,7 @@ def test_scenes_of_different_lengths_and_tolerances_are_measured_in_their_order(
     assert compute_amplitudes(requested, workers=2) == [measure(scene) for scene in requested]
 
 
+# The kernel computes 8 runs at once: more scenes have to wait.
 @pytest.mark.parametrize("count", [8, 40])
 def test_work_can_be_cancelled(count: int) -> None:
     with pytest.raises(Cancelled):
@@ -78,14 +79,16 @@ def test_no_scenes_give_no_amplitudes() -> None:
     assert compute_amplitudes([]) == []
 
 
-def test_a_study_computes_a_scene_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    counts: list[int] = []
+def test_paper_results_compute_the_amplitude_of_a_scene_once(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    batch_sizes: list[int] = []
 
-    def count_members(members: list[Scene], **options: object) -> object:
-        counts.append(len(members))
-        return compute_amplitudes(members, workers=1)
+    def record_batch_size(scenes: list[Scene], **options: object) -> object:
+        batch_sizes.append(len(scenes))
+        return compute_amplitudes(scenes, workers=1)
 
-    monkeypatch.setattr("fivtui.paper.results.compute_amplitudes", count_members)
+    monkeypatch.setattr("fivtui.paper.results.compute_amplitudes", record_batch_size)
     results = PaperResults()
     three = short_scenes(3)
     results.prepare(three[:2])
@@ -94,4 +97,5 @@ def test_a_study_computes_a_scene_once(monkeypatch: pytest.MonkeyPatch) -> None:
         measure(three[0]),
         measure(three[2]),
     ]
-    assert counts == [2, 1]
+    # `prepare` computes two scenes, `amplitudes` only the third.
+    assert batch_sizes == [2, 1]

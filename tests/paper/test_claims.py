@@ -1,4 +1,9 @@
-"""The paper's claims and their verdicts."""
+"""The paper's claims and their verdicts.
+
+Claims have the ids of `fivtui/paper/claims/statements.toml`, which states them in full. Words in
+ids: "ignored" and "considered" refer to separation. "cases" are motions with separation considered
+(Case 1) and ignored (Case 2). "example" is the base set, and "1-2" is μ = 1.2.
+"""
 
 import dataclasses
 import json
@@ -90,8 +95,10 @@ HOLD = {
     "ignored-falls-with-stiffness",
     "considered-grows-with-stiffness",
     "cases-cross-along-stiffness",
+    # The amplitude of Case 1 is greater than that of Case 2 at F = 60 N.
     "greater-even-at-small-stiffness",
     "amplitude-depends-on-preload",
+    # Along k_nl the amplitudes of both cases change in opposite directions.
     "opposite-trends",
 }
 
@@ -101,7 +108,8 @@ def equal_amplitudes(scenes: Sequence[Scene], **options: Any) -> list[Amplitude]
     progress = options.get("progress")
     if progress is not None and not progress(1.0):
         raise Cancelled
-    return [Amplitude(2.0, 1.0, 0, 0.0) for _ in scenes]
+    amplitude = Amplitude(y_peak=2.0, y_half_range=1.0, separations=0, separated_time=0.0)
+    return [amplitude for _ in scenes]
 
 
 @pytest.fixture(scope="module")
@@ -130,22 +138,27 @@ def test_every_claim_has_its_verdict_on_the_command_line() -> None:
         assert "nan" not in row["computed"]
     for name in DO_NOT_HOLD | NOT_TESTABLE:
         assert rows[name]["reason"]
-    numbers = {
+    # By claim: what the paper states, and computed quantities that disagree with it.
+    parts = {
         "critical-friction-of-the-example": (
             "0.28",
-            "0.4394",
-            "0.2799",
+            "μ_c(F = 80 N) = 0.4394",
+            "μ_c(F = 50 N) = 0.2799",
             "limit cycles (F = 80 N) = 0.2779",
         ),
-        "stabilised-at-1-2": ("1.2", "1.184", "307.2"),
-        "separations-are-short": ("short", "71.01 %"),
-        "stable-returns-to-equilibrium": ("returns", "-0.032 1/s", "static start = 7.4"),
-        "reattachment-at-the-static-position": ("y_static", "-0.6746 m"),
+        "stabilised-at-1-2": ("1.2", "μ_c(100 N, 300 N/m³) = 1.184", "k_nl needed = 307.2"),
+        "separations-are-short": ("short", "time off the belt of 100 s = 71.01 %"),
+        "stable-returns-to-equilibrium": (
+            "returns",
+            "growth rate (F = 120 N) = -0.032 1/s",
+            "half peak-to-peak, second half, static start = 7.4",
+        ),
+        "reattachment-at-the-static-position": ("y_static", "y_static(F = 80 N) = -0.6746 m"),
     }
-    for name, (stated, *computed) in numbers.items():
+    for name, (stated, *computed) in parts.items():
         assert stated in rows[name]["stated"]
-        for number in computed:
-            assert number in rows[name]["computed"]
+        for quantity in computed:
+            assert quantity in rows[name]["computed"]
 
 
 def test_a_notebook_displays_claims_as_a_table() -> None:
@@ -206,12 +219,10 @@ def test_claims_about_amplitudes_fail_if_all_amplitudes_are_equal(
 ) -> None:
     monkeypatch.setattr("fivtui.paper.results.compute_amplitudes", equal_amplitudes)
     results = PaperResults()
-    # Whether an equilibrium in the figures is unstable does not depend on amplitudes.
-    unaffected = {"figures-show-unstable-motion"}
-    # These claims are the last ones.
-    first = [claim.id for claim in CLAIMS].index("figures-show-unstable-motion")
-    for claim in CLAIMS[first:]:
-        if claim.test is not None and claim.id not in unaffected:
+    # Claims about amplitudes follow this one, which is about the equilibria of the figures.
+    unaffected = [claim.id for claim in CLAIMS].index("figures-show-unstable-motion")
+    for claim in CLAIMS[unaffected + 1 :]:
+        if claim.test is not None:
             checked = check(claim, results)
             assert checked.verdict is Verdict.DOES_NOT_HOLD, claim.id
             assert all(np.isfinite(quantity.value) for quantity in checked.quantities)
@@ -324,12 +335,14 @@ def test_rules_of_trends_recognise_rising_and_falling_values() -> None:
     ],
 )
 def test_a_crossing_is_found_if_it_exists(excess: list[float], expected: float | None) -> None:
+    # The excess must become positive exactly once, and stay so.
     assert crossing(np.array([0.0, 10.0, 20.0, 30.0]), np.array(excess)) == expected
 
 
 def test_stored_claims_are_read_back_unless_their_text_changed(tmp_path: Path) -> None:
     checked = claims(["critical-friction-of-the-example"])
     path = tmp_path / "claims.json"
+    # `claims_to_stored` makes the data of the file that `stored_claims` reads.
     path.write_text(json.dumps(claims_to_stored(checked)))
     assert stored_claims(path) == checked
     path.write_text(path.read_text().replace('"stated": "', '"stated": "about '))
@@ -340,7 +353,7 @@ def test_stored_claims_are_read_back_unless_their_text_changed(tmp_path: Path) -
 
 
 def test_counts_are_stored_as_plain_numbers() -> None:
-    # NumPy integers are not JSON: the session could not be saved with them.
+    # The claim counts by NumPy, whose integers JSON does not have.
     claim = next(candidate for candidate in CLAIMS if candidate.id == "contact-means-negative-y")
     stored = claims_to_stored([check(claim, PaperResults(workers=1))])
     assert json.loads(json.dumps(stored)) == stored

@@ -1,4 +1,9 @@
-"""Data of the paper's figures, compared with independently computed points."""
+"""Data of the paper's figures, compared with independently computed points.
+
+`tests/data/make_paper_points.py` computes the points; its runs use the paper's method, RK4 with
+bisection. A point has the key of its figure, or "base" for the runs of Figs. 10 to 12. Its
+"changes" are the values that distinguish it from the other points of the figure.
+"""
 
 import json
 from pathlib import Path
@@ -56,11 +61,13 @@ def test_equilibria_and_eigenvalues_are_those_of_the_papers_equations(
             if name in point:
                 assert data[name][index] == pytest.approx(point[name], rel=1e-9, abs=1e-12)
         if "modes" in point:
-            lower, upper = point["modes"]
+            # Growth rate, 1/s, and frequency, rad/s, of both modes by ascending frequency.
+            modes = point["modes"]
+            (growth_1, frequency_1), (growth_2, frequency_2) = modes
             # Of modes with merged frequencies, the growing one comes first.
-            if np.isclose(lower[1], upper[1], rtol=1e-9) and upper[0] > lower[0]:
-                lower, upper = upper, lower
-            for number, (growth, frequency) in ((1, lower), (2, upper)):
+            if np.isclose(frequency_1, frequency_2, rtol=1e-9) and growth_2 > growth_1:
+                modes = reversed(modes)
+            for number, (growth, frequency) in enumerate(modes, start=1):
                 assert data[f"sigma_{number}"][index] == pytest.approx(growth, abs=1e-7)
                 assert data[f"omega_{number}"][index] == pytest.approx(frequency, abs=1e-7)
 
@@ -74,8 +81,9 @@ def test_runs_are_those_of_the_papers_method(results: PaperResults) -> None:
                 assert data[name][row_index(data, condition)] == pytest.approx(expected, abs=1e-6)
             force = results.table("10")
             base = Parameters()
-            pressed = y < 0.0 or not point["changes"]["separation"]
-            expected = -base.k2 * y - base.k_nl * y**3 if pressed else 0.0
+            # If separation is ignored, the contact spring also pulls, where y > 0.
+            off_belt = point["changes"]["separation"] and y >= 0.0
+            expected = 0.0 if off_belt else -base.k2 * y - base.k_nl * y**3
             assert force["P"][row_index(force, condition)] == pytest.approx(expected, abs=1e-3)
 
 
@@ -91,16 +99,17 @@ def scene_at(point: dict[str, Any]) -> Scene:
     changes = dict(point["changes"])
     separation = bool(changes.pop("separation"))
     (scene,) = (
-        scene
-        for scene in PANELS[point["key"]].scenes()
-        if scene.separation is separation
-        and all(getattr(scene.parameters, name) == value for name, value in changes.items())
+        candidate
+        for candidate in PANELS[point["key"]].scenes()
+        if candidate.separation is separation
+        and all(getattr(candidate.parameters, name) == value for name, value in changes.items())
     )
     return scene
 
 
 def test_every_figure_from_2_to_16_has_panels_of_one_kind() -> None:
     assert len(PANELS) == 16
+    # Kinds are equilibria, eigenvalues, critical friction coefficients, transients and amplitudes.
     for number in range(2, 17):
         assert len({panel.kind for panel in figure_panels(number)}) == 1
 
@@ -154,8 +163,10 @@ def test_data_are_written_with_units_and_read_back_exactly(
     comments = [line.removeprefix("# ").partition(": ") for line in lines if line[0] == "#"]
     header = {key: json.loads(text) for key, _, text in comments}
     assert header["parameters"]["c1"] == 0.8
+    # Columns have the values of these: μ varies along the lines, k_nl from line to line.
     assert "k_nl" not in header["parameters"]
     assert "mu" not in header["parameters"]
+    # What was chosen for the figure because the paper does not say it, such as a range.
     assert header["choice"]
     names = lines[len(comments)].split(",")
     assert names == list(data.columns) == list(header["units"])
@@ -186,7 +197,7 @@ def test_lines_are_the_rows_of_one_value_in_order(results: PaperResults) -> None
 def test_data_that_are_not_finite_are_refused() -> None:
     columns = {"F": np.array([1.0]), "k_nl": np.array([0.0]), "mu_c": np.array([np.nan])}
     with pytest.raises(ComputationError, match="figure 6: mu_c"):
-        FigureData("6", "", "k_nl", "F", columns, {})
+        FigureData("6", caption="", by="k_nl", along="F", columns=columns, provenance={})
 
 
 def test_an_existing_data_file_is_not_replaced(results: PaperResults, tmp_path: Path) -> None:

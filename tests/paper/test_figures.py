@@ -22,7 +22,8 @@ from fivtui.paper.results import PaperResults
 from fivtui.scene.scene import Scene
 from tests.support.reading import transient_figure
 
-# Numbers of figures by kind.
+# Numbers of figures by kind. Of those of amplitudes, 13 and 14 are over F, 15 and 16 over k_nl: one
+# of each is tested.
 EIGENVALUES, CRITICAL, TRANSIENTS, AMPLITUDES = (3, 4, 5), (6, 7, 8, 9), (10, 11, 12), (13, 16)
 
 
@@ -48,6 +49,7 @@ def results() -> PaperResults:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("fivtui.paper.results.compute_amplitudes", invented_amplitudes)
         paper = PaperResults()
+        # Tables are computed once, here with the invented amplitudes.
         for key in ("13", "14", "15", "16"):
             paper.table(key)
         return paper
@@ -77,10 +79,10 @@ def test_every_axis_has_a_label_with_a_unit_unless_dimensionless(
     number: int, results: PaperResults
 ) -> None:
     for axes in draw(number, results).axes:
-        labels = [axes.get_ylabel()]
-        labels += [axes.get_xlabel()] if axes.get_subplotspec() is not None else []
-        if number in (2, *TRANSIENTS) and axes is not axes.figure.axes[0]:
-            labels = labels[1:]
+        labels = [axes.get_xlabel()]
+        # Both axes of these figures show the same quantity: only the first has a label of y.
+        if number not in (2, *TRANSIENTS) or axes is axes.figure.axes[0]:
+            labels.append(axes.get_ylabel())
         for label in labels:
             assert label.endswith(")") or "friction coefficient" in label.lower()
 
@@ -131,10 +133,13 @@ def test_merged_modes_are_drawn_once(number: int, results: PaperResults) -> None
     data = results.table(str(number))
     frequencies, _ = draw(number, results).axes
     for line, (_, columns) in zip(curves_in(frequencies), data.lines(), strict=True):
-        second = np.asarray(line.get_ydata(), dtype=float)[columns["omega_1"].size + 1 :]
+        # A NaN separates the two modes.
+        gap = columns["omega_1"].size
+        second = np.asarray(line.get_ydata(), dtype=float)[gap + 1 :]
         hidden = np.isnan(second)
         merged = np.isclose(columns["omega_1"], columns["omega_2"], rtol=1e-6)
         assert np.all(merged[hidden])
+        # With the damping of Fig. 5 the frequencies do not merge.
         assert hidden.any() == (number != 5)
         np.testing.assert_array_equal(second[~hidden], columns["omega_2"][~hidden])
 
@@ -152,8 +157,8 @@ def test_amplitudes_show_peak_and_half_range(number: int, results: PaperResults)
     peak, half_range = draw(number, results).axes
     data = results.table(str(number))
     for axes, name in ((peak, "y_peak"), (half_range, "y_half_range")):
-        for line, value in zip(curves_in(axes), (0.0, 1.0), strict=True):
-            np.testing.assert_array_equal(line.get_ydata(), data.line(value)[name])
+        for line, separation in zip(curves_in(axes), (0.0, 1.0), strict=True):
+            np.testing.assert_array_equal(line.get_ydata(), data.line(separation)[name])
     assert "Peak" in peak.get_ylabel()
     assert "Half peak-to-peak" in half_range.get_ylabel()
 
@@ -212,6 +217,7 @@ def test_force_replaces_existing_files(results: PaperResults, tmp_path: Path) ->
     (files,) = save_figures(
         [6], output_path(tmp_path, force=True), formats=["png"], results=results
     )
+    # Permission to replace files is a property of the path of the folder, and ends with the call.
     assert not any(map(is_replaceable, (*files.pictures, *files.data)))
     assert "mine" not in (tmp_path / "fig-06.csv").read_text()
 

@@ -33,7 +33,8 @@ from tests.support.reading import (
 )
 
 FloatArray = NDArray[np.float64]
-# Stored states of the paper's method, by separation and time.
+# States (x, ẋ, y, ẏ) of the base set by separation and time in s, from the paper's method: RK4 with
+# bisection (`tests/data/make_paper_points.py`).
 STATES: Final = {
     bool(point["changes"]["separation"]): point["states"]
     for point in json.loads(
@@ -104,6 +105,7 @@ def results() -> PaperResults:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(paper_results, "compute_amplitudes", invented_amplitudes)
         patch.setattr(paper_results, "PANELS", thinned_panels)
+        # Number of samples of a run.
         patch.setattr(paper_results, "_SAMPLES", 2001)
         paper = PaperResults()
         for key in PANELS:
@@ -136,7 +138,8 @@ def check_line(
     reference: Callable[..., float],
     may_be_hidden: bool = False,
 ) -> None:
-    # Compare points of a line with values computed from its legend and the figure's caption.
+    # Compare points of a line with values computed from its legend and the figure's caption. The
+    # second mode may be hidden, as NaN, where it coincides with the first.
     (along, *_), by, _, shared = FIGURES[key]
     x, y = line
     check_ends(key, x)
@@ -154,10 +157,10 @@ def named_lines(
 
 
 def split_modes(line: Line2D) -> list[tuple[FloatArray, FloatArray]]:
-    # Split a line into its two modes, which a missing point separates.
+    # Split a line into its two modes, which a missing point in its middle separates.
     x, y = points(line)
-    half = x.size // 2
-    return [(x[:half], y[:half]), (x[half + 1 :], y[half + 1 :])]
+    gap = x.size // 2
+    return [(x[:gap], y[:gap]), (x[gap + 1 :], y[gap + 1 :])]
 
 
 def test_fig_2_has_the_equilibria_of_its_lines(results: PaperResults) -> None:
@@ -202,7 +205,11 @@ def test_figs_3_to_5_have_both_modes_of_every_line_and_its_critical_friction(
             first, second = split_modes(drawn_line(axes, shown[name]))
             check_line(key, first, value, lambda part=part, **p: getattr(modes(**p)[0], part))
             check_line(
-                key, second, value, lambda part=part, **p: getattr(modes(**p)[1], part), True
+                key,
+                second,
+                value,
+                lambda part=part, **p: getattr(modes(**p)[1], part),
+                may_be_hidden=True,
             )
         critical = paper_model.critical_mu(**FIGURES[key][3], k_nl=value)
         (mark,) = [
@@ -214,8 +221,9 @@ def test_figs_3_to_5_have_both_modes_of_every_line_and_its_critical_friction(
         ]
         x, y = points(mark)
         assert (x.tolist(), y.tolist()) == ([pytest.approx(critical, abs=1e-8)], [0.0])
-    level = [line for line in right.lines if points(line)[1].tolist() == [0.0, 0.0]]
-    assert len(level) == 1
+    # A line of two points marks the growth rate zero.
+    zero_lines = [line for line in right.lines if points(line)[1].tolist() == [0.0, 0.0]]
+    assert len(zero_lines) == 1
     assert not any(line.get_marker() == "o" for line in left_axes.lines)
 
 
@@ -337,26 +345,29 @@ def test_charts_of_the_paper_have_every_line_under_its_name(
         assert chart.x_label == X_LABELS[along]
         spelled = {"mu": "μ"}.get(by, by)
         assert [trace.name for trace in chart.traces] == [f"{spelled} {v:g}" for v in values]
-        assert [guide.value for guide in chart.guides] == [0.0] * (chart.y_label == "Re λ (1/s)")
+        # Guides are straight lines across a chart, here at the growth rate zero.
+        expected_guides = [0.0] if chart.y_label == "Re λ (1/s)" else []
+        assert [guide.value for guide in chart.guides] == expected_guides
         for trace, value in zip(chart.traces, values, strict=True):
-            both = panel.kind == "eigenvalues"
-            size = (trace.x.size - 1) // 2 if both else trace.x.size
-            assert np.isnan(trace.y).sum() == both
+            # NaN separates the two modes.
+            has_modes = panel.kind == "eigenvalues"
+            size = (trace.x.size - 1) // 2 if has_modes else trace.x.size
+            assert np.isnan(trace.y).sum() == (1 if has_modes else 0)
             check_ends(key, trace.x[:size])
             for index in (0, size // 2, size - 1):
                 p = {**shared, by: value, along: float(trace.x[index])}
-                if both:
+                if has_modes:
                     drawn = [trace.y[index], trace.y[size + 1 + index]]
                     expected = [getattr(mode, part) for mode in modes(**p)]
                     assert trace.x[size + 1 + index] == trace.x[index]
                     assert sorted(drawn) == pytest.approx(sorted(expected), abs=1e-7)
                     continue
-                own_y = (
+                expected_y = (
                     paper_model.equilibrium(**p)[1]
                     if panel.kind == "equilibrium"
                     else paper_model.critical_mu(**p)
                 )
-                assert trace.y[index] == pytest.approx(own_y, abs=1e-7)
+                assert trace.y[index] == pytest.approx(expected_y, abs=1e-7)
 
 
 def test_charts_of_amplitudes_and_motions_have_both_cases(results: PaperResults) -> None:
@@ -386,14 +397,15 @@ def test_charts_of_amplitudes_and_motions_have_both_cases(results: PaperResults)
 
 def test_a_point_of_a_chart_opens_the_scene_of_its_line() -> None:
     panel = PANELS["4"]
-    scene = point_scene(panel, NearestPoint(2, 0.25, 5.0))
+    scene = point_scene(panel, NearestPoint(trace=2, x=0.25, y=5.0))
     assert scene.parameters.as_dict() == paper_model.BASE | {"F": 100.0, "mu": 0.25, "k_nl": 100.0}
-    ignored = point_scene(PANELS["10"], NearestPoint(0, 12.0, 1.0))
+    ignored = point_scene(PANELS["10"], NearestPoint(trace=0, x=12.0, y=1.0))
     assert (ignored.separation, ignored.parameters.as_dict()) == (False, paper_model.BASE)
 
 
 def test_the_list_of_figures_names_the_parameters_of_their_lines() -> None:
-    rows = {row[0].removesuffix(" ✓"): row for row in figure_rows(["3"])}
+    # The mark ✓ means that the figure has been computed.
+    rows = {row[0].removesuffix(" ✓"): row for row in figure_rows(computed=["3"])}
     assert list(rows) == list(PANELS)
     assert rows["3"][0] == "3 ✓"
     assert rows["7"][0] == "7"
@@ -437,6 +449,7 @@ def test_data_beside_a_figure_have_its_parameters_and_units(
             if name not in names and not (name == "mu" and panel.kind == "critical mu")
         }
         if panel.kind in ("transient", "amplitude"):
+            # The static start is at rest at the equilibrium for μ = 0.
             assert (header["start"], header["t_end"]) == ("static", 100.0)
         if panel.kind == "amplitude":
             rows = np.loadtxt(lines[len(header) + 1 :], delimiter=",")
@@ -459,6 +472,7 @@ def test_captions_agree_with_the_axes(results: PaperResults) -> None:
         assert term in caption.partition(" against ")[2], key
         assert without_mathtext(caption) == caption
         assert PANELS[key].by == (by or "separation")
+    # Other captions do not give all values that differ from the base set.
     for key in ("3", "4", "8", "9"):
         for name, value in FIGURES[key][3].items():
             assert (

@@ -1,6 +1,7 @@
 """Make ``transients.json``: transients of varied scenes to 25 digits, by mpmath.
 
-Independent of the package: Taylor series of order 40 in 45 digits, switches by bisection.
+Independent of the package: Taylor series of order 40 in 45 digits, switches by bisection. The
+spring k3 stands at 45°, so half of its stiffness acts along x and y and couples them.
 Run it as ``python tests/references/make.py``; it needs mpmath and takes a few minutes.
 """
 
@@ -28,12 +29,13 @@ SAMPLES = 24
 
 BASE: Table = {"m": 5, "k1": 100, "k2": 50, "k3": 60, "c1": "0.32", "c2": "0.32"}
 BASE |= {"F": 80, "k_nl": 100, "mu": "0.7"}
-# Changes to the base set, whether separation is considered, the horizon in s, and the start; runs
-# without one begin at the static start.
+# Changes to the base set, whether separation is considered, the horizon in s, and the start, (x, ẋ,
+# y, ẏ) or empty for the static start.
 SCENES: dict[str, tuple[Table, bool, float, tuple[str | float, ...]]] = {
     "base": ({}, True, 100, ()),
     "base-ignored": ({}, False, 100, ()),
     "stable-static-start": ({"F": 100, "k_nl": 500, "mu": "0.7"}, True, 60, ()),
+    # A stable equilibrium and a limit cycle coexist.
     "coexistence": ({"F": 120}, True, 100, ()),
     "fig-13": ({"F": 60, "k_nl": 20, "mu": "0.5"}, True, 100, ()),
     "fig-16-ignored": ({"F": 60, "k_nl": 60, "mu": 1}, False, 60, ()),
@@ -61,19 +63,19 @@ def bisect_increasing(function: Callable[[Number], Number], low: Number, high: N
 
 def static_start(p: Table) -> list[Number]:
     # At rest at the equilibrium of zero friction.
-    h = p["k3"] / 2
-    a = p["k1"] + h
+    half_k3 = p["k3"] / 2
+    k_x = p["k1"] + half_k3
 
     def balance(y: Number) -> Number:
         contact = p["k2"] * y + p["k_nl"] * y**3 if y < 0 or not p["separation"] else 0
-        return contact + h * p["k1"] / a * y + p["F"]
+        return contact + half_k3 * p["k1"] / k_x * y + p["F"]
 
     y = bisect_increasing(balance, mpf(-1000), mpf(1000))
-    return [h * y / a, mpf(0), y, mpf(0)]
+    return [half_k3 * y / k_x, mpf(0), y, mpf(0)]
 
 
 def expand(p: Table, state: list[Number], contact: bool) -> tuple[list[Number], list[Number]]:
-    h = p["k3"] / 2
+    half_k3 = p["k3"] / 2
     x, y = [state[0], state[1]], [state[2], state[3]]
     square: list[Number] = []
     for n in range(ORDER):
@@ -82,7 +84,7 @@ def expand(p: Table, state: list[Number], contact: bool) -> tuple[list[Number], 
             square.append(sum(y[i] * y[n - i] for i in range(n + 1)))
             cube = sum(y[i] * square[n - i] for i in range(n + 1))
             force = -p["k2"] * y[n] - p["k_nl"] * cube
-        coupling = h * (x[n] - y[n])
+        coupling = half_k3 * (x[n] - y[n])
         load = p["F"] if n == 0 else 0
         divisor = p["m"] * (n + 1) * (n + 2)
         force_x = p["mu"] * force - p["c1"] * (n + 1) * x[n + 1] - p["k1"] * x[n] - coupling
@@ -106,9 +108,10 @@ def in_contact(p: Table, state: list[Number]) -> bool:
     if not p["separation"]:
         return True
     x, vx, y, vy = state
-    h = p["k3"] / 2
-    # The first derivative of y that is not zero decides.
-    for y_derivative in (y, vy, h * x - p["F"], h * vx, -h * x):
+    half_k3 = p["k3"] / 2
+    # y and its derivatives, up to positive factors; each is valid if those before it are zero. The
+    # first that is not zero decides. The fourth derivative has the sign of ẍ, opposite to x.
+    for y_derivative in (y, vy, half_k3 * x - p["F"], half_k3 * vx, -half_k3 * x):
         if y_derivative != 0:
             return bool(y_derivative < 0)
     return True
@@ -185,7 +188,9 @@ def main() -> None:
         state = [number(s) for s in start] if start else static_start(p)
         first_contact = in_contact(p, state)
         final, switches, separated_time, peak = compute_transient(p, list(state), mpf(t_end))
-        separation_count = len(switches[0 if first_contact else 1 :: 2])
+        # Separations and landings alternate.
+        first_separation = 0 if first_contact else 1
+        separation_count = len(switches[first_separation::2])
         result[name] = {
             "parameters": {key: float(number(entry)) for key, entry in parameters.items()},
             "separation": separation,

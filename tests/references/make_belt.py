@@ -1,6 +1,8 @@
 """Make ``belt.json``: transients on a belt of finite speed to 25 digits, by mpmath.
 
 Independent of the package: Taylor series of order 36 in 42 digits, the ends of modes by bisection.
+Modes of slip are "forward" and "backward", after the direction of friction on the slider. The
+friction coefficient at the sliding speed v is mu + (mu_s - mu) exp(-v/v_s); without v_s it is mu.
 Run it as ``python -m tests.references.make_belt``; it needs mpmath and takes a few minutes.
 """
 
@@ -38,6 +40,7 @@ SCENES: dict[str, tuple[Table, bool, float, tuple[float, ...]]] = {
     "sharp-law": ({"v_belt": 2, "mu_s": 1.2, "v_s": 0.1}, True, 6, AT_REST),
     "backward": ({"v_belt": 0.3, "mu": 0.2, "k3": 0}, True, 8, (1.5, 5, -1, 4)),
     "belt-at-rest": ({"v_belt": 0, "mu": 0.1, "F": 20}, True, 8, (2, 5, -0.3, 4)),
+    # With separation ignored the contact spring also pulls, where y > 0.
     "tension": ({"v_belt": 0.5, "k_nl": 0, "F": 5}, False, 6, (0.5, 0, 1, 2)),
     "linear-law": ({"v_belt": 0.5, "k_nl": 0, "mu_s": 1, "v_s": 0.2}, True, 6, (0, 0.5, -1, 2)),
     "light": ({"v_belt": 1, "m": 0.5, "F": 40, "mu_s": 0.8}, True, 3, (0, 1, -0.5, 0)),
@@ -57,25 +60,29 @@ def holding_force(p: Table, x: Number, y: Number) -> Number:
 
 
 def expand(p: Table, state: list[Number], mode: str) -> tuple[list[Number], list[Number]]:
-    h, sign = p["k3"] / 2, {"forward": 1, "backward": -1}.get(mode, 0)
+    half_k3, sign = p["k3"] / 2, {"forward": 1, "backward": -1}.get(mode, 0)
     x, y = [state[0], state[1]], [state[2], state[3]]
     square: list[Number] = []
     force: list[Number] = []
     ax: list[Number] = []
-    law = sign and p["v_s"] is not None
-    exponential = [exp(-sign * (p["v_belt"] - state[1]) / p["v_s"]) if law else mpf(0)]
+    has_exponential = sign != 0 and p["v_s"] is not None
+    sliding_speed = sign * (p["v_belt"] - state[1])
+    exponential = [exp(-sliding_speed / p["v_s"]) if has_exponential else mpf(0)]
     for n in range(ORDER):
         square.append(product(y, y, n))
         spring_force = -p["k2"] * y[n] - p["k_nl"] * product(y, square, n)
         force.append(mpf(0) if mode == "separated" else spring_force)
         if n > 0:
+            # From the derivative of e = exp(-v/v_s): ė = -v̇ e/v_s, where -v̇ = sign ẍ.
             exponential.append(
-                sign * product(ax, exponential, n - 1) / (n * p["v_s"]) if law else mpf(0)
+                sign * product(ax, exponential, n - 1) / (n * p["v_s"])
+                if has_exponential
+                else mpf(0)
             )
         friction = sign * (
             p["mu"] * force[n] + (p["mu_s"] - p["mu"]) * product(exponential, force, n)
         )
-        coupling = h * (x[n] - y[n])
+        coupling = half_k3 * (x[n] - y[n])
         load = p["F"] if n == 0 else 0
         ax_n = (friction - p["c1"] * (n + 1) * x[n + 1] - p["k1"] * x[n] - coupling) / p["m"]
         ax.append(mpf(0) if mode == "stick" else ax_n)
@@ -98,8 +105,8 @@ def mode_of(p: Table, state: list[Number]) -> str:
 
 
 def guard_functions(p: Table, mode: str) -> dict[str, Callable[[list[Number]], Number]]:
-    # Functions of (x, ẋ, y) that are positive during a mode, by the next mode. After "?…" the state
-    # at the end decides the next mode.
+    # Functions of (x, ẋ, y) that are positive during a mode, which ends where one becomes negative.
+    # The key of that one is the next mode, or begins with "?" if `mode_of` decides the next mode.
     functions: dict[str, Callable[[list[Number]], Number]] = {}
     if mode == "separated":
         return {"?land": lambda z: z[2]}

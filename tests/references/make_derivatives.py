@@ -32,7 +32,8 @@ QUANTITIES = (
     *("y_abs", "y_max", "y_min", "x_abs", "vx_max"),
     *("y_half_range", "force_min", "force_max"),
 )
-# Changes to the base set, whether separation is considered, the horizon, and the start or None.
+# Changes to the base set, whether separation is considered, the horizon in s, and the start, (x, ẋ,
+# y, ẏ) or empty for the static start. In "drawn" scenes all parameters have irregular values.
 SCENES: dict[str, tuple[Table, bool, float, tuple[str, ...]]] = {
     "base": ({}, True, 20, ()),
     "separation-ignored": ({}, False, 8, ()),
@@ -85,11 +86,10 @@ def compute_quantities(p: Table, state: list[Number], t_end: Number) -> list[Num
             state[2] = mpf(0)
             contact = not contact
     low, high = min(ys), max(ys)
-    force_min_y, force_max_y = (min(high, 0), min(low, 0)) if p["separation"] else (high, low)
-    forces = [
-        -p["k2"] * deflection - p["k_nl"] * deflection**3
-        for deflection in (force_min_y, force_max_y)
-    ]
+    # The contact force falls with y: it is least at the greatest y. Off the belt, where y > 0, it
+    # is zero, as at y = 0.
+    force_ys = (min(high, 0), min(low, 0)) if p["separation"] else (high, low)
+    forces = [-p["k2"] * y - p["k_nl"] * y**3 for y in force_ys]
     x_abs = max(map(abs, xs))
     half_range = (max(second_half_ys) - min(second_half_ys)) / 2
     return [*state, max(high, -low), high, low, x_abs, max(speeds), half_range, *forces]
@@ -118,11 +118,11 @@ def main() -> None:
         parameters = BASE | changes
         p = {key: number(entry) for key, entry in parameters.items()} | {"separation": separation}
         names = [*parameters, *(START if start else ())]
-        scene_start = [number(value) for value in start]
+        scene_start = [number(text) for text in start]
         result[scene] = {
             "parameters": {key: float(entry) for key, entry in parameters.items()},
             "separation": separation,
-            "start": [float(value) for value in start] if start else "static",
+            "start": [float(text) for text in start] if start else "static",
             "t_end": t_end,
             "quantities": QUANTITIES,
             "by": {name: derivatives(name, p, scene_start, mpf(t_end)) for name in names},

@@ -1,5 +1,9 @@
 """Make ``promise.json``: random scenes, quadruple-precision final states, and growth of errors.
 
+The promise is the bound of errors that `docs/explanation/tolerance.md` gives for a tolerance;
+`tests/transient/test_promise.py` checks it on these scenes. The bound depends on the growth of
+errors and the number of fast periods.
+
 Run it as ``python -m tests.references.make_promise``; it needs gcc and takes two minutes.
 """
 
@@ -23,7 +27,8 @@ COUNT = 400
 SEED = 2026
 # Scenes in which perturbations grow more than this are left out.
 MAX_GROWTH = 300.0
-# Number of intervals between whose ends growth is measured, and the relative perturbation.
+# Number of equal intervals of a run, and the perturbation of a state relative to the scales of the
+# run. Growth is measured from every end of an interval to every later one.
 INTERVALS, PERTURBATION = 24, 1e-6
 Floats = NDArray[np.float64]
 
@@ -45,10 +50,11 @@ def random_scene(rng: np.random.Generator) -> tuple[Parameters, bool, State, flo
     c1, c2 = (number_or_zero(0.12, 2e-4, 0.6) * math.sqrt(k * m) for k in (k1, k2))
     force = number_or_zero(0.2, *((0.01, 1e4) if is_wide else (1.0, 300.0)))
     force = -force if rng.random() < 0.1 else force
+    # A typical displacement, m, and the cubic part of the contact force at it, relative to k2's.
     size = number(1e-3, 10.0) if force == 0.0 else abs(force) / stiffness * number(0.1, 10.0)
-    cubic = number_or_zero(0.15, 1e-3, 1e4 if is_wide else 3.0) * k2 / size**2
-    cubic = min(cubic, 1e15)
-    rounded = [float(f"{value:.4g}") for value in (c1, c2, cubic)]
+    cubic_share = number_or_zero(0.15, 1e-3, 1e4 if is_wide else 3.0)
+    k_nl = min(cubic_share * k2 / size**2, 1e15)
+    rounded = [float(f"{value:.4g}") for value in (c1, c2, k_nl)]
     values = (m, k1, k2, k3, *rounded[:2], force, rounded[2], round(rng.uniform(0.0, 1.5), 3))
     p = Parameters(**dict(zip(PARAMETERS, values, strict=True)))
     separation = bool(rng.random() < 0.85)
@@ -72,7 +78,7 @@ def final_state(p: Parameters, start: Floats, separation: bool, t_end: float) ->
 
 
 def scales(p: Parameters, start: State, separation: bool, t_end: float) -> Floats:
-    """Scales of x, ẋ, y and ẏ: max of |x| and |ẋ|/ω, that times ω, and the same for y."""
+    """Scales of x, ẋ, y and ẏ: for x the greatest |x| or |ẋ|/ω, for ẋ ω times that; y alike."""
     run = simulate(p, t_end=t_end, start=start, separation=separation, samples=3000)
     assert run.trajectory is not None
     motion, omega = run.trajectory, 1.0 / time_scale(p)
@@ -134,8 +140,9 @@ def main() -> None:
                 check=True,
             )
             x, vx, y, vy, y_abs, x_abs, *_ = map(float, process.stdout.split())
-            deepest = run.peak.y_min if separation else run.peak.y_abs
-            period = 2.0 * math.pi * time_scale(p, min(deepest, 0.0) if separation else deepest)
+            # The displacement in contact at which the contact spring is stiffest.
+            stiffest_y = min(run.peak.y_min, 0.0) if separation else run.peak.y_abs
+            fast_period = 2.0 * math.pi * time_scale(p, stiffest_y)
             entry = {
                 "parameters": p.as_dict(),
                 "separation": separation,
@@ -145,7 +152,7 @@ def main() -> None:
                 "peaks": [x_abs, y_abs],
                 "scales": [float(f"{unit:.3g}") for unit in units],
                 "growth": float(f"{error_growth:.3g}"),
-                "fast_periods": float(f"{t_end / period:.3g}"),
+                "fast_periods": float(f"{t_end / fast_period:.3g}"),
             }
             entries.append(json.dumps(entry))
             print(len(entries), entry["growth"], entry["fast_periods"], file=sys.stderr, flush=True)

@@ -1,4 +1,5 @@
 /* Transients in quadruple precision (33 digits): Taylor series of order 30, switches by bisection.
+   The spring k3 stands at 45 degrees, so half of its stiffness acts along x and y and couples them.
 
    Reads lines "m k1 k2 k3 c1 c2 F k_nl mu separation t_end x vx y vy" and answers each with
    "x vx y vy peak_y_abs peak_x_abs separations separated_time". Independent of the package. */
@@ -13,9 +14,10 @@
 #define SAMPLES 12
 #define BISECTIONS 130
 #define TOLERANCE 1e-32Q
-/* Entries of a state, and numbers of a problem. */
-enum { X, VX, Y, VY, STATE };
-enum { SEPARATION = 9, T_END, START, INPUTS = START + STATE };
+/* Indices of the numbers of a state, and their count. */
+enum { X, VX, Y, VY, STATE_SIZE };
+/* Indices of numbers in a line, after the nine parameters, and the count of all numbers. */
+enum { SEPARATION = 9, T_END, START, INPUTS = START + STATE_SIZE };
 typedef __float128 quad;
 
 static quad m, k1, k2, k3, c1, c2, F, knl, mu;
@@ -23,7 +25,7 @@ static quad m, k1, k2, k3, c1, c2, F, knl, mu;
 /* Taylor coefficients of x and y from a state. */
 static void expand(const quad *state, int contact, quad *x, quad *y)
 {
-    quad h = k3 / 2, square[ORDER + 1];
+    quad half_k3 = k3 / 2, square[ORDER + 1];
     x[0] = state[X], x[1] = state[VX], y[0] = state[Y], y[1] = state[VY];
     for (int n = 0; n < ORDER; n++) {
         quad force = 0;
@@ -36,7 +38,7 @@ static void expand(const quad *state, int contact, quad *x, quad *y)
                 cube += y[i] * square[n - i];
             force = -k2 * y[n] - knl * cube;
         }
-        quad coupling = h * (x[n] - y[n]), load = n ? 0 : F, divisor = m * (n + 1) * (n + 2);
+        quad coupling = half_k3 * (x[n] - y[n]), load = n ? 0 : F, divisor = m * (n + 1) * (n + 2);
         x[n + 2] = (mu * force - c1 * (n + 1) * x[n + 1] - k1 * x[n] - coupling) / divisor;
         y[n + 2] = (force - load - c2 * (n + 1) * y[n + 1] + coupling) / divisor;
     }
@@ -58,8 +60,8 @@ static quad slope(const quad *c, quad t)
     return total;
 }
 
-/* Root of a function of a polynomial, which changes its sign between low and high, to positive if
-   `rising`. */
+/* Time at which function(c, t) changes its sign between low and high: to positive if `rising`, else
+   from positive. The function is `value` or `slope` of a polynomial. */
 static quad find_root(quad (*function)(const quad *, quad), const quad *c, quad low, quad high,
                       int rising)
 {
@@ -96,6 +98,7 @@ static quad first_switch(const quad *y, quad h, int contact, int *switched)
 {
     quad low = 0, last_slope = slope(y, 0);
     for (int i = 1; i <= SAMPLES; i++) {
+        /* The sample, and before it an extremum of y, if there is one since the last sample. */
         quad sample = h * i / SAMPLES, next_slope = slope(y, sample), times[2] = {sample, sample};
         if ((last_slope > 0) != (next_slope > 0))
             times[0] = find_root(slope, y, low, sample, next_slope > 0);
@@ -114,13 +117,15 @@ static quad first_switch(const quad *y, quad h, int contact, int *switched)
     return h;
 }
 
-/* Whether the motion continues in contact: the first derivative of y that is not zero decides. */
+/* Whether the motion continues in contact: the first of y and its derivatives that is not zero
+   decides. They are up to positive factors; each is valid if those before it are zero. The fourth
+   derivative has the sign of x's acceleration, opposite to x. */
 static int in_contact(const quad *state)
 {
     enum { DERIVATIVES = 5 };
-    quad h = k3 / 2;
-    quad derivatives[DERIVATIVES] = {state[Y], state[VY], h * state[X] - F, h * state[VX],
-                                     -h * state[X]};
+    quad half_k3 = k3 / 2;
+    quad derivatives[DERIVATIVES] = {state[Y], state[VY], half_k3 * state[X] - F,
+                                     half_k3 * state[VX], -half_k3 * state[X]};
     for (int i = 0; i < DERIVATIVES; i++)
         if (derivatives[i] != 0)
             return derivatives[i] < 0;
@@ -145,16 +150,16 @@ int main(void)
         m = *in++, k1 = *in++, k2 = *in++, k3 = *in++, c1 = *in++, c2 = *in++;
         F = *in++, knl = *in++, mu = *in++;
         int separation = inputs[SEPARATION] != 0;
-        quad t = 0, t_end = inputs[T_END], state[STATE];
+        quad t = 0, t_end = inputs[T_END], state[STATE_SIZE];
         quad peak_x = 0, peak_y = 0, separated_time = 0, x[ORDER + 2], y[ORDER + 2];
-        for (int i = 0; i < STATE; i++)
+        for (int i = 0; i < STATE_SIZE; i++)
             state[i] = inputs[START + i];
         int contact = separation ? in_contact(state) : 1;
         long separations = 0;
         while (t < t_end) {
             expand(state, contact, x, y);
             quad size = fabsq(F) / (k1 + k2), h = t_end - t;
-            for (int i = 0; i < STATE; i++)
+            for (int i = 0; i < STATE_SIZE; i++)
                 size = fmaxq(size, fabsq(state[i]));
             for (int n = ORDER; n <= ORDER + 1; n++) {
                 quad last = fmaxq(fabsq(x[n]), fabsq(y[n]));
@@ -176,7 +181,7 @@ int main(void)
                 contact = !contact;
             }
         }
-        for (int i = 0; i < STATE; i++)
+        for (int i = 0; i < STATE_SIZE; i++)
             print_number(state[i]);
         print_number(peak_y), print_number(peak_x);
         printf("%ld ", separations);

@@ -1,4 +1,7 @@
-"""Intervals of uncertainty studies contain exact values as often as their level states."""
+"""Intervals of uncertainty studies contain exact values as often as their level, 95 %, states.
+
+Tests marked `whole` repeat the reduced ones with more seeds; `pytest -m whole` runs them.
+"""
 
 import math
 from collections import Counter
@@ -51,7 +54,8 @@ def critical_mu_values(values: Mapping[str, Floats]) -> Floats:
 
 
 def _critical_mu_case() -> Case:
-    # The critical μ rises with F.
+    # The critical μ rises with F: each quantile of it is its value at the same quantile of F, which
+    # `at` gives.
     force = parse_distribution("uniform:70:120")
     nodes, weights = np.polynomial.legendre.leggauss(40)
     mean = 0.5 * float(weights @ critical_mu_values({"F": force.at(0.5 + 0.5 * nodes)}))
@@ -62,13 +66,15 @@ def _critical_mu_case() -> Case:
 def _instability_case() -> Case:
     # Integrals by the midpoint rule over the levels of F and of μ, which is uniform.
     cells = (np.arange(2**12) + 0.5) / 2**12
+    # The variance of the probability given one input is its first index, relative to that of the
+    # event. Of two inputs, the total index of one and the first of the other sum to 1.
     critical_mus_of_force = critical_mu_values({"F": parse_distribution("normal:80:8").at(cells)})
     probability_by_force = np.clip((0.8 - critical_mus_of_force) / 0.6, 0.0, 1.0)
     probability_by_friction = (
         np.searchsorted(np.sort(critical_mus_of_force), 0.2 + 0.6 * cells) / cells.size
     )
     mean = float(probability_by_force.mean())
-    force, friction = (
+    first_force, first_friction = (
         float(shares.var()) / (mean * (1.0 - mean))
         for shares in (probability_by_force, probability_by_friction)
     )
@@ -76,7 +82,10 @@ def _instability_case() -> Case:
         {"mu": "uniform:0.2:0.8", "F": "normal:80:8"},
         lambda values: (values["mu"] > critical_mu_values({"F": values["F"]})).astype(float),
         mean,
-        indices={"mu": (friction, 1.0 - force), "F": (force, 1.0 - friction)},
+        indices={
+            "mu": (first_friction, 1.0 - first_force),
+            "F": (first_force, 1.0 - first_friction),
+        },
     )
 
 
@@ -107,7 +116,7 @@ def _excess_case() -> Case:
 
 
 def _skewed_case() -> Case:
-    # Most values are small compared with their range.
+    # Most values are small compared with their range; mean and standard deviation are 1.
     quantiles = parse_distribution("lognormal:1:1").at(QUANTILES)
     return Case(
         {"x0": "lognormal:1:1"},
@@ -154,8 +163,15 @@ def count_contained(
             contained[name] += interval.low - 1e-12 <= exact <= interval.high + 1e-12
 
     for seed in range(seeds):
-        # No two seeds share a scrambling.
-        scatter = Scatter(axes, kind, samples // (2 * repeats), seed * repeats, repeats)
+        # Every point has two samples, and further members for Sobol indices. Each scrambling has a
+        # seed of its own, so designs whose first seeds are `repeats` apart share none.
+        scatter = Scatter(
+            axes,
+            kind,
+            count=samples // (2 * repeats),
+            seed=seed * repeats,
+            repeats=repeats,
+        )
         values = case.function(scatter.columns(np.arange(scatter.size)))
         rows = np.asarray(scatter.sample_values(values), dtype=float)
         if case.quantiles:

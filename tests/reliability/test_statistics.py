@@ -58,17 +58,20 @@ def test_zero_hits_do_not_give_a_probability_of_zero() -> None:
     no_hits = probability_from_counts(np.zeros(4), np.full(4, 250.0))
     assert (no_hits.value, no_hits.low) == (0.0, 0.0)
     assert no_hits.high == pytest.approx(1.0 - 0.05 ** (1.0 / 1000.0))
-    # All scramblings have 100 of 250 hits: one of them could have 101.
+    # All four scramblings have 100 of 250 hits, but others might have 101: a share s of them is
+    # unnoticed with probability (1 - s)^4, at least 0.05 at 95 % confidence.
     equal_shares = probability_from_counts(np.full(4, 100.0), np.full(4, 250.0))
+    share_of_scramblings = 1.0 - 0.05 ** (1.0 / 4.0)
     assert equal_shares.value == 0.4
-    assert equal_shares.error == pytest.approx(max(no_hits.high, (1.0 - 0.05**0.25) / 250.0))
+    assert equal_shares.error == pytest.approx(max(no_hits.high, share_of_scramblings / 250.0))
     all_hits = probability_from_counts(np.full(4, 250.0), np.full(4, 250.0))
     assert (all_hits.value, all_hits.high) == (1.0, 1.0)
     assert all_hits.low == pytest.approx(1.0 - no_hits.high)
 
 
-def test_unknown_members_do_not_count() -> None:
+def test_samples_of_unknown_outcome_do_not_count() -> None:
     nan = np.nan
+    # A row per scrambling: 1 where the event occurred, NaN where that is not known.
     probability = probability_of(np.array([[1.0, 0.0, nan, nan], [1.0, 1.0, 0.0, 0.0]]))
     assert probability is not None
     assert probability.value == 0.5
@@ -94,7 +97,8 @@ def test_the_interval_of_a_mean_includes_its_rounding_error() -> None:
     assert mean.error < 1e-15
 
 
-def test_effective_samples_are_the_number_that_determine_the_variance() -> None:
+def test_effective_samples_are_those_that_make_up_the_variance() -> None:
+    # With deviations d from the mean their number is (Σ d²)²/Σ d⁴; NaN does not count.
     assert effective_samples(np.ones(100)) == 0.0
     assert effective_samples(np.full(3, np.nan)) == 0.0
     assert effective_samples(np.tile([0.0, 1e-200, np.nan], 50)) == pytest.approx(100.0)

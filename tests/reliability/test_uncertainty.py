@@ -43,7 +43,8 @@ from fivtui.sweeps.scatter import Scatter
 from fivtui.sweeps.study import Study
 from fivtui.tui.tabs.requests.uncertainty import index_remark
 
-# Critical and safe friction coefficient of the base set.
+# Critical and safe friction coefficient of the base set. Safe μ is the least μ of a limit cycle:
+# between the two a stable equilibrium and a limit cycle coexist.
 CRITICAL_MU = 0.439387619
 SAFE_MU = 0.277876613
 BASE = find_scene("base")
@@ -70,7 +71,8 @@ def test_probabilities_for_uniform_friction_agree_with_critical_and_safe_mu() ->
 
 
 def test_samples_are_one_to_sixteen_million() -> None:
-    # Rounded up to a power of two in each of 16 scramblings, each point being a pair.
+    # A study for Sobol indices has two samples per point, and 16 scramblings: at least 32 samples.
+    # The number of points in a scrambling is rounded up to a power of two.
     limit = 2**24
     for samples, rounded in ((1, 32), (33, 64), (limit, limit)):
         design = scene_study(samples).design
@@ -99,6 +101,7 @@ def draw_values(scene: Scene, *inputs: str) -> dict[str, np.ndarray]:
 
 def test_scattered_friction_never_exceeds_a_static_friction_that_does_not_scatter() -> None:
     def scene(**values: float) -> Scene:
+        # Static friction acts only if the slider can stick to the belt, which needs a belt speed.
         return BASE.with_values({"v_belt": 1.0, **values})
 
     mu = draw_values(scene(mu_s=0.75), "mu~normal:0.7:0.1")["mu"]
@@ -127,11 +130,15 @@ def test_squeal_is_possible_above_the_safe_mu_of_each_sample() -> None:
     # At these preloads safe μ hardly varies, while critical μ does.
     vary = {"mu": "uniform:0.2:0.4", "F": "uniform:78:84", "k_nl": "uniform:95:105"}
     result = uncertainty(vary=vary, samples=2048, outputs=("critical_mu", "safe_mu"))
+    # The table interpolates safe μ over the dimensionless groups of parameters that vary. F and
+    # k_nl influence it only through k_nl F²/k1³, the group named after k_nl.
     table = result.study.safe
     assert table is not None
     assert table.groups == ("k_nl",)
     possible = result.probabilities["squeal_possible"]
     assert possible.value == pytest.approx((0.4 - SAFE_MU) / 0.2, abs=2e-3)
+    # Folds are values of safe μ computed by continuation. Errors are those of the table at further
+    # folds: the greatest, and the 95 % quantile.
     assert set(result.to_dict()["safe_mu"]) == {"folds", "error", "usual_error"}
     assert result.to_dict()["safe_mu_not_known_above"] is None
     # For few samples safe μ comes from a continuation per sample and must agree.
@@ -145,7 +152,7 @@ def test_squeal_is_possible_above_the_safe_mu_of_each_sample() -> None:
     np.testing.assert_array_equal(sum(region.astype(int) for region in regions.values()), 1)
 
 
-def test_results_of_safe_mu_are_left_out_if_the_search_finds_less_than_continuation(
+def test_results_of_safe_mu_are_left_out_if_the_global_search_finds_a_lower_one(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     p = Parameters(m=3.17, k1=255.6, k2=22.84, k3=23.81, c1=0.1849, c2=0.1664, F=49.0, k_nl=19.3)
@@ -171,7 +178,8 @@ def test_the_error_of_the_table_widens_the_interval() -> None:
     study = add_safe_table(study)
     assert study.safe is not None
     estimated = compute_uncertainty(study, local_engine(1)).probabilities["squeal_possible"]
-    # With an error of 0.01 at every fold, a tenth of the samples lies within the error.
+    # With errors of 0.01 in safe μ, the samples within them are 0.02/0.2 of all, for μ is uniform
+    # over a range of 0.2. Half of these widen each side of the interval.
     study_with_errors = replace(study, safe=structs.replace(study.safe, errors=(0.01,)))
     widened = compute_uncertainty(study_with_errors, local_engine(1)).probabilities[
         "squeal_possible"
@@ -205,7 +213,8 @@ def test_local_sensitivities_agree_with_sobol_indices_and_differences() -> None:
             index = result.indices[output][name].first
             assert local.share == pytest.approx(index.value, abs=0.03 + index.error)
     force = result.local["P_max"]["F"]
-    assert force.per_sd == pytest.approx(force.derivative / np.sqrt(3.0), rel=1e-3)
+    force_sd = 1.0 / np.sqrt(3.0)  # of the uniform distribution from 79 to 81 N
+    assert force.per_sd == pytest.approx(force.derivative * force_sd, rel=1e-3)
     forces = [
         simulate(Parameters(F=preload), t_end=20.0).contact_force.max for preload in (79.99, 80.01)
     ]
@@ -264,7 +273,10 @@ def test_truncation_is_reported() -> None:
 
 
 def counting_engine(engine: Engine, sizes: list[int], stop_after: int = 10**9) -> Engine:
-    """An engine that records the sizes of computed pieces, and cancels after some pieces."""
+    """An engine that records the sizes of computed pieces, and cancels after some pieces.
+
+    An engine is a function that computes pieces of a study, which are blocks of members.
+    """
 
     def count_pieces(
         study: Study, pieces: Iterable[SweepPiece]
@@ -297,7 +309,8 @@ def test_a_stopped_study_continues_to_the_same_bytes(suffix: str, tmp_path: Path
 
 
 def test_samples_are_doubled_until_the_error_is_met(tmp_path: Path) -> None:
-    file, engine = MembersFile(tmp_path / "rows.csv", 1000), local_engine(1)
+    piece_size = 1000
+    file, engine = MembersFile(tmp_path / "rows.csv", piece_size), local_engine(1)
     sizes: list[int] = []
     messages: list[str] = []
     study = scene_study(64)
@@ -311,8 +324,9 @@ def test_samples_are_doubled_until_the_error_is_met(tmp_path: Path) -> None:
         < compute_uncertainty(scene_study(result.scatter.samples // 2), engine).error
     )
     assert messages[-1].startswith("P(unstable) = 0.59")
-    # Members are computed once, except pieces that were incomplete at the previous sample count.
-    assert sum(sizes) <= result.study.members + 1000 * 8
+    # Members are computed once, except those of the incomplete piece at the end of each stage. The
+    # samples are doubled at most 8 times.
+    assert sum(sizes) <= result.study.members + 8 * piece_size
     assert result.to_dict() == compute_uncertainty(result.study, engine).to_dict()
     # Existing members are not computed again; a smaller target error continues from them.
     new_sizes: list[int] = []
@@ -338,6 +352,7 @@ def test_an_error_that_needs_too_many_samples_is_refused(
 
 def test_progress_shows_the_present_estimate(capsys: pytest.CaptureFixture[str]) -> None:
     with UncertaintyProgress(1000) as progress:
+        # As if no line had been printed for long: the next estimate is printed at once.
         progress._printed_s = -1e9
         progress.show_estimates(2000, "P(unstable) = 0.5 ± 0.01")
         assert progress(0.25)
@@ -399,10 +414,12 @@ def test_an_index_above_1_is_marked_wherever_it_is_shown(
     assert ("drives unstable", f"mu {total}") in result._summary()
     # The critical μ does not vary with μ.
     assert "critical_mu" not in result.indices
+    # No output lacks indices because of too few samples.
     assert result.unresolved == {}
 
 
 def test_outputs_of_few_samples_have_a_warning_instead_of_indices() -> None:
+    # The range ends just above the critical μ, so that few samples are unstable.
     result = uncertainty(vary={"mu": "uniform:0.2:0.441"}, samples=1024, outputs=("critical_mu",))
     assert 0.0 < result.unresolved["unstable"] < 30.0
     assert result.to_dict()["unresolved"] == result.unresolved

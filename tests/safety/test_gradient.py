@@ -1,4 +1,8 @@
-"""Derivatives of the safe friction coefficient against differences of folds."""
+"""Derivatives of the safe friction coefficient against differences of folds.
+
+At the safe μ the branch of limit cycles from the Hopf point folds: below it there are none. If the
+Hopf point is supercritical, the branch has no lower μ than the critical one.
+"""
 
 import numpy as np
 import pytest
@@ -17,7 +21,8 @@ def test_derivatives_at_a_fold_agree_with_differences(p: Parameters) -> None:
     for name in ("m", "k1", "k2", "k3", "c1", "F"):
         value = getattr(p, name)
         varied_values = value * np.array([1.0 - 1e-3, 1.0 + 1e-3])
-        low, high = safe_mus(p, {name: varied_values}, np.ones(2, dtype=bool)).tolist()
+        separation = np.ones(2, dtype=bool)
+        low, high = safe_mus(p, {name: varied_values}, separation).tolist()
         assert derivatives[name] == pytest.approx((high - low) / (2e-3 * value), rel=1e-4)
     # Safe μ depends on k_nl and F only by k_nl F².
     assert derivatives["k_nl"] == pytest.approx(derivatives["F"] * p.F / (2.0 * p.k_nl), rel=1e-5)

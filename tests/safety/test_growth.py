@@ -50,6 +50,8 @@ def test_the_least_growth_mu_does_not_depend_on_the_preload_or_the_searched_rang
 
 
 def test_the_verdict_reports_growth_of_large_motions_and_no_limit_cycle() -> None:
+    # `basis` is the record of the search; `others` are the attractors that it found below the
+    # critical μ, besides the equilibrium.
     verdict = safe_friction(REGRESSION_SET)
     mu = least_growth_mu(REGRESSION_SET, verdict.searched_to)
     assert verdict.safe_mu == verdict.basis.growth_at_any_size == mu
@@ -60,4 +62,6 @@ def test_the_verdict_reports_growth_of_large_motions_and_no_limit_cycle() -> Non
     assert "limit cycle" not in search
     assert "from μ = 0.768 on motions grow without bounds" in search
     assert "k_nl = 0" in search
-    assert verdict_text(verdict).endswith("to all disturbances found below μ = 0.76804")
+    assert verdict_text(verdict) == (
+        "stable to small disturbances below μ = 1.1675; to all disturbances found below μ = 0.76804"
+    )

@@ -1,4 +1,7 @@
-"""Attempts to refute safe friction: transients from random starts below it, on random sets."""
+"""Attempts to refute safe friction: transients from random starts below it, on random sets.
+
+Tests marked `whole` have the full number of sets; `pytest -m whole` runs them.
+"""
 
 import math
 
@@ -53,7 +56,8 @@ def vibrates(p: Parameters, seed: int) -> bool:
     frequency = math.tau / period
     disturbances = directions * sizes[:, None] * [1.0, frequency, 1.0, frequency]
     starts = np.array([rest.x, 0.0, rest.y, 0.0]) + disturbances
-    # Slower than the decay of the slider without friction.
+    # Without friction motion decays at about (c1 + c2)/(4 m). With friction it may decay more
+    # slowly, which the factor 0.3 allows for.
     decay_rate = 0.3 * (p.c1 + p.c2) / (4.0 * p.m)
     run = simulate_batch(
         {"mu": np.full(_START_COUNT, p.mu)},
@@ -67,6 +71,7 @@ def vibrates(p: Parameters, seed: int) -> bool:
     unbounded = np.maximum(run.peak.y_abs, run.peak.x_abs) > 1e6 * np.abs(starts).max(axis=1)
     if (unbounded | (run.status == Status.OVERFLOW)).any():
         return True
+    # The explorer follows a motion to the attractor that it reaches.
     explorer = Explorer(System(p))
     for index in np.flatnonzero(run.steady.y_half_range > 1e-2 * abs(rest.y))[:_SHOT_COUNT]:
         try:
@@ -79,12 +84,13 @@ def vibrates(p: Parameters, seed: int) -> bool:
 
 
 def find_refuted(seeds: range) -> tuple[list[int], int]:
-    """Seeds of the sets whose safe friction is refuted, and the number of sets without one."""
+    """Seeds of sets whose safe friction is refuted, and the number of sets of unknown safe μ."""
     refuted, unknown_count = [], 0
     for seed in seeds:
         p = random_parameters(seed)
         verdict = safe_friction(p)
         unknown_count += verdict.unknown_above is not None
+        # `safe_to` is the safe μ, or the μ up to which the search found no vibration.
         mus = [fraction * verdict.safe_to for fraction in _MU_FRACTIONS if verdict.safe_to > 0.0]
         if any(vibrates(p.with_values({"mu": mu}), seed) for mu in mus):
             refuted.append(seed)
