@@ -179,7 +179,7 @@ def _variants(compiler: _Compiler) -> dict[str, list[str]]:
 
 def _kernel_plan(folder: Path, home: Path, compiler: _Compiler, scratch: Path) -> _Plan:
     text = _import_generator("fivtui.kernel.field_text", folder.parents[1])
-    generated = _write_generated(text.headers(), scratch)
+    generated = _write_generated(text.equation_headers(), scratch)
     definitions = [f'-DSOURCES="{text.sources_digest(folder)}"', f'-DCOMPILER="{compiler.name}"']
     flags = _flags(text.FLAGS, compiler)
     objects = {"loading": [*flags, *definitions, str(folder / "loading.c")]}

@@ -126,13 +126,13 @@ def _read_count(flag: str, text: str, part: str) -> int:
     return count
 
 
-def decimal_point(text: str) -> str:
+def with_decimal_point(text: str) -> str:
     """The text of a number, perhaps as a percentage, with a point in place of a decimal comma."""
     number = _COMMA_IN_NUMBER.fullmatch(text)
     return text if number is None else f"{number[1]}.{number[2]}{number[3]}"
 
 
-def decimal_points(text: str) -> str:
+def with_decimal_points(text: str) -> str:
     """The text of ranges with points in place of decimal commas; commas of lists stay."""
 
     def with_point(match: re.Match[str]) -> str:

@@ -139,19 +139,19 @@ def load_study(name: str, path: Path) -> Any:
 
 def store_study(name: str, result: Any, path: Path) -> None:
     """Write all that `restore_study` needs; what `save_study` writes may be only a part of it."""
-    stored = study(name).stored
-    if stored is not None and stored.save is not None:
-        stored.save(result, path)
+    storage = study(name).storage
+    if storage is not None and storage.save is not None:
+        storage.save(result, path)
     else:
         save_study(name, result, path)
 
 
 def restore_study(name: str, path: Path) -> Any:
     """Read what `store_study` wrote; raises `InputError` if it cannot be read."""
-    stored = study(name).stored
-    if stored is None:
+    storage = study(name).storage
+    if storage is None:
         raise InputError(f"{name}: such results are not stored in a session")
-    return load_study(name, path) if stored.load is None else stored.load(path)
+    return load_study(name, path) if storage.load is None else storage.load(path)
 
 
 def build_command(name: str, subject: Any) -> Command:

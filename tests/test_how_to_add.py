@@ -517,7 +517,7 @@ class FrictionPane(StudyPane):
     def compose_views(self):
         """One chart."""
         with Vertical(id="roots"):
-            yield ChartView("roots-chart", empty_text="not solved yet", openable=True)
+            yield ChartView("roots-chart", empty_text="not solved yet", runs_points=True)
 
     def parse(self, scene, text):
         """The scene with the friction coefficient."""

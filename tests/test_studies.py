@@ -92,7 +92,7 @@ BOUNCE = StudyKind(
     load=load_bounce,
     header_keys=frozenset({"bounce_of"}),
     command=lambda result: command_for("bounce", result),
-    stored=Storage(".npz"),
+    storage=Storage(".npz"),
 )
 BOUNCE_RESULT = Bounce(Parameters(F=60.0), True, (0.5, 0.25, 1.0 / 3.0))
 
@@ -165,7 +165,7 @@ def test_every_study_declares_its_files_and_reads_stored_ones() -> None:
         # `stem` is part of the name of an exported file; files of runs have the number of the run.
         if kind.suffixes and name != "run":
             assert kind.stem is not str, name
-    stored_only = {name for name, kind in studies() if kind.stored is not None and not kind.load}
+    stored_only = {name for name, kind in studies() if kind.storage is not None and not kind.load}
     # Files of claims, statements of the paper with verdicts, are not opened: they are recomputed.
     assert stored_only == {"claims"}
     names = [name for name, kind in studies() if kind.header_keys]
@@ -189,7 +189,7 @@ WRITTEN = [
     for suffix in (*study(kind).suffixes, *([".json"] if study(kind).as_json else []))
 ]
 READABLE = [name for name, kind in studies() if kind.load is not None]
-STORED = [name for name, (kind, _) in RESULTS.items() if kind and study(kind).stored is not None]
+STORED = [name for name, (kind, _) in RESULTS.items() if kind and study(kind).storage is not None]
 
 
 @pytest.mark.parametrize(("name", "suffix"), WRITTEN)
@@ -252,10 +252,10 @@ def test_results_stored_by_the_laboratory_are_restored_completely(
     name: str, tmp_path: Path
 ) -> None:
     kind, result = RESULTS[name][0], result_named(name)
-    stored = study(kind).stored
-    assert stored is not None
-    assert stored.unfinished(result) == ""
-    path = tmp_path / f"result{stored.suffix}"
+    storage = study(kind).storage
+    assert storage is not None
+    assert storage.reason_not_to_store(result) == ""
+    path = tmp_path / f"result{storage.suffix}"
     store_study(kind, result, path)
     restored = restore_study(kind, path)
     assert restored.to_dict() == result.to_dict()

@@ -54,10 +54,10 @@ if TYPE_CHECKING:
         Span,
         crosshair,
         cursor_texts,
+        has_long_heading,
         heading_spans,
         nearest_curve_value,
         nearest_index,
-        needs_full_line,
         points_at,
     )
     from .shades import (

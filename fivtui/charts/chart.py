@@ -330,7 +330,7 @@ class View:
         Indices of hidden traces.
     cursors : Cursors
         The cursors.
-    newest_run : int
+    newest_run_when_zoomed : int
         Greatest number of a displayed run when the limits were chosen; later runs may lie outside.
     """
 
@@ -340,7 +340,7 @@ class View:
     log_y: bool = False
     hidden: set[int] = field(default_factory=set)
     cursors: Cursors = field(default_factory=Cursors)
-    newest_run: int = 0
+    newest_run_when_zoomed: int = 0
 
     def visible_traces(self, chart: Chart) -> Iterator[tuple[int, Trace]]:
         """The indices and traces of the chart that are not hidden."""
@@ -379,7 +379,7 @@ class View:
     def set_limits(self, chart: Chart, x: Axis | None, y: Axis | None) -> None:
         """Set the limits of both axes; None fits an axis to the data."""
         self.x, self.y = x, y
-        self.newest_run = max((trace.number for trace in chart.traces), default=0)
+        self.newest_run_when_zoomed = max((trace.number for trace in chart.traces), default=0)
 
     def zoom(self, chart: Chart, factor: float, centre: tuple[float, float] = (0.5, 0.5)) -> None:
         """Zoom in (factor below 1) or out; only along x if y is a function of x.

@@ -180,7 +180,7 @@ def heading_spans(
     return [*title, *limit_spans, *_legend_spans(chart, view)], len(title) + len(limit_spans)
 
 
-def needs_full_line(chart: Chart, view: View) -> bool:
+def has_long_heading(chart: Chart, view: View) -> bool:
     """Whether a heading is long: with two cursors, or with traces outside the limits."""
     return view.cursors.second is not None or bool(_outside_spans(chart, view))
 
@@ -215,7 +215,7 @@ def _outside_spans(chart: Chart, view: View) -> list[Span]:
     axes, spans = view.axes(chart), []
     for _, trace in view.visible_traces(chart):
         is_outside, is_partly_outside = _outside_limits(trace, axes)
-        is_added_later = view.y is not None and trace.number > view.newest_run
+        is_added_later = view.y is not None and trace.number > view.newest_run_when_zoomed
         if is_outside or (is_partly_outside and is_added_later):
             name = trace.name
             if trace.number and len(name) > _MAX_NAME_LENGTH:

@@ -85,9 +85,9 @@ def _run_action(action: Callable[[], int | None]) -> tuple[str, int]:
 
 def _unexpected_error_text(error: Exception) -> str:
     if isinstance(error, OSError):
-        from fivtui.io import limit_error
+        from fivtui.io import system_limit_error
 
-        limit = limit_error(error)
+        limit = system_limit_error(error)
         if limit is not None:
             return str(limit)
     return f"unexpected {type(error).__name__}: {error}; {_REPORT_REQUEST}"

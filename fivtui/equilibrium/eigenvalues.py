@@ -149,9 +149,9 @@ class Stability(SystemResult, Plottable):
 
     def modes_over_mu(self) -> "ModeScan":
         """Eigenvalues over μ, from 0 to beyond μ and every critical μ."""
-        from .scan import mode_scan, scan_top
+        from .scan import mode_scan, mu_scan_end
 
-        return mode_scan(self.system, scan_top(self))
+        return mode_scan(self.system, mu_scan_end(self))
 
     def _sheet(self) -> "Sheet":
         from .charts import modes_sheet

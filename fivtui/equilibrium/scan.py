@@ -57,8 +57,8 @@ class ModeScan(Result, Tabular):
         return table
 
 
-def scan_top(result: Stability) -> float:
-    """Upper end of a scan: a round number beyond μ and every critical μ.
+def mu_scan_end(result: Stability) -> float:
+    """Upper end of a scan over μ: a round number beyond μ and every critical μ.
 
     A round number keeps the axis unchanged while a parameter is edited in small steps.
     """

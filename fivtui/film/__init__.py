@@ -6,7 +6,7 @@ if TYPE_CHECKING:
     from .charts import belt_chart
     from .figure import animate, check_film_path
     from .shapes import Layout, layout_of
-    from .timing import Timing, usual_speed
+    from .timing import Timing, watchable_speed
 else:
     from fivtui.lazy import lazy_exports
 

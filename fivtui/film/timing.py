@@ -98,7 +98,7 @@ def film_timing(run: Transient, window: tuple[float, float] | None, speed: float
     return Timing(start, end, speed)
 
 
-def usual_speed(run: Transient) -> float:
+def watchable_speed(run: Transient) -> float:
     """A speed at which cycles can be watched: 1 (real time) unless that is too fast or slow."""
     period = period_of(run)
     if period is None or _MAX_PERIOD >= period >= _MIN_PERIOD:

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
         parts_folder,
         resolve_path,
     )
-    from .limits import limit_error, temporary_folder
+    from .limits import system_limit_error, temporary_folder
     from .npz_format import npz_arrays
     from .parquet_format import parquet_schema
     from .reading import (

@@ -23,7 +23,7 @@ _ADVICE: Final[Mapping[int, str]] = {
 }
 
 
-def limit_error(error: OSError, subject: str = "") -> ComputationError | None:
+def system_limit_error(error: OSError, subject: str = "") -> ComputationError | None:
     """The error for a limit of the system; None if the error has another cause.
 
     The message begins with `subject`, by default the path in the error.
@@ -43,4 +43,4 @@ def temporary_folder() -> Iterator[Path]:
             yield Path(folder)
     except OSError as error:
         location = f"the folder for temporary files, {tempfile.gettempdir()}"
-        raise limit_error(error, location) or error from None
+        raise system_limit_error(error, location) or error from None

@@ -17,7 +17,7 @@ orbits; `lanes.c` and `belt_lanes.c` compute many runs.
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from .field_text import FLAGS, headers
+    from .field_text import FLAGS, equation_headers
     from .native import Kernel, load_kernel, stepping_kernel, why_interpreted
     from .orbits import OrbitSearch, VariedParameter
     from .runs import (

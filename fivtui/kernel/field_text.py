@@ -276,7 +276,7 @@ def _recurrence_header() -> str:
     return "\n".join(parts)
 
 
-def headers() -> dict[str, str]:
+def equation_headers() -> dict[str, str]:
     """The generated headers by name."""
     return {"field.h": _field_header(), "recurrence.h": _recurrence_header()}
 
@@ -285,7 +285,7 @@ def sources_digest(folder: Path) -> str:
     """Digest of the kernel's sources, by which an outdated library is recognised."""
     content = hashlib.sha256()
     texts = {path.name: path.read_bytes() for path in [*folder.glob("*.c"), *folder.glob("*.h")]}
-    texts |= {name: text.encode() for name, text in headers().items()}
+    texts |= {name: text.encode() for name, text in equation_headers().items()}
     for name, text in sorted(texts.items()):
         content.update(name.encode() + b"\0" + text.replace(b"\r\n", b"\n"))
     return content.hexdigest()[:32]

@@ -46,5 +46,5 @@ MAP: Final = StudyKind(
     header_keys=frozenset({"parameters", "separation"}),
     json_keys=frozenset({"over", "values"}),
     command=_command,
-    stored=Storage(".npz", size=_stored_size),
+    storage=Storage(".npz", size=_stored_size),
 )

@@ -92,7 +92,7 @@ BRANCH: Final = StudyKind(
     command=_branch_command,
     # The laboratory's file also has the set's value of the parameter that varies; both are read
     # alike.
-    stored=Storage(
+    storage=Storage(
         suffix=".json", save=branch_files.store_branch, load=branch_files.restore_branch
     ),
 )

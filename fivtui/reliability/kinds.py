@@ -56,7 +56,7 @@ UNCERTAINTY: Final = StudyKind(
     json_keys=frozenset({"probabilities", "quantiles", "inputs"}),
     json_refusal="has no samples; read the file that uncertainty --out wrote",
     command=_command,
-    stored=Storage(
+    storage=Storage(
         ".csv",
         size=lambda result: _BYTES_PER_NUMBER * result.study.members * len(result.sweep.columns),
     ),

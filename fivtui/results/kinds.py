@@ -85,7 +85,7 @@ class Storage:
     # Approximate size of the file, bytes.
     size: Callable[[Any], int] = lambda _result: 0
     # The reason why a result must not be stored; empty if it may be.
-    unfinished: Callable[[Any], str] = lambda _result: ""
+    reason_not_to_store: Callable[[Any], str] = lambda _result: ""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -124,4 +124,4 @@ class StudyKind:
     # The command that computes a given result or request.
     command: Callable[[Any], Command] | None = None
     # How the laboratory stores a result when it is closed; None if it does not.
-    stored: Storage | None = None
+    storage: Storage | None = None

@@ -66,7 +66,7 @@ def _undecided_text(result: "SafeFriction") -> str:
     return f"{final_round.undecided} of {final_round.starts} motions stayed undecided"
 
 
-def coexistence_text(result: "SafeFriction") -> str:
+def largest_cycle_text(result: "SafeFriction") -> str:
     """The largest stable limit cycle at the μ of the parameter set; empty if none is known.
 
     For example ``a limit cycle coexists from μ = 0.2779: half peak-to-peak 7.443 m``.
@@ -148,6 +148,6 @@ def _proof_text(result: "SafeFriction") -> str:
 
 def verdict_rows(result: "SafeFriction") -> list[tuple[str, str]]:
     """Rows of the verdict, of the cycle that coexists at the μ of the set, and of the basis."""
-    cycle = coexistence_text(result)
+    cycle = largest_cycle_text(result)
     coexisting = [(f"at μ = {result.parameters.mu:.4g}", cycle)] if cycle else []
     return [("verdict", verdict_text(result)), *coexisting, *basis_rows(result)]

@@ -120,13 +120,13 @@ def safety_zones(
     return linear.zones() if math.isnan(safe_mu) else _zones_over_mu(linear, safe_mu, safe_mu)
 
 
-def zones_of_verdict(verdict: "SafeFriction", low: float, high: float) -> Zones:
+def zones_of_safe_friction(result: "SafeFriction", low: float, high: float) -> Zones:
     """Zones over μ from a result of `safe_friction`, without further continuation."""
-    linear = _EigenvalueZones(verdict.system, "mu", low, high)
+    linear = _EigenvalueZones(result.system, "mu", low, high)
     if not linear.may_have_cycles:
         return linear.zones()
-    squeal_mu = verdict.others[0].mu if verdict.others else verdict.critical_mu
-    return _zones_over_mu(linear, verdict.safe_to, math.inf if squeal_mu is None else squeal_mu)
+    squeal_mu = result.others[0].mu if result.others else result.critical_mu
+    return _zones_over_mu(linear, result.safe_to, math.inf if squeal_mu is None else squeal_mu)
 
 
 class _EigenvalueZones:

@@ -74,9 +74,9 @@ SWEEP: Final = StudyKind(
     # Follows the name of a file in an error.
     json_refusal="has no description of its sweep; read the file that sweep --out wrote",
     command=_command,
-    stored=Storage(
+    storage=Storage(
         ".csv",
         size=lambda result: _CELL_BYTES * result.table.members * len(result.columns),
-        unfinished=_incomplete_reason,
+        reason_not_to_store=_incomplete_reason,
     ),
 )

@@ -26,5 +26,5 @@ TRADEOFF: Final = StudyKind(
     json_keys=frozenset({"floor", "rows"}),
     # The command line that measures a scene, for display and copying.
     command=lambda scene: command_for("tradeoff", scene, TradeoffOptions()),
-    stored=Storage(".json"),
+    storage=Storage(".json"),
 )

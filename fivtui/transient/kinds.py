@@ -25,7 +25,7 @@ RUN: Final = StudyKind(
     command=lambda scene: command_for(
         "simulate", scene, SimulateOptions(), scene_only={"over_time": scene.over_time}
     ),
-    stored=Storage(
+    storage=Storage(
         suffix=".npz",
         save=files.store_transient,
         load=files.restore_transient,

@@ -24,7 +24,7 @@ from fivtui.tui.session import StoredResult
 
 from .lab import KEY_IDS, KeyQueue, LabScreen, discard_alt_character, register_alt_keys
 from .persistence import Autosave, Slot, State, load_config, restore_session, session_state
-from .session import SCREEN_PRIORITY, ComputingThreads, Session
+from .session import SCREEN_RESPONSE, ComputingThreads, Session
 from .tabs import Reported, SessionRequested
 
 _SAVE_INTERVAL_S: Final = 2.0
@@ -304,7 +304,7 @@ class FivtuiApp(App[None]):
                 # In the laboratory, the characters of a Mac's Option key count as Alt with a digit.
                 discard_alt_character(event, mac_option=isinstance(self.screen, LabScreen))
             if not isinstance(event, MouseMove):
-                SCREEN_PRIORITY.claim()
+                SCREEN_RESPONSE.begin()
         await super().on_event(event)
 
     def on_ready(self) -> None:

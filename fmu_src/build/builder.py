@@ -21,7 +21,7 @@ from fivtui.model import InputError, check_known
 
 from .component import Component, documentation_files, reference_files
 from .components import COMPONENTS, DEFAULT_COMPONENT
-from .description import complete_xml
+from .description import complete_description
 from .native import native_files
 
 SUFFIX: Final = ".fmu"
@@ -35,6 +35,7 @@ ZIP_DATE: Final = (1980, 1, 1, 0, 0, 0)
 _UNIX_SYSTEM: Final = 3
 # Held while an FMU's Python code is imported: importing changes `sys.path` and `sys.modules`.
 IMPORT_LOCK: Final = threading.Lock()
+# The `from` of an import from the project, after which the package of the bundle is inserted.
 _PROJECT_IMPORT: Final = re.compile(r"^from (?=(?:fivtui|fmu_src)[. ])", re.MULTILINE)
 _HASH_DIGITS: Final = 12
 _WRAPPER_FOLDER: Final = "resources/pythonfmu/"
@@ -115,9 +116,10 @@ def build_fmu(
         with temporary_folder() as folder:
             content = _export_with_pythonfmu(folder, definition)
     content |= documentation_files(definition, is_native=flavour == NATIVE)
-    content |= reference_files(definition.model, definition.reference())
+    content |= reference_files(definition.model, definition.reference_run())
     if flavour != NATIVE:
-        content[_DESCRIPTION] = complete_xml(content.pop(_DESCRIPTION), content, definition.table)
+        incomplete = content.pop(_DESCRIPTION)
+        content[_DESCRIPTION] = complete_description(incomplete, content, definition.variable_table)
     write_atomically(target, lambda file: _write_archive(file, content))
     return Path(path)
 

@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Final
 
-from fivtui.kernel import headers
+from fivtui.kernel import equation_headers
 from fivtui.model import PARAMETERS
 from fmu_src.slave import ACTUATOR_TABLE, SLIDER_BELT_TABLE, Type, Variable, VariableTable
 
@@ -21,6 +21,7 @@ MODELS: Final[Mapping[str, VariableTable]] = {
 }
 # Units of each model besides the shared ones; the first is the model itself.
 UNITS: Final[Mapping[str, tuple[str, ...]]] = {
+    # "processor" chooses between builds of the stepping unit by what the processor can do.
     "SliderBelt": ("slider_belt", "processor"),
     "BrakeActuator": ("brake_actuator",),
 }
@@ -47,11 +48,10 @@ _C_KINDS: Final = {
 
 def sources(model: str) -> dict[str, str]:
     """All C files of the binary of a model, by file name."""
-    all_units = {unit for units in UNITS.values() for unit in units}
-    excluded_units = all_units - {*UNITS[model]}
-    excluded = {f"{unit}{end}" for unit in excluded_units for end in (".c", "_table.h")}
+    other_units = {unit for name, units in UNITS.items() if name != model for unit in units}
+    other_files = {f"{unit}{end}" for unit in other_units for end in (".c", "_table.h")}
     texts = {**_all_sources(), **generated_files()}
-    return {name: text for name, text in sorted(texts.items()) if name not in excluded}
+    return {name: text for name, text in sorted(texts.items()) if name not in other_files}
 
 
 def _all_sources() -> dict[str, str]:
@@ -60,7 +60,7 @@ def _all_sources() -> dict[str, str]:
     texts = {file.name: file.read_text(encoding="utf-8") for file in files}
     for model, table in MODELS.items():
         texts[f"{UNITS[model][0]}_table.h"] = _table_header(table)
-    texts |= headers()
+    texts |= equation_headers()
     return dict(sorted(texts.items()))
 
 
@@ -71,7 +71,7 @@ def generated_files() -> dict[str, str]:
     lines = [f'#define {name} "{value}"\n' for name, value in names.items()]
     comment = "/* Identifiers of the sources that the binaries are compiled from. */\n\n"
     texts = {name: text for name, text in _all_sources().items() if name.endswith("_table.h")}
-    texts |= headers()
+    texts |= equation_headers()
     return {**texts, "build.h": comment + "".join(lines)}
 
 

@@ -27,10 +27,11 @@ _NATIVE_RULES: Final = """\
 over the next step with the given first derivatives; after that step they keep their final values.
 Results do not depend on the communication step.</p>
 <p>Model exchange: the importer integrates, and finds switches as zeros of the event
-indicators: y; on a belt of finite speed also v_belt - vx in slip, and mu_s P - f and mu_s P + f in
-stick. An indicator that does not apply to the mode is 1. At every switch the states are reported as
-changed. While the slider sticks, v_belt can be set only in event mode, because its rate, on which
-the holding force f depends, is unknown. Directional derivatives are exact at constant mode.</p>
+indicators. The first is y. A belt of finite speed adds v_belt - vx in slip, and in stick mu_s P - f
+and mu_s P + f, where P is the contact force and f the friction that holds the slider. An indicator
+that does not apply to the mode is 1. At every switch the states are reported as changed. While the
+slider sticks, f depends on the rate of v_belt. The FMU does not know this rate; therefore v_belt
+can then be set only in event mode. Directional derivatives are exact at constant mode.</p>
 <p>A refused call returns fmi2Discard (an invalid value or step) or fmi2Error (a call that is not
 allowed), is logged, and changes nothing. A tolerance out of range is replaced by the nearest valid
 one, with fmi2Warning.</p>
@@ -73,13 +74,13 @@ class Component:
     # Modules that the FMU contains, by package; they import only the standard library, pythonfmu
     # and each other.
     modules: Mapping[str, Sequence[str]]
-    table: VariableTable
+    variable_table: VariableTable
     # One sentence on the model.
     description: str
     # Documentation of the model, as paragraphs of HTML.
     about_html: str
     # Computes a reference run.
-    reference: Callable[[], Reference]
+    reference_run: Callable[[], Reference]
 
 
 def documentation_files(component: Component, *, is_native: bool) -> dict[str, bytes]:
@@ -102,7 +103,7 @@ def _index_page(component: Component, rules: str) -> str:
         rows = "".join(
             f"<tr><td>{v.name}</td><td>{v.unit}</td><td>{html.escape(v.meaning)}</td>"
             f"<td>{html.escape(v.range_text)}</td></tr>\n"
-            for v in component.table.variables
+            for v in component.variable_table.variables
             if v.role is role
         )
         parts.append(f"<h2>{title}</h2>\n<table>\n{rows}</table>\n" if rows else "")

@@ -156,10 +156,10 @@ COMPONENTS: Final[Mapping[str, Component]] = {
             **_MODEL_MODULES,
             "fmu_src.slave": (*_INSTANCE_MODULES, "motion", "slider_belt", "variables"),
         },
-        table=SLIDER_BELT_TABLE,
+        variable_table=SLIDER_BELT_TABLE,
         description=SUMMARY,
         about_html=_SLIDER_BELT_ABOUT + _EVENTS_ABOUT,
-        reference=_slider_belt_reference,
+        reference_run=_slider_belt_reference,
     ),
     "brake-actuator": Component(
         model="BrakeActuator",
@@ -169,10 +169,10 @@ COMPONENTS: Final[Mapping[str, Component]] = {
             **_MODEL_MODULES,
             "fmu_src.slave": (*_INSTANCE_MODULES, "actuator", "actuator_variables"),
         },
-        table=ACTUATOR_TABLE,
+        variable_table=ACTUATOR_TABLE,
         description=ACTUATOR_SUMMARY,
         about_html=_ACTUATOR_ABOUT,
-        reference=_actuator_reference,
+        reference_run=_actuator_reference,
     ),
 }
 DEFAULT_COMPONENT: Final = "slider-belt"

@@ -1,8 +1,8 @@
 """Model descriptions, the XML files that FMI requires of an FMU.
 
-For a Python FMU pythonfmu writes the description, and `complete_xml` completes it. Native FMUs
-have descriptions of this project: `native.py` and `description_3.py` compose them from functions
-here.
+For a Python FMU pythonfmu writes the description, and `complete_description` completes it. Native
+FMUs have descriptions of this project: `native.py` and `description_3.py` compose them from
+functions here.
 """
 
 import hashlib
@@ -49,7 +49,7 @@ _DISPLAY_UNITS: Final = {
 }
 
 
-def complete_xml(xml: bytes, content: Mapping[str, bytes], table: VariableTable) -> bytes:
+def complete_description(xml: bytes, content: Mapping[str, bytes], table: VariableTable) -> bytes:
     """Complete the model description that pythonfmu wrote.
 
     This adds units, bounds, types, derivatives, dependencies, initial unknowns, and a GUID from a

@@ -92,7 +92,7 @@ def native_description_3(component: Component, categories: Mapping[str, str]) ->
 
     `categories` are log categories with their descriptions.
     """
-    table, indicators = component.table, INDICATORS[component.model]
+    table, indicators = component.variable_table, INDICATORS[component.model]
     root_attributes = {
         "fmiVersion": "3.0",
         "modelName": component.model,

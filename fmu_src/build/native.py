@@ -140,7 +140,7 @@ def native_description(component: Component, *, with_sources: bool = False) -> b
 
     `with_sources` lists the files to compile.
     """
-    table = component.table
+    table = component.variable_table
     states = {v.derivative_of for v in table.variables if v.derivative_of}
     root_attributes = {
         "fmiVersion": "2.0",

@@ -109,7 +109,7 @@ def _system_structure() -> bytes:
             source=_fmu_path(component),
         )
         connectors = ET.SubElement(element, f"{_SSD}Connectors")
-        table = COMPONENTS[component].table
+        table = COMPONENTS[component].variable_table
         for port in ports:
             variable = table.variables[table.references[port]]
             connector = ET.SubElement(

@@ -13,10 +13,10 @@ import pytest
 
 from fivtui.cli import EXIT_COMPUTATION, EXIT_INPUT, run
 from fivtui.io import (
-    limit_error,
     output_path,
     publish_together,
     save_bytes,
+    system_limit_error,
     temporary_folder,
     write_atomically,
 )
@@ -201,10 +201,12 @@ def test_a_temporary_folder_that_is_full_is_named_with_advice() -> None:
 
 
 def test_only_errors_at_limits_of_the_system_such_as_a_full_disk_are_expected() -> None:
-    assert limit_error(FileNotFoundError(errno.ENOENT, "none")) is None
+    assert system_limit_error(FileNotFoundError(errno.ENOENT, "none")) is None
     full = OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), "film.gif")
-    assert str(limit_error(full)) == ("film.gif: No space left on device; free space on the disk")
-    assert crash_message(full) == str(limit_error(full))
+    assert str(system_limit_error(full)) == (
+        "film.gif: No space left on device; free space on the disk"
+    )
+    assert crash_message(full) == str(system_limit_error(full))
 
 
 @pytest.mark.parametrize(

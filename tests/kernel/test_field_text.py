@@ -9,13 +9,13 @@ from typing import Any
 import pytest
 
 from fivtui import Parameters
-from fivtui.kernel.field_text import has_tuned_law, headers
+from fivtui.kernel.field_text import equation_headers, has_tuned_law
 from fivtui.model import field as equations
 from fivtui.model.modes import Mode
 from fivtui.model.parameters import ALL_PARAMETERS
 from fivtui.taylor.expression import Expression
 
-HEADER = headers()["field.h"]
+HEADER = equation_headers()["field.h"]
 VALUES = Parameters(c1=0.4, F=70.0, mu=0.5, v_belt=1.0, mu_s=0.9, v_s=0.4).as_dict()
 # Derivatives of the parameters by one number, on which all of them depend here.
 DERIVATIVES = {name: 0.1 * (n + 1) for n, name in enumerate(VALUES)}

@@ -15,7 +15,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings, strategies as st
 
 import fivtui
-from fivtui.kernel.field_text import headers
+from fivtui.kernel.field_text import equation_headers
 from fivtui.model import Parameters
 
 KERNEL = Path(fivtui.__file__).parent / "kernel"
@@ -198,7 +198,7 @@ def sanitized(tmp_path_factory: pytest.TempPathFactory) -> Iterator[SanitizedKer
         pytest.skip("there is no gcc")
     folder = tmp_path_factory.mktemp("sanitized")
     program = folder / "problems"
-    for name, text in headers().items():
+    for name, text in equation_headers().items():
         (folder / name).write_text(text, encoding="utf-8")
     # `lanes` and `belt_lanes` compute batches side by side in SIMD vectors, without and with a
     # finite speed of the belt.

@@ -14,7 +14,7 @@ import pytest
 import fivtui
 import hatch_build
 from fivtui.kernel import Kernel, Status, VariedRun, load_kernel, native
-from fivtui.kernel.field_text import headers
+from fivtui.kernel.field_text import equation_headers
 from fivtui.kernel.runs import MAX_SEEDS
 from fivtui.taylor.variation import apply_saltation
 from tests.support.kernels import GCC
@@ -140,7 +140,7 @@ def test_deviations_cross_a_switch_in_c_as_in_python(tmp_path: Path) -> None:
         pytest.skip("there is no gcc")
     source, program = tmp_path / "switch.c", tmp_path / "switch"
     source.write_text(SWITCH_PROGRAM, encoding="utf-8")
-    for name, text in headers().items():
+    for name, text in equation_headers().items():
         (tmp_path / name).write_text(text, encoding="utf-8")
     folder = Path(fivtui.__file__).parent / "kernel"
     includes = [f"-I{tmp_path}", f"-I{folder}"]

@@ -10,7 +10,7 @@ import pytest
 from fivtui import Cancelled, Parameters, safe_friction, simulate
 from fivtui.model import System, equilibrium
 from fivtui.safety import search
-from fivtui.safety.phrases import coexistence_text, verdict_text
+from fivtui.safety.phrases import largest_cycle_text, verdict_text
 from fivtui.safety.verdict import SafeFriction
 
 
@@ -46,7 +46,7 @@ def test_a_knock_leads_to_the_coexisting_cycle(base: SafeFriction) -> None:
     (cycle,) = base.coexisting
     knocked = simulate(base.parameters, start=(0.0, 0.0, 5.0, 0.0), t_end=1000.0)
     assert cycle.half_range == pytest.approx(knocked.steady.y_half_range, rel=1e-6)
-    assert coexistence_text(base) == (
+    assert largest_cycle_text(base) == (
         f"a limit cycle coexists from μ = 0.2779: half peak-to-peak {cycle.half_range:#.4g} m"
     )
 

@@ -17,7 +17,7 @@ from fivtui.safety import (
     safe_friction,
     safe_mus,
     safety_zones,
-    zones_of_verdict,
+    zones_of_safe_friction,
 )
 
 F_120 = Parameters(F=120.0)
@@ -124,14 +124,14 @@ def test_a_linear_system_is_safe_where_it_is_stable() -> None:
 def test_zones_of_a_verdict_agree_with_those_of_continuation() -> None:
     verdict = safe_friction(F_120)
     zones, expected = (
-        zones_of_verdict(verdict, 0.0, 1.5),
+        zones_of_safe_friction(verdict, 0.0, 1.5),
         safety_zones(System(F_120), "mu", 0.0, 1.5),
     )
     assert zones.zones == expected.zones
     assert zones.bounds == pytest.approx(expected.bounds, rel=1e-12)
     uncoupled = safe_friction(Parameters(k3=0.0))
     assert isinstance(uncoupled, SafeFriction)
-    zones = zones_of_verdict(uncoupled, 0.0, 2.0 * uncoupled.searched_to)
+    zones = zones_of_safe_friction(uncoupled, 0.0, 2.0 * uncoupled.searched_to)
     assert zones.zones == (Zone.SAFE, Zone.SMALL)
     assert zones.bounds[1] == uncoupled.searched_to
 
@@ -161,9 +161,9 @@ def test_zones_above_an_unknown_safe_mu_are_not_safe() -> None:
     verdict = safe_friction(F_120)
     (cycle,) = verdict.others
     unknown = replace(verdict, safe_mu=None, unknown_above=0.1)
-    zones = zones_of_verdict(unknown, 0.0, 1.5)
+    zones = zones_of_safe_friction(unknown, 0.0, 1.5)
     assert zones.zones == (Zone.SAFE, Zone.SMALL, Zone.KNOCK, Zone.SQUEALS)
     assert zones.bounds[1:3] == (0.1, cycle.mu)
-    zones_without_bound = zones_of_verdict(replace(unknown, unknown_above=0.0), 0.0, 1.5)
+    zones_without_bound = zones_of_safe_friction(replace(unknown, unknown_above=0.0), 0.0, 1.5)
     assert zones_without_bound.zones == (Zone.SMALL, Zone.KNOCK, Zone.SQUEALS)
     assert zones.without_safe() == zones_without_bound

@@ -1,4 +1,8 @@
-"""Actions of the main screen on its parts, tabs and files."""
+"""Actions of the main screen on its parts, tabs and files.
+
+The main screen is the laboratory, in which a scene, a parameter set with the settings of its run,
+is edited and run. Its verdict says whether the slider is stable.
+"""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -58,14 +62,14 @@ class LabActions(Screen[None]):
 
     @property
     def active_bindings(self) -> dict[str, ActiveBinding]:
-        """The active keys; those of the laboratory come before those of the focused widget."""
+        """The active keys; those of this screen come before those of the focused widget."""
         bindings = super().active_bindings
         return dict(sorted(bindings.items(), key=lambda item: item[1].node is not self))
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:  # noqa: ARG002
-        """Whether an action is available: run and stop exclude each other."""
+        """Whether an action is available: stop during a run, actions that start a run otherwise."""
         running = self.session.runs.active is not None
-        availability = {"run": not running, "stop": running, "run_both": not running}
+        availability = {"run": not running, "stop": running, "compare_engines": not running}
         return availability.get(action, True)
 
     def _remove_welcome(self) -> None:
@@ -148,7 +152,7 @@ class LabActions(Screen[None]):
         )
 
     def action_focus_part(self, part: str) -> None:
-        """Focus a part of the screen: fields, tabs, bar, plot or runs."""
+        """Focus a part of the screen: fields, tabs, runs, or the bar or plot of the current tab."""
         if part == "fields":
             self.query_one(Form).take_focus()
         elif part == "tabs":

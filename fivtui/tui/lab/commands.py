@@ -1,4 +1,8 @@
-"""Entries of the command palette: what applies to the current state, found by search terms."""
+"""Entries of the command palette: what applies to the current state, found by search terms.
+
+The paper is "Nonlinear friction-induced vibration of a slider-belt system". A slot is a numbered
+place for a saved session, with its files.
+"""
 
 import re
 from collections.abc import Callable, Iterable, Iterator
@@ -17,7 +21,7 @@ from fivtui.scene import PRESETS, Scene
 from fivtui.tui.persistence import Slot, load_state
 from fivtui.tui.session import FIELDS, Run
 from fivtui.tui.tabs import (
-    KINDS,
+    EXPORT_KEYS,
     TABS,
     FieldEdited,
     RunActionRequested,
@@ -112,7 +116,7 @@ def _lab_entries(lab: LabScreen) -> Iterator[PaletteEntry]:
         yield PaletteEntry(
             "Run with native solver and FMU",
             "F9: native solver, then FMU, then compare",
-            lab.action_run_both,
+            lab.action_compare_engines,
             "check verify compare",
         )
     else:
@@ -159,6 +163,7 @@ def _lab_entries(lab: LabScreen) -> Iterator[PaletteEntry]:
             lab.action_reset_all,
             "default original revert",
         )
+    # The entry offers the other kind of belt: of finite speed, or always faster than the slider.
     is_finite = session.belt_is_finite
     stick_help = "Fields v_belt, μ_s and v_s: the slider sticks"
     yield PaletteEntry(
@@ -194,7 +199,8 @@ def _tab_entries(lab: LabScreen) -> Iterator[PaletteEntry]:
     pane = lab.pane
     if pane is None:
         return
-    for kind, key in KINDS.items():
+    for kind, key in EXPORT_KEYS.items():
+        # A tab without content to export raises `InputError`.
         with suppress(InputError):
             export = pane.export(kind)
             is_belt = not {".gif", ".wav"}.isdisjoint(export.suffixes)
@@ -301,7 +307,7 @@ def _run_entries(lab: LabScreen) -> Iterator[PaletteEntry]:
         yield entry(title, "In the run list: b; compare", run, "baseline")
 
 
-def _session_entries(lab: LabScreen, slots: Iterable[Slot]) -> Iterator[PaletteEntry]:
+def _saved_session_entries(lab: LabScreen, slots: Iterable[Slot]) -> Iterator[PaletteEntry]:
     for slot in slots:
         last_used = datetime.fromtimestamp(slot.last_used)
         yield PaletteEntry(
@@ -333,7 +339,7 @@ def _field_entries(lab: LabScreen) -> Iterator[PaletteEntry]:
         yield PaletteEntry(f"Edit {field.symbol or field.name}", field.meaning, focus, field.name)
         for text, meaning in (field.choices or {}).items():
             if text != lab.session.texts[field.name]:
-                choose = partial(lab.post_message, FieldEdited(field.name, text, typed=False))
+                choose = partial(lab.post_message, FieldEdited(field.name, text, from_editor=False))
                 yield PaletteEntry(f"{field.name.capitalize()}: {text}", meaning, choose)
 
 
@@ -344,7 +350,9 @@ class LabCommands(Provider):
         """List the other sessions once, because listing them reads files."""
         self._other_sessions: list[PaletteEntry] = []
         if isinstance(self.screen, LabScreen):
-            self._other_sessions += _session_entries(self.screen, self.screen.other_sessions())
+            self._other_sessions += _saved_session_entries(
+                self.screen, self.screen.other_sessions()
+            )
 
     def _all_entries(self) -> Iterator[PaletteEntry]:
         if isinstance(self.screen, LabScreen):

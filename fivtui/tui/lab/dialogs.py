@@ -68,20 +68,25 @@ class PathDialog(ModalScreen[Path | None]):
             self._show_hint("type a path", self._verb, is_error=True)
             return
         may_overwrite = self._text_to_overwrite == text
-        path = output_path(Path(text).expanduser(), force=may_overwrite)
+        path = Path(text).expanduser()
+        # A check refuses an existing file unless its path is marked as replaceable.
+        replaceable_path = output_path(path, force=True)
+        if may_overwrite:
+            path = replaceable_path
         error = await asyncio.to_thread(self._path_error, path)
         if not self.is_current:
             return
         if not error:
             self.dismiss(path)
-        elif not may_overwrite and not await asyncio.to_thread(
-            self._path_error, output_path(path, force=True)
-        ):
-            # The path is valid, but the file exists.
-            self._text_to_overwrite = text
-            self._show_hint(f"{path} exists. Overwrite it?", "Overwrite", is_error=True)
-        else:
-            self._show_hint(error, self._verb, is_error=True)
+            return
+        if not may_overwrite:
+            error_if_replaced = await asyncio.to_thread(self._path_error, replaceable_path)
+            if not error_if_replaced:
+                # The path is valid, but the file exists.
+                self._text_to_overwrite = text
+                self._show_hint(f"{path} exists. Overwrite it?", "Overwrite", is_error=True)
+                return
+        self._show_hint(error, self._verb, is_error=True)
 
     def _path_error(self, path: Path) -> str:
         try:

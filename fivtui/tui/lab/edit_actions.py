@@ -20,9 +20,9 @@ class EditActions(LabActions):
 
     @on(FieldEdited)
     def _edit_field(self, event: FieldEdited) -> None:
-        # Undo or reset may have replaced the typed text before its message arrives.
+        # Undo or reset may have replaced the text in the editor before its message arrives.
         form, session = self.query_one(Form), self.session
-        is_current = not event.typed or form.text_of(event.name) == event.text
+        is_current = not event.from_editor or form.text_of(event.name) == event.text
         if is_current and session.texts[event.name] != event.text:
             session.set_text(event.name, event.text)
             self.show_inputs()
@@ -82,18 +82,18 @@ class EditActions(LabActions):
         self.report(f"engine {self.session.engine}: method {self.session.texts['method']}")
 
     def action_switch_belt(self) -> None:
-        """Give the belt a finite speed, or make it faster than the slider again."""
+        """Give the belt a finite speed, or none: then it is always faster than the slider."""
         session, form = self.session, self.query_one(Form)
         is_finite = session.belt_is_finite
         for name, spec in BELT_PARAMETERS.items():
             # The other parameters of a belt of finite speed are optional.
             text = number_text(spec.default) if name == "v_belt" and not is_finite else ""
             session.set_text(name, text)
-        session.close_step()
+        session.close_undo_step()
         self.show_inputs()
         if is_finite:
             form.focus_field("mu")
-            form.hide_belt()
+            form.hide_belt_fields()
         else:
             form.call_after_refresh(form.focus_field, "v_belt")
 

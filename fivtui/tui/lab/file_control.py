@@ -101,6 +101,7 @@ class FileController:
 
     def _write(self, export: Export, path: Path) -> None:
         def write_file() -> None:
+            # The program waits for this file before it exits.
             with FILE_WRITES.track(str(path)):
                 error = write_export(export, path)
             self._lab.call_later(self._report, export.kind, path, error)
@@ -179,8 +180,9 @@ class FileController:
         """
         with self._lab.report_errors():
             scene = self._session.scene()
-            path = Path(self._session.source)
-            scene_path = path if _is_scene(path) else None
+            # The source may also be the name of a preset, or empty.
+            source = Path(self._session.source)
+            scene_path = source if _is_scene(source) else None
             if scene_path is not None and not ask and self._file_is_current(scene_path):
                 self._save(scene, output_path(scene_path, force=True))
                 return
@@ -230,7 +232,10 @@ class FileController:
 
 
 def load_displayable(kind: str, path: Path) -> Any:
-    """Read a result of this kind; raises `InputError` if it cannot be read or displayed."""
+    """Read a result of this kind.
+
+    Raises `InputError` if it cannot be read, or is a sweep over too many parameters to draw.
+    """
     result = load_study(kind, path)
     if kind == "sweep":
         with _errors_with_path(path):
@@ -239,7 +244,10 @@ def load_displayable(kind: str, path: Path) -> Any:
 
 
 def load_run(path: Path) -> tuple[Scene, Transient]:
-    """Read scene and transient from a trajectory file; raises `InputError` if it is invalid."""
+    """Read scene and transient from a trajectory file; raises `InputError` if it is invalid.
+
+    With `separation` the slider may leave the belt.
+    """
     run: Transient = load_study("run", path)
     with _errors_with_path(path):
         scene = Scene(

@@ -13,6 +13,9 @@ from textual.widget import Widget
 
 # Identifiers of the keys that come first.
 _ESSENTIAL_IDS: Final = ("run", "stop", "help", "next-tab")
+# An essential key has its index as rank; keys of the focused widget follow, then all others.
+_FOCUSED_RANK: Final = len(_ESSENTIAL_IDS)
+_SCREEN_RANK: Final = _FOCUSED_RANK + 1
 _KEY_STYLE: Final = "bold $footer-key-foreground"
 _TEXT_STYLE: Final = "$footer-description-foreground"
 _DIM_STYLE: Final = "dim $footer-description-foreground"
@@ -61,11 +64,9 @@ class KeyBar(Widget):
         palette_binding = active_bindings.get(self.app.COMMAND_PALETTE_BINDING)
         palette_items = [] if palette_binding is None else next(self._groups([palette_binding]))
         bindings = [active for active in active_bindings.values() if active.binding.show]
-        bindings.sort(key=self._priority)
+        bindings.sort(key=self._rank)
         # The essential keys, and those of the focused widget.
-        first_bindings = [
-            active for active in bindings if self._priority(active) <= len(_ESSENTIAL_IDS)
-        ]
+        first_bindings = [active for active in bindings if self._rank(active) <= _FOCUSED_RANK]
         first_width = sum(map(_width, self._groups(first_bindings)))
         if first_width + _width(palette_items) > self.size.width:
             palette_items = [replace(item, description="") for item in palette_items]
@@ -85,11 +86,11 @@ class KeyBar(Widget):
             *(part for item in palette_items for part in item.parts),
         )
 
-    def _priority(self, active: ActiveBinding) -> int:
+    def _rank(self, active: ActiveBinding) -> int:
         # Order of keys: essential ones, those of the focused widget, those of screen and app.
         if active.binding.id in _ESSENTIAL_IDS:
             return _ESSENTIAL_IDS.index(active.binding.id)
-        return len(_ESSENTIAL_IDS) + (active.node in (self.screen, self.app))
+        return _SCREEN_RANK if active.node in (self.screen, self.app) else _FOCUSED_RANK
 
     def _groups(self, bindings: Iterable[ActiveBinding]) -> Iterator[list[_Item]]:
         # Yield the first key of every action, grouped as in the bindings.

@@ -44,7 +44,8 @@ def register_alt_keys() -> None:
         sequences = cast("dict[str, Any]", ANSI_SEQUENCES_KEYS)
         for character, name in _KEY_NAMES.items():
             sequence = f"{_ESCAPE}{character}"
-            # Keep keys that Textual defines, such as Alt+B (a word back); a text is a symbol.
+            # The table gives a tuple for a key of Textual, such as Alt+B (a word back), which
+            # stays; for a symbol to insert it gives a text.
             is_undefined = isinstance(sequences.get(sequence, ""), str)
             if is_undefined or character in _OVERRIDDEN_LETTERS:
                 sequences[sequence] = (_AltKey(f"alt+{name}"),)
@@ -92,27 +93,29 @@ class KeyQueue:
         await self._handle(event)
 
         # Follow the event from the focused widget to its parents until one consumes it: a callback
-        # queued in a node runs after the messages that the node has received before.
-        def wait_for(node: DOMNode, messages: int = 1) -> None:
+        # queued in a node runs after the messages that the node has received before. A node has
+        # handled `count` messages after as many callbacks, each queued by the one before.
+        def queue_callback(node: DOMNode, count: int = 1) -> None:
             # A node that is being removed accepts no callback.
-            if not node.call_later(continue_at, node, messages):
-                continue_at(node, 1)
+            if not node.call_later(run_callback, node, count):
+                run_callback(node, 1)
 
-        def continue_at(node: DOMNode, messages: int) -> None:
-            if messages > 1:
-                wait_for(node, messages - 1)
+        def run_callback(node: DOMNode, count: int) -> None:
+            if count > 1:
+                queue_callback(node, count - 1)
             elif node is self._app or _is_consumed(event, node):
                 handle_next()
             else:
-                wait_for(node.parent or self._app)
+                queue_callback(node.parent or self._app)
 
         def handle_next() -> None:
             stack = self._app.screen_stack
-            # A new screen sets the focus in its own message loop.
-            if not (stack and stack[-1] is not screen and stack[-1].call_later(self._resume)):
+            new_screen = stack[-1] if stack and stack[-1] is not screen else None
+            # A new screen first sets the focus, in its own message loop: resume after that.
+            if new_screen is None or not new_screen.call_later(self._resume):
                 self._resume()
 
-        wait_for(focused, _MESSAGES_OF_FOCUSED_WIDGET)
+        queue_callback(focused, _MESSAGES_OF_FOCUSED_WIDGET)
 
     def _resume(self) -> None:
         self._app.call_later(self._handle_first)

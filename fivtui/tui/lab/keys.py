@@ -59,7 +59,7 @@ LAB_KEYS: Final = (
     _key("previous-tab", "shift+f2", "switch_tab(-1)", "Previous tab"),
     _key("runs", "f3", "toggle_runs", "Runs", label="F3", tooltip="Go to the run list, or back"),
     _key("engine", "f4", "switch_engine", "Engine", label="F4", tooltip=_ENGINE_TOOLTIP),
-    _key("both", "f9", "run_both", "Compare with the FMU"),
+    _key("both", "f9", "compare_engines", "Compare with the FMU"),
     _key("compute", "f10,ctrl+g", "toggle_computation", "Compute in the tab, or stop"),
     _key("figure", "f6", "export('figure')", "Figure…", label="F6", tooltip="Write the figure"),
     _key("data", "f7", "export('data')", "Data…", label="F7", tooltip="Write the data"),

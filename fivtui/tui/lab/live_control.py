@@ -14,7 +14,7 @@ from fivtui.scene import Scene
 from fivtui.transient import Transient
 from fivtui.tui.session import (
     MAX_IMMEDIATE_S,
-    SCREEN_PRIORITY,
+    SCREEN_RESPONSE,
     LiveJob,
     LiveRun,
     Outcome,
@@ -68,7 +68,7 @@ class LiveController:
         if scene is None:
             self.stop()
             live.status = "live: waits for valid inputs"
-        elif run is not None and not differences(scene, run.edited_scene or run.scene):
+        elif run is not None and not differences(scene, run.form_scene):
             self.stop()
             live.clear()
         else:
@@ -98,7 +98,7 @@ class LiveController:
 
     def _start_after_pause(self) -> None:
         self._pause_timer = None
-        if SCREEN_PRIORITY.claimed:
+        if SCREEN_RESPONSE.pending:
             # A key was pressed, so wait for another pause.
             self._pause_timer = self._screen.set_timer(_PAUSE, self._start_after_pause)
         elif self._requested_scene is not None:
@@ -129,7 +129,7 @@ class LiveController:
         elif outcome.error:
             live.show_failure(outcome.error, displayed_result)
         else:
-            # The run took too long and was stopped.
+            # Neither result nor error: the run took too long and was stopped.
             live.record_duration(job.scene, job.estimated_duration)
             live.switch_off(job.scene)
         if self._queued_scene is not None:
@@ -142,7 +142,9 @@ class LiveController:
         if runs.active is not None:
             self.stop()
         if runs.displayed is not self._displayed:
-            self._displayed, self._requested_scene = runs.displayed, self._edited_scene()
+            self._displayed = runs.displayed
+            # The displayed run stays visible until the next edit.
+            self._requested_scene = self._edited_scene()
             self.stop()
             self._session.live.clear()
 
@@ -152,7 +154,9 @@ class LiveController:
         session.live_enabled = not session.live_enabled
         self.stop()
         session.live.clear()
-        self._requested_scene = None if session.live_enabled else self._requested_scene
+        if session.live_enabled:
+            # A valid scene differs from None, so the next `update` runs it.
+            self._requested_scene = None
 
     def stop(self) -> None:
         """Stop the live run and discard the queued scene."""

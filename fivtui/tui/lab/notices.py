@@ -7,7 +7,7 @@ from typing import Final
 from textual.content import Content
 from textual.widget import Widget
 
-# The height of the hint about a field, so that notices cover no button or field.
+# Notices cover the lower edge of the form, where its hint has three lines, but no button or field.
 _MAX_LINES: Final = 3
 _DISPLAY_TIME_S: Final = 5.0
 _LEFT_EDGE: Final = "▌ "

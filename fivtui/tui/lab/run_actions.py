@@ -18,7 +18,7 @@ from fivtui.tui.session import (
     result_summary,
 )
 from fivtui.tui.tabs import (
-    PointOpened,
+    PointRunRequested,
     RunActionRequested,
     RunRequested,
     RunsChanged,
@@ -30,11 +30,15 @@ from .actions import LabActions
 
 
 class RunActions(LabActions):
-    """Actions on runs, by keys, commands and messages."""
+    """Actions on runs, by keys, commands and messages.
+
+    The edited scene is that of the form. To compare engines, it is run with a native method, then
+    with an FMU: the scenes that are computed differ from it in method and step.
+    """
 
     def __init__(self, session: Session, *, show_welcome: bool) -> None:
         super().__init__(session, show_welcome=show_welcome)
-        # To compare engines: the scene that an FMU computes next, then the finished native run.
+        # During a comparison: the scene that an FMU computes next, then the finished native run.
         self._next_scene: Scene | None = None
         self._native_run: Run | None = None
 
@@ -46,7 +50,7 @@ class RunActions(LabActions):
             self._start(scene)
             self.action_show_tab("transient")
 
-    def action_run_both(self) -> None:
+    def action_compare_engines(self) -> None:
         """Run the edited scene with the native solver, then with an FMU, and compare them."""
         with self.report_errors():
             edited_scene = self.session.scene()
@@ -56,7 +60,8 @@ class RunActions(LabActions):
             self.action_show_tab("transient")
 
     def _start(self, scene: Scene, edited_scene: Scene | None = None) -> None:
-        self.session.close_step()
+        # `edited_scene` is needed only if it differs from `scene`.
+        self.session.close_undo_step()
         runs_before = list(self.session.runs)
         run = self.session.runs.start(scene, edited_scene)
         self._report_deleted(runs_before)
@@ -78,8 +83,8 @@ class RunActions(LabActions):
         else:
             self.action_stop()
 
-    @on(PointOpened)
-    def _run_point(self, event: PointOpened) -> None:
+    @on(PointRunRequested)
+    def _run_point(self, event: PointRunRequested) -> None:
         for name, text in event.texts.items():
             self.session.set_text(name, text)
         self.show_inputs()

@@ -1,4 +1,9 @@
-"""The list of runs with their peaks and differences, and the bar that starts and stops runs."""
+"""The list of runs with their peaks and differences, and the bar that starts and stops runs.
+
+The half range is half the peak-to-peak of y over the second half of a run. The base scene is the
+default of the form; the baseline is the run with which the user compares others. The live curve
+follows the edits; its ghost is the curve before the last edit.
+"""
 
 from collections.abc import Sequence
 from itertools import compress
@@ -48,7 +53,7 @@ _COLUMNS: Final = (
 class RunsTable(ListTable[str | Text]):
     """A table with a row per run."""
 
-    optional = ("off belt %", "engine", "sep.")
+    omitted_if_narrow = ("off belt %", "engine", "sep.")
 
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding(
@@ -133,7 +138,8 @@ def _plot_marks(runs: Runs, live: LiveCurve) -> list[str]:
 
 
 def _plot_mark(run: Run, runs: Runs, live: LiveCurve) -> str:
-    # How a run is plotted. The live curve and its ghost replace the displayed run.
+    # How a run is plotted. The live curve replaces the displayed run, and its ghost, plotted as
+    # "before", may be a run of the list.
     if run is runs.displayed and not live.visible:
         return "shown"
     if run.overlaid:

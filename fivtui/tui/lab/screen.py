@@ -1,4 +1,8 @@
-"""The main screen: form, verdict, runs and tabs of a session."""
+"""The main screen: form, verdict, runs and tabs of a session.
+
+The gauges of the verdict show for which values of a parameter the slider is safe or squeals. The
+live curve is a run that follows every edit of the scene.
+"""
 
 from collections.abc import Callable, Mapping, Sequence
 from datetime import datetime
@@ -16,7 +20,7 @@ from fivtui.equilibrium import verdict
 from fivtui.model import ComputationError, InputError
 from fivtui.tui.persistence import Slot, restore_results
 from fivtui.tui.session import (
-    SCREEN_PRIORITY,
+    SCREEN_RESPONSE,
     WELCOME,
     DisplayedStudy,
     RunState,
@@ -133,7 +137,7 @@ class LabScreen(EditActions, RunActions):
 
     @on(FieldFocused)
     def _handle_field_focus(self, event: FieldFocused) -> None:
-        self.session.close_step()
+        self.session.close_undo_step()
         self._gauges.focus(event.name)
         self.show_verdict()
 
@@ -155,10 +159,10 @@ class LabScreen(EditActions, RunActions):
     def _update_tab(self) -> None:
         self._is_tab_outdated = False
         self.tab_book.update_pane(lambda pane: pane.scene_changed())
-        self.call_after_refresh(SCREEN_PRIORITY.release)
+        self.call_after_refresh(SCREEN_RESPONSE.end)
 
     def show_verdict(self) -> None:
-        """Display the stability of the edited scene, and the attractors beside it."""
+        """Display the stability of the edited scene, and the attractors found by the search."""
         verdict_view = self.query_one(VerdictView)
         try:
             result = self.session.stability()
@@ -185,12 +189,12 @@ class LabScreen(EditActions, RunActions):
         self.call_after_refresh(self.show_verdict)
 
     def show_search_result(self) -> None:
-        """Display the result of a search."""
+        """Display attractors or the safe μ that the search has found."""
         self.show_verdict()
         self.tab_book.update_pane(lambda pane: pane.scene_changed())
 
     def _poll_progress(self) -> None:
-        if not SCREEN_PRIORITY.claimed:
+        if not SCREEN_RESPONSE.pending:
             self._show_progress()
 
     @on(TabBook.TabActivated)
@@ -198,7 +202,7 @@ class LabScreen(EditActions, RunActions):
         newest, live_status = self.session.runs.newest, self.session.live.status
         bar = self.query_one(RunBar)
         if newest is not None and newest.state is RunState.FAILED:
-            # Show the error of the run unless the scene was edited: its scene has no live curve.
+            # Before the next edit, the failure of the run replaces the status of the live curve.
             live_status = live_status if self.session.is_outdated(newest) else ""
         if live_status and self.tab_book.active == _LIVE_TAB and self.session.runs.active is None:
             bar.show(None, live_status)
@@ -230,7 +234,7 @@ class LabScreen(EditActions, RunActions):
         state = "follows every edit" if self.session.live_enabled else "off"
         self.report(f"live curve {state}")
         self._show_newest_run()
-        self.tab_book.refresh_pane()
+        self.tab_book.update_pane_from_session()
 
     def _show_progress(self) -> None:
         self._show_newest_run()
@@ -257,7 +261,7 @@ class LabScreen(EditActions, RunActions):
         self.session.studies[kind] = study
         self.action_show_tab(kind)
         self.tab_book.when_ready(_reset_charts)
-        self.tab_book.refresh_pane()
+        self.tab_book.update_pane_from_session()
         self.report(f"{kind} read from {study.source}")
 
     def restore_results(self, results: Mapping[str, Any], errors: Sequence[str]) -> None:
@@ -266,7 +270,7 @@ class LabScreen(EditActions, RunActions):
         for error in errors:
             self.report(error, error=True)
         self._update_runs()
-        self.tab_book.refresh_pane()
+        self.tab_book.update_pane_from_session()
 
     @on(Worker.StateChanged)
     def _report_crash(self, event: Worker.StateChanged) -> None:

@@ -1,7 +1,8 @@
 """Searches in a thread for vibrations of the edited scene that a large disturbance starts.
 
 The first search finds attractors, such as limit cycles, that coexist with a stable equilibrium. The
-second finds the safe μ: the friction below which no disturbance leads to vibration.
+second finds the safe μ: the friction below which no disturbance leads to vibration. With separation
+the slider may leave the belt.
 """
 
 from collections import OrderedDict
@@ -55,6 +56,8 @@ class SearchController:
             self._key = key
             if key not in self._cache or not self._cache[key].complete:
                 self._pause_timer = self._screen.set_timer(_PAUSE, self._start_search)
+        # Without results, the text says that the search is running; there is no such search for
+        # an unstable equilibrium.
         return self._cache.get(key, Attractors() if stable else Attractors(text=""))
 
     def stop(self) -> None:
@@ -123,7 +126,8 @@ class SearchController:
         self._cache[key] = Attractors(f"search for limit cycles failed: {error}", searched=True)
 
     def _store_coexistence(self, key: CacheKey, result: "Coexistence", searched: bool) -> None:
-        # `searched`: whether the search has ended, so that no further attractor follows.
+        # `searched`: whether this search has ended; that for the safe μ, which sets `complete`,
+        # follows.
         from fivtui.orbits import coexistence_phrase
 
         self._coexistence = result
@@ -131,20 +135,22 @@ class SearchController:
         self._cache[key] = Attractors(coexistence_phrase(result), note, result.coexists, searched)
 
     def _store_safe_friction(self, key: CacheKey, safe: "SafeFriction | None") -> None:
-        # The last result of a search. Limit cycles found over μ complete the text on coexistence.
+        # The last result of a search. It may know from which μ on limit cycles exist, or know one
+        # that the first search has not found: the text on coexistence is changed to say so.
         self._job = None
         previous = self._cache.get(key, Attractors(text=""))
         self._cache[key] = replace(previous, safe=safe, complete=True)
         if safe is None or not previous.text:
             return
         from fivtui.orbits import coexistence_phrase
-        from fivtui.safety import coexistence_text
+        from fivtui.safety import largest_cycle_text
 
         coexistence = self._coexistence
-        if coexistence is not None and coexistence.coexists and safe.others:
-            suffix = f" from μ = {safe.others[0].mu:.4g}"
+        attractors_below_critical_mu = safe.others
+        if coexistence is not None and coexistence.coexists and attractors_below_critical_mu:
+            suffix = f" from μ = {attractors_below_critical_mu[0].mu:.4g}"
             self._cache[key] = replace(
                 self._cache[key], text=coexistence_phrase(coexistence, suffix)
             )
-        elif sentence := coexistence_text(safe):
+        elif sentence := largest_cycle_text(safe):
             self._cache[key] = replace(self._cache[key], text=sentence, coexists=True)

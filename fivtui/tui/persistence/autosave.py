@@ -30,7 +30,7 @@ class Autosave:
         self._first_path = path
         self._slot: Slot | None = None
         self._slot_lock: ExitStack | None = None
-        # Signature of the file of a session that was read without a lock.
+        # Modification time and size of the file of a session that was read without a lock.
         self._signature: tuple[int, int] | None = None
         self._saved_state: State | None = None
         # Held while the session is saved or closed.
@@ -72,7 +72,7 @@ class Autosave:
             except InputError as error:
                 self.notices.append(str(error))
                 if self._slot.signature is None:
-                    # The damaged file was renamed.
+                    # The damaged file was renamed, so the slot is empty.
                     return None
                 # Keep the file: another version of fivtui may read it.
                 unreadable.add(self._slot.number)
@@ -121,7 +121,7 @@ class Autosave:
     def _load(self, slot: Slot) -> State | None:
         self._saved_state = load_state(slot.path)
         if self._saved_state is not None:
-            self._result_store(slot).register(self._saved_state.results)
+            self._result_store(slot).adopt_files(self._saved_state.results)
         return self._saved_state
 
     def needs_save(self, state: State) -> bool:
@@ -141,8 +141,9 @@ class Autosave:
         try:
             self._ensure_locked(slot)
             # Write new results before the session file that refers to them; remove old ones later.
-            files, notes = store.save(state.results)
-            save_state(replace(state, results=files, notes=notes), slot.path)
+            files, reasons_not_stored = store.save(state.results)
+            state_of_file = replace(state, results=files, notes=reasons_not_stored)
+            save_state(state_of_file, slot.path)
         except InputError as error:
             self.save_error = str(error)
         else:
@@ -176,7 +177,9 @@ class Autosave:
         slot = self._slot
         if slot is None:
             raise InputError(f"{key}: the session is closed")
-        return self._result_store(slot).read(key, stored, rename=self._slot_lock is not None)
+        # Without a lock the files may belong to another process.
+        is_locked = self._slot_lock is not None
+        return self._result_store(slot).read(key, stored, rename_if_damaged=is_locked)
 
     def _result_store(self, slot: Slot) -> "ResultStore":
         from .results import ResultStore

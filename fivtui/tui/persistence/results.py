@@ -37,11 +37,12 @@ class ResultStore:
         self.write_error = ""
         # Names of the files that this session has written or refers to.
         self._own_files: set[str] = set()
-        # The last stored result by key, compared by identity, and its file.
+        # The last stored result by key, and its file. Results are compared by identity: those of
+        # runs as `Transient`, others as `DisplayedStudy`.
         self._written: dict[str, tuple[object, StoredResult]] = {}
 
-    def register(self, results: Mapping[str, object]) -> None:
-        """Register the result files of a restored session."""
+    def adopt_files(self, results: Mapping[str, object]) -> None:
+        """Count the result files of a restored session as own: `remove_unused` may delete them."""
         self._own_files |= {
             stored.file for stored in results.values() if isinstance(stored, StoredResult)
         }
@@ -53,37 +54,42 @@ class ResultStore:
         of a result that was not stored is kept.
         """
         files: dict[str, StoredResult] = {}
-        notes: dict[str, str] = {}
+        reasons_not_stored: dict[str, str] = {}
         self.write_error = ""
         for key, result in results.items():
             if isinstance(result, StoredResult):
                 files[key] = result
                 continue
-            value = result.result if isinstance(result, Run) else result
+            current = result.result if isinstance(result, Run) else result
             previous, stored = self._written.get(key, (None, None))
-            if previous is not value or stored is None or not (self.folder / stored.file).exists():
+            if (
+                previous is not current
+                or stored is None
+                or not (self.folder / stored.file).exists()
+            ):
                 try:
                     new_result = self._write(key, result)
                 except (_NotStored, ComputationError) as error:
-                    notes[key] = str(error)
+                    reasons_not_stored[key] = str(error)
                 except InputError as error:
-                    notes[key] = self.write_error = str(error)
+                    reasons_not_stored[key] = self.write_error = str(error)
                 else:
-                    self._written[key] = (value, new_result)
+                    self._written[key] = (current, new_result)
                     self._own_files.add(new_result.file)
                     stored = new_result
-                if key in notes and stored is not None:
-                    notes[key] += "; the previous result is kept"
+                if key in reasons_not_stored and stored is not None:
+                    reasons_not_stored[key] += "; the previous result is kept"
             if stored is not None:
                 files[key] = stored
-        return files, notes
+        return files, reasons_not_stored
 
     def _write(self, key: str, result: object) -> StoredResult:
         kind, value, name, source = _kind_and_contents(result, key)
-        storage = study(kind).stored
+        storage = study(kind).storage
         if storage is None:
             raise TypeError(f"{kind}: {type(value)} is not stored")
-        if reason := storage.unfinished(value):
+        reason = storage.reason_not_to_store(value)
+        if reason:
             raise _NotStored(reason)
         size = storage.size(value)
         if size > _MAX_SIZE:
@@ -96,10 +102,10 @@ class ResultStore:
         store_study(kind, value, self.folder / file)
         return StoredResult(file, name, source)
 
-    def read(self, key: str, stored: StoredResult, *, rename: bool = True) -> Any:
+    def read(self, key: str, stored: StoredResult, *, rename_if_damaged: bool = True) -> Any:
         """Read the result `key`; raises `InputError` if it cannot be read.
 
-        A damaged file no longer belongs to the session; `rename` also renames it.
+        A damaged file no longer belongs to the session.
         """
         kind = _study_kind(key)
         path = self.folder / stored.file
@@ -111,7 +117,8 @@ class ResultStore:
             reason = str(error).removeprefix(f"{path}: ")
             self._own_files.discard(stored.file)
             is_own = _is_result_file(stored.file)
-            phrase = f"; {rename_damaged(path)}" if rename and is_own and path.exists() else ""
+            may_rename = rename_if_damaged and is_own and path.exists()
+            phrase = f"; {rename_damaged(path)}" if may_rename else ""
             raise InputError(
                 f"the {key.replace('-', ' ') if kind == _RUN_KIND else key} of the last session "
                 f"could not be restored ({reason}){phrase}"

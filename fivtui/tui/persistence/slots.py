@@ -102,6 +102,7 @@ def lock_free_slot(first_path: Path, excluded: Collection[int] = ()) -> tuple[Sl
             with suppress(InputError):
                 return slot, lock_slot(slot)
     for slot in _empty_slots(first_path):
+        # Another process may hold an empty slot; an error of another kind is that of all slots.
         with suppress(LockedError):
             return slot, lock_slot(slot)
     raise AssertionError("the number of empty slots is unlimited")

@@ -35,10 +35,10 @@ def session_state(session: Session, theme: str) -> State:
         session.recent,
         session.tab,
         theme,
-        settings={name: dict(values) for name, values in session.settings.items()},
+        settings={tab: dict(values) for tab, values in session.settings.items()},
         views={
-            name: dataclasses.replace(view, hidden=set(view.hidden), cursors=Cursors())
-            for name, view in session.views.items()
+            chart_id: dataclasses.replace(view, hidden=set(view.hidden), cursors=Cursors())
+            for chart_id, view in session.views.items()
         },
         runs=SavedRuns(
             tuple(map(_saved_run, runs)),
@@ -51,7 +51,8 @@ def session_state(session: Session, theme: str) -> State:
 
 
 def _saved_run(run: Run) -> SavedRun:
-    # A run in progress will count as stopped.
+    # A run in progress will count as stopped. Runs that compare engines have an `edited_scene`,
+    # that of the form: their `scene` may have another method.
     state = RunState.STOPPED if run.state is RunState.RUNNING else run.state
     return SavedRun(
         number=run.number,
@@ -69,10 +70,10 @@ def _saved_run(run: Run) -> SavedRun:
 def restore_session(session: Session, state: State) -> None:
     """Restore a session except the edited texts and the results."""
     session.recent = state.recent
-    session.settings = {name: dict(values) for name, values in state.settings.items()}
+    session.settings = {tab: dict(values) for tab, values in state.settings.items()}
     session.views = {
-        name: dataclasses.replace(view, hidden=set(view.hidden), cursors=Cursors())
-        for name, view in state.views.items()
+        chart_id: dataclasses.replace(view, hidden=set(view.hidden), cursors=Cursors())
+        for chart_id, view in state.views.items()
     }
     session.unread_results = {
         key: stored for key, stored in state.results.items() if isinstance(stored, StoredResult)
@@ -92,6 +93,7 @@ def restore_results(session: Session, results: Mapping[str, Any]) -> None:
             if result is not None and session.studies.get(key) is None:
                 session.studies[key] = result
             continue
+        # A run that was deleted while its file was read may be restored by undo.
         run = session.runs.find_with_removed(int(key.removeprefix(_RUN_PREFIX)))
         if run is not None:
             run.result = result

@@ -30,7 +30,10 @@ class DamagedSession(InputError):
 
 @dataclass(frozen=True, slots=True)
 class SavedRun:
-    """A saved run without its result; `scene` and `edited` are scenes as JSON data."""
+    """A saved run without its result.
+
+    Scenes are JSON data: `scene` was computed, `edited` was in the form if engines were compared.
+    """
 
     number: int
     scene: dict[str, Any]
@@ -138,16 +141,25 @@ def _view_to_dict(view: View) -> dict[str, Any]:
         },
         "log_x": view.log_x,
         "log_y": view.log_y,
+        # Indices of hidden traces.
         "hidden": sorted(view.hidden),
-        "since": view.newest_run,
+        # The heading of a chart warns of runs that are newer and outside the limits.
+        "since": view.newest_run_when_zoomed,
     }
 
 
 def _view_from_dict(data: Mapping[str, Any]) -> View:
     x, y = (_axis_from_data(data[name], bool(data[f"log_{name}"])) for name in ("x", "y"))
-    hidden = {int(index) for index in data["hidden"]}
+    hidden = {int(trace_index) for trace_index in data["hidden"]}
     newest_run = int(data.get("since", 0))
-    return View(x, y, bool(data["log_x"]), bool(data["log_y"]), hidden, newest_run=newest_run)
+    return View(
+        x,
+        y,
+        bool(data["log_x"]),
+        bool(data["log_y"]),
+        hidden,
+        newest_run_when_zoomed=newest_run,
+    )
 
 
 def _axis_from_data(data: Any, log: bool) -> Axis | None:

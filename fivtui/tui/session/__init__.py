@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from .help import WELCOME, field_help, general_help
     from .jobs import (
         FILE_WRITES,
-        SCREEN_PRIORITY,
+        SCREEN_RESPONSE,
         ComputingThreads,
         Job,
         Outcome,

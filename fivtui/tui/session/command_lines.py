@@ -1,4 +1,7 @@
-"""Shell commands that compute the content of a tab. Imports no Textual."""
+"""Shell commands that compute the content of a tab. Imports no Textual.
+
+The base scene is that of a command without the name of a scene.
+"""
 
 import dataclasses
 import shlex
@@ -38,7 +41,8 @@ def _run_arguments(scene: Scene, origin: Origin, command: Command) -> list[str]:
 
 def _fields_without_option(scene: Scene, base: Scene, command: Command) -> list[str]:
     # Fields in which `base` differs from `scene` and that no option sets. Most commands accept no
-    # tables over time, and no option switches separation on or removes error targets.
+    # tables over time; for others, `scene_only` has those of the study. No option switches on
+    # separation, so that the slider may leave the belt, or removes error targets.
     required_values = {"over_time": (), **command.scene_only}
     fields = [name for name, value in required_values.items() if getattr(base, name) != value]
     if "separation" in command.settable and scene.separation and not base.separation:

@@ -76,6 +76,7 @@ def change_rows(run: Transient, baseline: Transient) -> list[Row]:
 
 def engine_difference_text(native: Transient, fmu: Transient) -> str:
     """Describe the differences between the FMU's and the native result of a scene."""
+    # The greatest of the differences in m and in m/s: both show whether the engines agree.
     state_difference = max(
         abs(getattr(native.final, name) - getattr(fmu.final, name))
         for name in ("x", "vx", "y", "vy")

@@ -36,7 +36,8 @@ class Action:
 
 def initial_value_text(table: TimeTable) -> str:
     """The field text of a parameter that follows a table over time: its value just after t = 0."""
-    return number_text(table.after(0.0)[0])
+    value, _slope = table.after(0.0)
+    return number_text(value)
 
 
 def _loaded_state(scene: Scene, source: str) -> EditState:
@@ -70,7 +71,7 @@ class Editing:
         self._begin_step()
         self._apply(state)
 
-    def close_step(self) -> None:
+    def close_undo_step(self) -> None:
         """Make the next edit a separate undo step."""
         self._step_kind = ""
 
@@ -103,7 +104,7 @@ class Editing:
 
     def _move(self, source: list[EditState | Action], target: list[EditState | Action]) -> bool:
         # Move the last step from `source` to `target`, and apply it.
-        self.close_step()
+        self.close_undo_step()
         if not source:
             return False
         step = source.pop()
@@ -118,7 +119,7 @@ class Editing:
 
     def record(self, action: Action) -> None:
         """Record a completed action as an undo step."""
-        self.close_step()
+        self.close_undo_step()
         self._redo_steps.clear()
         self._undo_steps.append(action)
         # Limit the number of actions, because they may hold results.
@@ -131,6 +132,8 @@ class Editing:
 
     def record_saved(self, scene: Scene, source: str) -> None:
         """Record that the edited scene was saved to a file; this is not an undo step."""
+        # Undo and redo also restore the loaded scene and its file: for the edits of this scene,
+        # these become the saved scene and its file.
         for steps in (self._undo_steps, self._redo_steps):
             steps[:] = [
                 replace(step, loaded=scene, source=source)
@@ -190,7 +193,7 @@ class Editing:
         else:
             tables.pop(name, None)
         self.over_time = tuple(tables.items())
-        self.close_step()
+        self.close_undo_step()
 
     def reset_all(self) -> None:
         """Reset all fields to the loaded scene."""

@@ -1,4 +1,8 @@
-"""Displayed symbols of parameters, and the model's equations. Imports no Textual."""
+"""Displayed symbols of parameters, and the model's equations. Imports no Textual.
+
+Equations are numbered as in the paper "Nonlinear friction-induced vibration of a slider-belt
+system".
+"""
 
 import re
 from dataclasses import dataclass

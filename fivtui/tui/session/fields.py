@@ -8,7 +8,7 @@ from decimal import Decimal
 from typing import Final
 
 from fivtui.model import ALL_PARAMETERS, MODES, NONE_TEXT, ParameterSpec
-from fivtui.ranges import decimal_point, number_text
+from fivtui.ranges import number_text, with_decimal_point
 from fivtui.scene import Scene
 from fivtui.transient import DEFAULT_T_END, SETTINGS, RunSetting
 
@@ -67,8 +67,8 @@ class FormField:
         Converts a text to a value; raises `InputError` if it is invalid.
     text_of : callable
         Returns the text for a scene.
-    respell : callable
-        Writes a typed text with decimal points.
+    replace_commas : callable
+        Returns a typed text with points in place of decimal commas.
     step_rule : callable, optional
         Changes a number by a step.
     choices : mapping of str to str, optional
@@ -86,14 +86,15 @@ class FormField:
     default: str
     check: Callable[[str], object]
     text_of: Callable[[Scene], str]
-    respell: Callable[[str], str] = decimal_point
+    replace_commas: Callable[[str], str] = with_decimal_point
     step_rule: StepRule | None = None
     when_empty: str = ""
     choices: Mapping[str, str] | None = None
     details: tuple[tuple[str, str], ...] = ()
 
 
-# Help on the optional parameters, those of a belt of finite speed: the modes of sliding.
+# Help on the parameters of a belt of finite speed, which are the optional ones: each mode of motion
+# with its friction.
 _MODE_ROWS: Final = tuple(
     (mode.name.lower(), f"{row.meaning}; friction {row.friction}") for mode, row in MODES.items()
 )
@@ -104,6 +105,9 @@ def _parameter_field(spec: ParameterSpec) -> FormField:
     def text_of(scene: Scene) -> str:
         value = getattr(scene.parameters, spec.name)
         return "" if value is None else number_text(value)
+
+    def read(text: str) -> float | None:
+        return spec.read(text or NONE_TEXT) if spec.optional else spec.check(text)
 
     equations = tuple(
         (f"Eq. {equation.number}", f"{equation.text}  ({equation.subject})")
@@ -117,7 +121,7 @@ def _parameter_field(spec: ParameterSpec) -> FormField:
         meaning=spec.meaning,
         allowed=spec.allowed,
         default="" if spec.optional else number_text(spec.default),
-        check=(lambda text: spec.read(text or NONE_TEXT)) if spec.optional else spec.check,
+        check=read,
         text_of=text_of,
         step_rule=digit_step(spec.default),
         when_empty=NONE_TEXT if spec.optional else "",
@@ -125,19 +129,24 @@ def _parameter_field(spec: ParameterSpec) -> FormField:
     )
 
 
-def _respell_accuracy(text: str) -> str:
+def _replace_commas_in_targets(text: str) -> str:
     return _COMMA_IN_TARGET.sub(r"\1.", text)
 
 
-def _respell_start(text: str) -> str:
+def _replace_commas_in_start(text: str) -> str:
+    # Values and separators in turn. Unless all values are separated by a comma and a blank, a comma
+    # without blank may be a separator, too.
     parts = _START_SEPARATOR.split(text)
     values = parts[::2]
     if len(values) == _START_SIZE:
-        parts[::2] = map(decimal_point, values)
+        parts[::2] = map(with_decimal_point, values)
     return "".join(parts)
 
 
-_RESPELL_FUNCTIONS: Final = {"start": _respell_start, "accuracy": _respell_accuracy}
+_COMMA_FUNCTIONS: Final = {
+    "start": _replace_commas_in_start,
+    "accuracy": _replace_commas_in_targets,
+}
 _STEP_RULES: Final = {
     "t_end": digit_step(DEFAULT_T_END),
     "tol": decade_step,
@@ -158,7 +167,7 @@ def _setting_field(setting: RunSetting) -> FormField:
         default=setting.to_text(_DEFAULTS[setting.name]),
         check=setting.read,
         text_of=lambda scene: setting.to_text(getattr(scene, setting.name)),
-        respell=_RESPELL_FUNCTIONS.get(setting.name, decimal_point),
+        replace_commas=_COMMA_FUNCTIONS.get(setting.name, with_decimal_point),
         step_rule=_STEP_RULES.get(setting.name),
         when_empty=setting.when_empty,
         choices=choices,

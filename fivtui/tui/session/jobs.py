@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Final, Generic, ParamSpec, TypeVar
 
-from fivtui.io import limit_error
+from fivtui.io import system_limit_error
 from fivtui.model import Cancelled, ComputationError, InputError
 
 P = ParamSpec("P")
@@ -21,8 +21,8 @@ _POLL_INTERVAL_S: Final = 0.005
 _REPORT_DELAY_S: Final = 0.2
 
 
-class ScreenPriority:
-    """Pauses computing threads for a moment after each key, so that the screen responds quickly.
+class ScreenResponse:
+    """The response of the screen to a key: computing threads pause for it, at most for a moment.
 
     Without the pause, computing Python threads would double its response time.
     """
@@ -31,20 +31,20 @@ class ScreenPriority:
         # End of the pause by the monotonic clock, s.
         self._pause_end = 0.0
 
-    def claim(self) -> None:
+    def begin(self) -> None:
         """Pause computing threads after a key press."""
         self._pause_end = time.monotonic() + _RESPONSE_TIME_S
 
-    def release(self) -> None:
+    def end(self) -> None:
         """End the pause, because the response to the key is displayed."""
         self._pause_end = 0.0
 
     @property
-    def claimed(self) -> bool:
-        """Whether computing threads pause, because the screen is responding to a key."""
+    def pending(self) -> bool:
+        """Whether the screen is responding to a key, so that computing threads pause."""
         return time.monotonic() < self._pause_end
 
-    def yield_to_screen(self) -> None:
+    def wait(self) -> None:
         """Wait until the screen has responded; computing threads call it between units of work.
 
         Further keys do not extend the wait.
@@ -54,7 +54,7 @@ class ScreenPriority:
             time.sleep(_POLL_INTERVAL_S)
 
 
-SCREEN_PRIORITY: Final = ScreenPriority()
+SCREEN_RESPONSE: Final = ScreenResponse()
 
 
 class FileWrites:
@@ -88,7 +88,10 @@ FILE_WRITES: Final = FileWrites()
 
 
 class ComputingThreads(ThreadPoolExecutor):
-    """Runs every function in a new thread; the program does not wait for threads at its exit."""
+    """Runs every function in a new thread; the program does not wait for threads at its exit.
+
+    asyncio accepts only a `ThreadPoolExecutor`; its pool is not used.
+    """
 
     def __init__(self) -> None:
         super().__init__(max_workers=1)
@@ -147,7 +150,7 @@ class Job:
     def report(self, fraction: float) -> bool:
         """Record progress. Returns False to stop. Called by the computing thread."""
         self.fraction = max(self.fraction, fraction)
-        SCREEN_PRIORITY.yield_to_screen()
+        SCREEN_RESPONSE.wait()
         return not self.stopped
 
     def stop(self) -> None:
@@ -208,5 +211,5 @@ def compute_outcome(compute: Callable[[], Value]) -> Outcome[Value]:
 
 def crash_message(error: BaseException | None) -> str:
     """Message for an unexpected error in a thread."""
-    limit_message = limit_error(error) if isinstance(error, OSError) else None
+    limit_message = system_limit_error(error) if isinstance(error, OSError) else None
     return str(limit_message) if limit_message else f"unexpected {type(error).__name__}: {error}"

@@ -46,7 +46,8 @@ class LiveJob(Job):
 
     def report(self, fraction: float) -> bool:
         """As `Job.report`. Returns False also after `MAX_LIVE_S`."""
-        if not self.setup_time and fraction < _MAX_FIRST_PROGRESS:
+        # The first report ends the setup, whose time is then no longer 0.
+        if self.setup_time == 0.0 and fraction < _MAX_FIRST_PROGRESS:
             self.setup_time = self.elapsed
         return Job.report(self, fraction) and self.elapsed - self.setup_time < MAX_LIVE_S
 
@@ -91,9 +92,10 @@ class LiveCurve:
         return None if rate is None else rate * scene.t_end
 
     def pace(self, scene: Scene) -> Pace:
-        """When to run an edited scene; a compiled run is assumed short until it is measured."""
+        """When to run an edited scene, from the expected duration of its run."""
         seconds = self.expected_duration(scene)
         if seconds is None:
+            # A run by the fastest method, in compiled code, is assumed short until it is measured.
             is_fast = scene.method == _FASTEST_METHOD and not scene.over_time
             return Pace.AT_ONCE if is_fast else Pace.IDLE
         if seconds < MAX_IMMEDIATE_S:

@@ -1,7 +1,8 @@
 """Stability verdicts and results of runs as texts and rows. Imports no Textual.
 
 An attractor is a motion to which the slider tends: the equilibrium or a limit cycle. Below the safe
-μ no disturbance was found to lead to vibration.
+μ no disturbance was found to lead to vibration. Case 2 ignores that the slider may separate from
+the belt.
 """
 
 import math
@@ -87,24 +88,27 @@ def _mode_text(eigenvalue: complex) -> str:
 
 
 def _limit_cycle_text(attractors: Attractors) -> str:
-    # The limit cycle around an unstable equilibrium.
+    # The largest limit cycle around an unstable equilibrium.
     if attractors.safe is None or not attractors.safe.coexisting:
         return ""
-    half_range = attractors.safe.coexisting[-1].half_range
+    *_, largest_cycle = attractors.safe.coexisting
+    half_range = largest_cycle.half_range
     return f"; a limit cycle attracts: ±{quantity_text(half_range, 'm')}"
 
 
 def _safe_mu_text(attractors: Attractors | None) -> str:
-    # Follows the critical μ.
+    # What follows the critical μ in its line.
     safe = None if attractors is None else attractors.safe
     if safe is None:
         return ""
     if safe.unknown_above is not None:
+        # Above 0: not known at any μ.
         limit = f" above {safe.unknown_above:.4g}" if safe.unknown_above else ""
         return f" · safe μ not known{limit}"
     if safe.safe_mu is None:
         return ""
-    if not safe.others:
+    attractors_below_critical_mu = safe.others
+    if not attractors_below_critical_mu:
         return " · no cycle found below it"
     return f" · safe below {safe.safe_mu:.4g}"
 
@@ -122,10 +126,11 @@ def stability_summary(result: Stability, attractors: Attractors | None = None) -
         conjunction = ", but" if attractors.coexists else ","
         first_lines = [f"{verdict(result)}{conjunction} {attractors.text}", growth]
     critical_mu, margin = critical_mu_text(result, 4), margin_text(result)
+    margin_suffix = f", {margin}" if margin else ""
     point = result.equilibrium
     return [
         *first_lines,
-        f"μ_c {critical_mu}{margin and ', '}{margin}{_safe_mu_text(attractors)}",
+        f"μ_c {critical_mu}{margin_suffix}{_safe_mu_text(attractors)}",
         f"x_e {quantity_text(point.x, 'm')}  y_e {quantity_text(point.y, 'm')}  "
         f"P_e {quantity_text(point.P, 'N')}",
         "modes " + " · ".join(map(_mode_text, eigenvalues)),

@@ -48,6 +48,7 @@ class RunState(Enum):
     DONE = "done"
     STOPPED = "stopped"
     FAILED = "failed"
+    # Done, but its result was not stored with the session or cannot be read.
     NOT_KEPT = "not kept"
 
 
@@ -74,7 +75,7 @@ class RunStyle:
 
 
 def default_style(number: int) -> RunStyle:
-    """The default style of run `number`; it repeats after 42 runs."""
+    """The default style of run `number`: seven colours and six markers repeat after 42 runs."""
     return RunStyle(number - 1, number - 1)
 
 
@@ -125,7 +126,7 @@ class Run(Job):
     message : str
         Error message of a failed run.
     edited_scene : Scene or None
-        The scene of the form if another engine computes it.
+        The scene of the form if engines are compared: `scene` may differ in method and step.
     source : str
         The file from which the run was read, or empty.
     overlaid : bool
@@ -155,8 +156,14 @@ class Run(Job):
         """The engine of its method, or ``file`` if the run was read from a file."""
         return "file" if self.source else engine_of(self.scene.method)
 
+    @property
+    def form_scene(self) -> Scene:
+        """The scene of the form when the run was started."""
+        return self.edited_scene or self.scene
+
     def report(self, fraction: float) -> bool:
         """As `Job.report`; progress starts again when a second run verifies the accuracy."""
+        # `Job.report` never reduces the fraction.
         self.fraction = min(self.fraction, fraction)
         return Job.report(self, fraction)
 

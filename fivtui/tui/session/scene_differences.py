@@ -26,7 +26,7 @@ class Difference:
 
     @property
     def arguments(self) -> list[str]:
-        """The arguments that set the field on the command line."""
+        """The arguments that set the field on the command line; no option sets tables over time."""
         if self.name in ALL_PARAMETERS:
             return ["--set", f"{self.name}={self.text or NONE_TEXT}"]
         return SETTINGS[self.name].command_options(self.text)
@@ -63,10 +63,13 @@ def legend_names(scenes: Mapping[int, Scene]) -> list[str]:
     varied_fields = [name for name in FIELDS if len({text[name] for text in texts}) > 1]
     names = [", ".join(_legend_entry(name, text[name]) for name in varied_fields) for text in texts]
     counts = Counter(names)
-    return [
-        name if counts[name] == 1 and name else ", ".join(filter(None, [name, f"run {number}"]))
-        for number, name in zip(scenes, names, strict=True)
-    ]
+
+    def unique_name(number: int, name: str) -> str:
+        if not name:
+            return f"run {number}"
+        return name if counts[name] == 1 else f"{name}, run {number}"
+
+    return list(map(unique_name, scenes, names))
 
 
 def _legend_entry(name: str, text: str) -> str:

@@ -191,14 +191,14 @@ class Session(Editing):
         if method in FMU_ENGINES:
             self._fmu_method = method
         self._set_field("method", method, "engine")
-        self.close_step()
+        self.close_undo_step()
 
     def _next_method(self) -> str:
         methods, method = [*FMU_ENGINES, self._native_method], self.texts["method"]
         return methods[methods.index(method) + 1] if method in FMU_ENGINES else methods[0]
 
     def engine_pair(self) -> tuple[Scene, Scene]:
-        """The edited scene for the native solver, and for its own or the last used FMU.
+        """The edited scene with a native method, and with an FMU: its own, or the last one used.
 
         Raises `InputError` if a field is invalid.
         """
@@ -226,7 +226,8 @@ class Session(Editing):
             span = f"{table.times[0]:g} to {table.times[-1]:g} s"
             notes[name] = f"at t = 0; {min(values):g} to {max(values):g}{unit}, table {span}"
         if self.belt_is_finite and not self.errors:
-            for name, needed in unused_parameters(self.parameters(), notes).items():
+            varied = [name for name, _ in self.over_time]
+            for name, needed in unused_parameters(self.parameters(), varied).items():
                 notes[name] = f"no effect without {needed}"
         return notes
 
@@ -249,8 +250,9 @@ class Session(Editing):
 
     def scene(self) -> Scene:
         """The edited scene, named as the loaded one; raises `InputError` if a field is invalid."""
-        for message in self.errors.values():
-            raise InputError(message)
+        errors = list(self.errors.values())
+        if errors:
+            raise InputError(errors[0])
         settings: dict[str, Any] = {name: self._value(name) for name in SETTINGS}
         return dataclasses.replace(
             self._loaded,
@@ -275,7 +277,7 @@ class Session(Editing):
     def is_outdated(self, run: Run) -> bool:
         """Whether the fields differ from the scene of a run, or are invalid."""
         try:
-            return bool(differences(self.scene(), run.edited_scene or run.scene))
+            return bool(differences(self.scene(), run.form_scene))
         except InputError:
             return True
 

@@ -4,14 +4,14 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from .exports.clipboard import copy_picture
-    from .exports.export import KINDS, Export, check_scene_path, save_scene_as, write_export
+    from .exports.export import EXPORT_KEYS, Export, check_scene_path, save_scene_as, write_export
     from .job_pane import JobBar, JobPane, compute_in_thread
     from .messages import (
         FieldEdited,
         FieldFocused,
         FieldStepped,
         LiveRequested,
-        PointOpened,
+        PointRunRequested,
         Reported,
         RunActionRequested,
         RunRequested,

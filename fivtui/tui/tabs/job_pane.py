@@ -13,7 +13,7 @@ from textual.widgets import Button, ProgressBar, Static
 
 from fivtui.model import InputError
 from fivtui.tui.session import (
-    SCREEN_PRIORITY,
+    SCREEN_RESPONSE,
     Job,
     Outcome,
     Session,
@@ -168,7 +168,7 @@ class JobPane(ViewsPane):
             self.job = None
 
     def toggle_computation(self) -> bool:
-        """Start or stop the job."""
+        """Start or stop the job; True, because this tab has a computation."""
         if self.job is not None:
             self.stop()
             self._polling.pause()
@@ -205,7 +205,8 @@ class JobPane(ViewsPane):
         self.show_bar()
 
     def _poll_progress(self) -> None:
-        if SCREEN_PRIORITY.claimed:
+        if SCREEN_RESPONSE.pending:
+            # Drawing the progress would delay the response to a key.
             return
         self.show_bar()
         if self.job is not None:

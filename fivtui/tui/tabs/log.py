@@ -12,8 +12,8 @@ class LogPane(Pane):
 
     def compose(self) -> ComposeResult:
         """The lines."""
-        # RichLog is unsuitable: it is empty until Textual sends its size, which may not happen
-        # after scrolling.
+        # RichLog is unsuitable: it draws nothing before Textual sends it a size, and if it was
+        # scrolled, Textual may send none.
         with VerticalScroll(id="log-lines"):
             yield Static(markup=False)
 

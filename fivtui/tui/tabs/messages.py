@@ -1,4 +1,7 @@
-"""Messages that widgets post to the screen."""
+"""Messages that widgets post to the screen.
+
+The live curve is a run in the background that follows every edit.
+"""
 
 from dataclasses import dataclass
 
@@ -9,11 +12,11 @@ from fivtui.scene import Scene
 
 @dataclass
 class FieldEdited(Message):
-    """The user changed the text of a field; `typed` is False if not by typing."""
+    """The user changed the text of a field; unless `from_editor`, the form does not show it yet."""
 
     name: str
     text: str
-    typed: bool = True
+    from_editor: bool = True
 
 
 @dataclass
@@ -68,8 +71,11 @@ class Reported(Message):
 
 
 @dataclass
-class PointOpened(Message):
-    """The user wants to run a point of a chart; `texts` are its field texts, `report` is logged."""
+class PointRunRequested(Message):
+    """The user wants a run with the parameters at a point of a chart.
+
+    `texts` are the texts of the fields to change, `report` is logged.
+    """
 
     texts: dict[str, str]
     report: str

@@ -17,8 +17,9 @@ if TYPE_CHECKING:
 class Pane(Vertical):
     """The contents of a tab, created when the tab is first shown.
 
-    The screen calls the methods below for the current tab alone. When a tab is shown, it calls all
-    of them, and the pane updates its contents from the session.
+    The screen tells only the pane of the current tab what has changed. When a tab is shown,
+    `scene_changed`, `run_changed` and `report_added` are called, and the pane updates its contents
+    from the session.
 
     Parameters
     ----------
@@ -57,7 +58,7 @@ class Pane(Vertical):
         self.focus_within(self, bar_first=bar_first)
 
     def focus_within(self, container: Widget, *, bar_first: bool = False) -> None:
-        """As `focus_content`, in `container`; text inputs come last, because letters are keys."""
+        """As `focus_content`, in `container`; a text input is last: it would take letter keys."""
 
         def rank(widget: Widget) -> int:
             # 0 for a plot or list, 1 for a button, 2 for a text input.

@@ -1,7 +1,8 @@
 """The paper tab: the paper's figures and claims, computed on request.
 
-A claim is a statement of the paper; its verdict says whether the model confirms it. Figures are
-named by their keys in `PANELS`.
+The paper is "Nonlinear friction-induced vibration of a slider-belt system". A claim is a statement
+of it; its verdict says whether the model confirms it. Figures are named by their keys in `PANELS`:
+``2a`` is a panel of the figure with the number 2.
 """
 
 from collections import Counter
@@ -21,7 +22,7 @@ from fivtui.studies import study
 from fivtui.tui.chart import ChartView
 from fivtui.tui.session import DisplayedStudy, Job, Session, study_command
 
-from .exports.export import DATA, FIGURE, KINDS, Export, replace_figure, study_export
+from .exports.export import DATA, EXPORT_KEYS, FIGURE, Export, study_export, with_displayed_charts
 from .job_pane import JobPane
 from .messages import RunRequested, SceneLoaded
 from .tables import ListTable
@@ -40,12 +41,12 @@ class _PaperTable(ListTable[str]):
 
 
 class _FigureTable(_PaperTable):
-    wrapped, optional = "what it shows", ("lines",)
+    wrapped_column, omitted_if_narrow = "what it shows", ("lines",)
 
 
 class _ClaimTable(_PaperTable):
     # "stated" is omitted first: the text below the list repeats it.
-    wrapped, optional = "statement", ("stated", "section")
+    wrapped_column, omitted_if_narrow = "statement", ("stated", "section")
 
 
 class PaperPane(JobPane):
@@ -66,7 +67,8 @@ class PaperPane(JobPane):
         self._computed: dict[str, FigureData] = {}
         # The verdicts that the list shows.
         self._listed_claims: DisplayedStudy[list[CheckedClaim]] | None = None
-        # The stored figure counts as drawn: it keeps the stored axis limits.
+        # Only a figure other than the drawn one resets the axis limits: the stored figure, which
+        # counts as drawn, keeps the stored limits.
         self._figure_key = self._drawn_key = self.stored_setting(_FIGURE_SETTING, "")
 
     def compose_views(self) -> ComposeResult:
@@ -76,8 +78,8 @@ class PaperPane(JobPane):
             yield _ClaimTable(id="claims-table", cursor_type="row", zebra_stripes=True)
             yield Static("", id="claim", markup=False)
         with Vertical(id="figure"):
-            yield ChartView("figure-1", empty_text="select a figure", openable=True)
-            yield ChartView("figure-2", openable=True)
+            yield ChartView("figure-1", empty_text="select a figure", runs_points=True)
+            yield ChartView("figure-2", runs_points=True)
 
     def on_mount(self) -> None:
         """List the figures, or restore the last figure."""
@@ -245,7 +247,7 @@ class PaperPane(JobPane):
         """Figure or data of the selected figure, or the claims as data."""
         if self.view == "claims":
             if kind == FIGURE:
-                raise InputError(f"claims have no figure: {KINDS[DATA]} exports them")
+                raise InputError(f"claims have no figure: {EXPORT_KEYS[DATA]} exports them")
             if not self._verdicts:
                 raise InputError("no claims to export yet: press F10")
             return study_export(kind, "claims", list(self._verdicts.values()), "claims")
@@ -255,9 +257,10 @@ class PaperPane(JobPane):
             raise InputError(f"{problem}: Enter in the list of figures computes it")
         panel = self._panel(key)
         if kind == FIGURE:
+            # The displayed charts, or else all panels of the figure: the name has no panel.
             number = panel.number
             figure = study_export(kind, "figure", panel, f"fig-{number:02d}", f"Fig. {number}")
-            return replace_figure(figure, self.visible_charts())
+            return with_displayed_charts(figure, self.visible_charts())
         return study_export(kind, "figure", panel, study("figure").stem(panel), f"Fig. {key}")
 
     def command_line(self) -> str:
@@ -276,8 +279,8 @@ class PaperPane(JobPane):
         if key:
             self.post_message(SceneLoaded(panel_scene(key), "", f"scene of figure {key}"))
 
-    @on(ChartView.Opened)
-    def _run_point(self, event: ChartView.Opened) -> None:
+    @on(ChartView.PointChosen)
+    def _run_point(self, event: ChartView.PointChosen) -> None:
         from .requests.paper import point_scene
 
         panel = PANELS[self._figure_key]

@@ -19,8 +19,8 @@ from fivtui.equilibrium import (
     frequency_chart,
     growth_chart,
     mode_scan,
+    mu_scan_end,
     plane_chart,
-    scan_top,
     stability_rows,
 )
 from fivtui.model import Cancelled, ComputationError, InputError
@@ -28,7 +28,7 @@ from fivtui.ranges import number_text
 from fivtui.tui.chart import ChartView
 from fivtui.tui.session import Session, attractor_rows, base_scene
 
-from .messages import PointOpened
+from .messages import PointRunRequested
 from .tables import RowsView
 from .views_pane import ViewsPane
 
@@ -50,7 +50,7 @@ class StabilityPane(ViewsPane):
         "plane": "Eigenvalues",
         "facts": "Summary",
     }
-    LINKED: ClassVar[Sequence[Sequence[str]]] = (("growth", "frequency"),)
+    COMMON_X_LIMITS: ClassVar[Sequence[Sequence[str]]] = (("growth", "frequency"),)
 
     def __init__(self, session: Session) -> None:
         super().__init__(session)
@@ -64,8 +64,8 @@ class StabilityPane(ViewsPane):
     def compose_views(self) -> ComposeResult:
         """Growth rates and frequencies, eigenvalues, summary."""
         with Vertical(id="over-mu"):
-            yield ChartView("growth", openable=True)
-            yield ChartView("frequency", openable=True)
+            yield ChartView("growth", runs_points=True)
+            yield ChartView("frequency", runs_points=True)
         with Vertical(id="plane"):
             yield ChartView("eigenvalues")
         yield RowsView(id="facts")
@@ -80,7 +80,7 @@ class StabilityPane(ViewsPane):
             return
         self._stability = stability
         fixed_parameters = stability.parameters.with_values({"mu": 0.0})
-        inputs = (fixed_parameters, self.session.separation, scan_top(stability))
+        inputs = (fixed_parameters, self.session.separation, mu_scan_end(stability))
         if inputs != self._scan_inputs:
             self._scan_inputs = inputs
             self.call_after_pause(_SCAN_DELAY, self._start_scan)
@@ -96,7 +96,7 @@ class StabilityPane(ViewsPane):
             try:
                 scan = mode_scan(
                     stability.system,
-                    scan_top(stability),
+                    mu_scan_end(stability),
                     should_continue=lambda: not worker.is_cancelled,
                 )
             except (Cancelled, ComputationError):
@@ -132,21 +132,21 @@ class StabilityPane(ViewsPane):
                     chart = make_chart(self._scan, stability.parameters, stability)
                 self.query_one(f"#{name}", ChartView).show(chart, empty_text=self._error)
 
-    @on(ChartView.Opened)
-    def _run_point(self, event: ChartView.Opened) -> None:
+    @on(ChartView.PointChosen)
+    def _run_point(self, event: ChartView.PointChosen) -> None:
         text = number_text(float(f"{event.point.x:.{_MU_DIGITS}g}"))
-        self.post_message(PointOpened({"mu": text}, f"opened μ = {text}"))
+        self.post_message(PointRunRequested({"mu": text}, f"opened μ = {text}"))
 
     def export(self, kind: str) -> "Export":
         """The displayed charts as figure; the modes over μ and the eigenvalues as data."""
-        from .exports.export import replace_figure, scene_study_export
+        from .exports.export import scene_study_export, with_displayed_charts
 
         stability = self._stability
         if stability is None:
             raise InputError(f"no stability to export: {self._error}")
         export = scene_study_export(kind, "stability", stability, self.session.name)
         heading = Heading([stability.parameters], ignores_separation=not self.session.separation)
-        return replace_figure(export, self.visible_charts(), heading)
+        return with_displayed_charts(export, self.visible_charts(), heading)
 
     def command_line(self) -> str:
         """The command that computes the stability of the edited parameters."""

@@ -183,13 +183,13 @@ class TabBook(TabbedContent):
             self._created[name] = pane = spec.new_pane(self._session)
             await self.get_pane(name).mount(pane)
         self.query_one(ContentSwitcher).border_subtitle = "  ".join(self._created[name].key_hints())
-        self.refresh_pane()
+        self.update_pane_from_session()
         self._call_ready_callbacks()
         if self._moves_focus and name == self.active:
             self._moves_focus = False
             self._created[name].focus_content()
 
-    def refresh_pane(self) -> None:
+    def update_pane_from_session(self) -> None:
         """Update the current pane from the session."""
         self.update_pane(lambda pane: pane.scene_changed())
         self.update_pane(lambda pane: pane.run_changed(self._session.runs.displayed))

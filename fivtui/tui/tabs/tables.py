@@ -17,7 +17,7 @@ from fivtui.results import Row
 Cell = TypeVar("Cell", str, str | Text)
 # Minimum width of a wrapped column, in characters.
 _MIN_WRAPPED_WIDTH: Final = 12
-# Width from which a wrapped column is readable; below it, optional columns are omitted first.
+# Width from which a wrapped column is readable; below it, other columns are omitted first.
 _READABLE_WIDTH: Final = 24
 # Blanks on each side of a column.
 _PADDING: Final = 1
@@ -28,11 +28,11 @@ class ListTable(DataTable[Cell]):
     """A table with vi keys, whose columns are as wide as their contents.
 
     Textual measures columns one frame late and never shrinks them. A narrow table first omits the
-    columns `optional`, one by one, then wraps the column `wrapped`.
+    columns `omitted_if_narrow`, one by one, then wraps the `wrapped_column`.
     """
 
-    wrapped: str = ""
-    optional: tuple[str, ...] = ()
+    wrapped_column: str = ""
+    omitted_if_narrow: tuple[str, ...] = ()
     # The columns and rows of the last call of `fill`.
     _filled_content: tuple[Sequence[str], Mapping[str, Sequence[Cell]]] | None = None
 
@@ -53,12 +53,12 @@ class ListTable(DataTable[Cell]):
             index: max(cell_len(label), *(_cell_width(row[index]) for row in rows.values()), 0)
             for index, label in enumerate(columns)
         }
-        for label in self.optional:
+        for label in self.omitted_if_narrow:
             if self._is_crowded(columns, widths) and label in columns:
                 del widths[columns.index(label)]
         missing_width, wrapped_index = self._missing_width(widths), None
-        if missing_width > 0 and self.wrapped in columns:
-            wrapped_index = columns.index(self.wrapped)
+        if missing_width > 0 and self.wrapped_column in columns:
+            wrapped_index = columns.index(self.wrapped_column)
             widths[wrapped_index] = max(widths[wrapped_index] - missing_width, _MIN_WRAPPED_WIDTH)
         # If the columns are still too wide, a blank after each replaces the padding on both sides.
         is_tight = self._missing_width(widths) > 0
@@ -79,10 +79,10 @@ class ListTable(DataTable[Cell]):
     def _is_crowded(self, columns: Sequence[str], widths: Mapping[int, int]) -> bool:
         # Whether the wrapped column would be too narrow to read.
         missing_width = self._missing_width(widths)
-        if self.wrapped not in columns:
+        if self.wrapped_column not in columns:
             return missing_width > 0
-        width = widths[columns.index(self.wrapped)]
-        return missing_width > 0 and width - missing_width < min(width, _READABLE_WIDTH)
+        wrapped_width = widths[columns.index(self.wrapped_column)] - missing_width
+        return missing_width > 0 and wrapped_width < _READABLE_WIDTH
 
     def _missing_width(self, widths: Mapping[int, int]) -> int:
         # Width of the columns beyond that of the table; 0 before the table has a size.
@@ -91,13 +91,14 @@ class ListTable(DataTable[Cell]):
 
     def on_resize(self) -> None:
         """Wrap for the new width."""
-        if (self.wrapped or self.optional) and self._filled_content is not None:
+        if (self.wrapped_column or self.omitted_if_narrow) and self._filled_content is not None:
             self.fill(*self._filled_content)
 
 
 def shorten(text: str, width: int) -> str:
     """Shorten a text to a width at the end of a word, and append …."""
-    if not 0 < width < cell_len(text):
+    if width >= cell_len(text) or width <= 0:
+        # The text fits, or the width is not known yet.
         return text
     shortened = text[: width - 1]
     if text[width - 1] not in " ,;":

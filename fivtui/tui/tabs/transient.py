@@ -84,7 +84,7 @@ class TransientPane(ViewsPane):
         "measured": "Measured",
     }
     LOG_AXES: ClassVar[Mapping[str, str]] = {"plot-spectrum": "y"}
-    LINKED: ClassVar[Sequence[Sequence[str]]] = (
+    COMMON_X_LIMITS: ClassVar[Sequence[Sequence[str]]] = (
         tuple(f"plot-{name}" for name in _QUANTITIES),
         ("difference-y", "difference-P"),
     )
@@ -236,9 +236,11 @@ class TransientPane(ViewsPane):
     def _draw_difference(self) -> None:
         # The baseline is the chosen run, or else the ghost.
         run, ghost = self.session.runs.baseline, self.session.live.ghost
-        baseline = None if run in (None, self._first_run) else _plotted_run(run, _run_name(run))
-        if run is None and ghost is not None:
-            baseline = plotted_run(ghost, "before")
+        baseline = None
+        if run is None:
+            baseline = None if ghost is None else plotted_run(ghost, "before")
+        elif run is not self._first_run:
+            baseline = _plotted_run(run, _run_name(run))
         name = "live" if self._first_run is None else _run_name(self._first_run)
         shown = replace(self._plotted[0], name=name)
         for quantity in ("y", "P"):
@@ -286,19 +288,21 @@ class TransientPane(ViewsPane):
         plotted_runs = self.session.runs.plotted
         results = [run.result for run in plotted_runs if run.result is not None]
         if live.visible:
-            data_export = self._live_export(kind)
+            base_export = self._live_export(kind)
             overlaid = [run.result for run in plotted_runs if run.overlaid]
             first = None if live.curve is None else live.curve.result
             results = [result for result in (first, live.ghost, *overlaid) if result is not None]
         elif run is not None and run.result is not None and self.view in ("belt", "measured"):
             return self._view_export(kind, run)
         else:
-            data_export = run_export(kind, run)
+            base_export = run_export(kind, run)
         if kind != FIGURE and self.view in ("time", "phase"):
-            return data_export
+            # The trajectory of the run.
+            return base_export
         if charts is None:
             raise InputError(_NO_BASELINE if self.view == "difference" else _NO_SPECTRUM)
-        subject, stem = data_export.subject, Path(data_export.file_name).stem
+        # All other exports are those of the charts, named after the run.
+        subject, stem = base_export.subject, Path(base_export.file_name).stem
         if self.view != "time":
             subject = subject if live.visible else f"{subject}, {self.view}"
             stem = f"{stem}-{self.view}"
@@ -306,7 +310,8 @@ class TransientPane(ViewsPane):
             return points_export(subject, stem, charts)
         parameters = [result.parameters for result in results]
         ignores_separation = not any(result.separation for result in results)
-        return charts_export(subject, stem, charts, Heading(parameters, (), ignores_separation))
+        heading = Heading(parameters, ignores_separation=ignores_separation)
+        return charts_export(subject, stem, charts, heading)
 
     def _live_export(self, kind: str) -> "Export":
         from .exports.export import study_export
@@ -317,7 +322,7 @@ class TransientPane(ViewsPane):
         return study_export(kind, "run", curve.result, f"{curve.scene.name}-live", "the live curve")
 
     def _view_export(self, kind: str, run: Run) -> "Export":
-        from .exports.export import belt_export, replace_figure, scene_study_export
+        from .exports.export import belt_export, scene_study_export, with_displayed_charts
 
         charts = self.visible_charts()
         if self.view == "belt":
@@ -328,7 +333,7 @@ class TransientPane(ViewsPane):
         name = f"{run.scene.name}-{run.number}"
         export = scene_study_export(kind, "validation", validation, name)
         heading = Heading([run.scene.parameters], ignores_separation=not run.scene.separation)
-        return replace_figure(export, charts, heading)
+        return with_displayed_charts(export, charts, heading)
 
     def command_line(self) -> str:
         """The command that computes the displayed run, or compares it with measured data."""
@@ -378,7 +383,8 @@ class TransientPane(ViewsPane):
             for name in _QUANTITIES:
                 view = self.query_one(f"#plot-{name}", ChartView).view
                 view.x = Axis((1.0 - _END_SHARE) * t_end, t_end)
-                view.newest_run = self.session.runs.count
+                # The heading of the chart warns of later runs that are outside the limits.
+                view.newest_run_when_zoomed = self.session.runs.count
             self.draw()
 
 

@@ -1,4 +1,7 @@
-"""A tab with several views, one visible at a time, and the cursors of their charts."""
+"""A tab with several views, one visible at a time, and the cursors of their charts.
+
+A view of a tab is a page of it; the `View` of a chart has its limits, scales and cursors.
+"""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -38,13 +41,13 @@ class ViewsPane(Pane):
         Identifier and title of every view; `compose_views` yields a widget for each identifier.
     LOG_AXES : mapping of str to str
         Axes of charts that are logarithmic at first, such as ``xy``.
-    LINKED : sequence of sequences of str
+    COMMON_X_LIMITS : sequence of sequences of str
         Groups of identifiers of charts with common limits of x.
     """
 
     VIEWS: ClassVar[Mapping[str, str]] = {}
     LOG_AXES: ClassVar[Mapping[str, str]] = {}
-    LINKED: ClassVar[Sequence[Sequence[str]]] = ()
+    COMMON_X_LIMITS: ClassVar[Sequence[Sequence[str]]] = ()
     BINDINGS: ClassVar[list[BindingType]] = [Binding("v", "next_view", "View")]
 
     def compose(self) -> ComposeResult:
@@ -93,11 +96,12 @@ class ViewsPane(Pane):
     @on(ChartView.LimitsChanged)
     def _link_limits(self, event: ChartView.LimitsChanged) -> None:
         changed_view = event.chart_view.view
-        linked_ids = next((group for group in self.LINKED if event.chart_view.id in group), ())
-        for chart in (self.query_one(f"#{name}", ChartView) for name in linked_ids):
+        groups = (group for group in self.COMMON_X_LIMITS if event.chart_view.id in group)
+        for chart in (self.query_one(f"#{name}", ChartView) for name in next(groups, ())):
             if chart is not event.chart_view:
                 chart.view.x, chart.view.log_x = changed_view.x, changed_view.log_x
-                chart.view.newest_run = changed_view.newest_run
+                # The heading of the chart warns of later runs that are outside the limits.
+                chart.view.newest_run_when_zoomed = changed_view.newest_run_when_zoomed
                 chart.redraw()
 
     @on(ChartView.CursorMoved)
@@ -115,6 +119,7 @@ class ViewsPane(Pane):
         for chart in self.shown_chart_views():
             label = "" if chart.chart is None else chart.chart.cursor_label
             cursors = chart.view.cursors
+            # Cursors that are not pinned follow the pointer, not keys.
             if cursors.pinned:
                 phrases = list(_CURSOR_KEYS)
             if label and cursors.first is not None and cursors.second is not None:

@@ -373,7 +373,7 @@ def test_limits_are_marked_and_a_new_run_outside_of_them_is_named() -> None:
     assert heading(y_limited, 0, 3.0 + np.sin(0.1 * T)).endswith("new outside, r: fit zoom y")
     # Values exactly at the limits are not outside.
     assert heading(y_limited, 1, np.linspace(-2.5, 2.5, T.size)) == "y (m) zoom y"
-    y_limited.newest_run = 1
+    y_limited.newest_run_when_zoomed = 1
     assert heading(y_limited, 1, 3.0 * np.sin(T)) == "y (m) zoom y"
     after_data = View(x=Axis(20.0, 30.0))
     assert heading(after_data, 0, T).endswith("new outside, r: fit zoom t")

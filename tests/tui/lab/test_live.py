@@ -13,7 +13,7 @@ from fivtui.tui.app import FivtuiApp
 from fivtui.tui.lab import live_control
 from fivtui.tui.lab.notices import NoticeView
 from fivtui.tui.persistence.snapshot import session_state
-from fivtui.tui.session import SCREEN_PRIORITY
+from fivtui.tui.session import SCREEN_RESPONSE
 from fivtui.tui.session.jobs import Outcome
 from fivtui.tui.session.live import (
     MAX_IMMEDIATE_S,
@@ -143,7 +143,7 @@ def pausable_runs(monkeypatch: pytest.MonkeyPatch) -> PausableRuns:
 async def end_pause(pilot: Pilot[None]) -> None:
     """End the pause after which a longer run follows an edit."""
     lab = lab_of(pilot)
-    await until(pilot, lambda: lab._live._pause_timer is not None and not SCREEN_PRIORITY.claimed)
+    await until(pilot, lambda: lab._live._pause_timer is not None and not SCREEN_RESPONSE.pending)
     lab._live._stop_pause_timer()
     lab._live._start_after_pause()
 

@@ -12,7 +12,7 @@ from textual.pilot import Pilot
 from fivtui.tui.app import FivtuiApp
 from fivtui.tui.lab.key_bar import KeyBar
 from fivtui.tui.session import jobs
-from fivtui.tui.session.jobs import SCREEN_PRIORITY, Job, ScreenPriority
+from fivtui.tui.session.jobs import SCREEN_RESPONSE, Job, ScreenResponse
 from fivtui.tui.tabs.tab_book import TABS
 from tests.support.laboratory import HANG_S, app_of, text_of, until, until_shown
 
@@ -22,37 +22,37 @@ SIZE = (80, 24)
 def test_computations_pause_until_the_screen_has_responded(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    # The priority lasts until it is released, even on a slow machine.
+    # The response is pending until it ends, even on a slow machine.
     monkeypatch.setattr(jobs, "_RESPONSE_TIME_S", HANG_S)
-    priority = ScreenPriority()
-    priority.yield_to_screen()
-    assert not priority.claimed
-    priority.claim()
-    assert priority.claimed
+    response = ScreenResponse()
+    response.wait()
+    assert not response.pending
+    response.begin()
+    assert response.pending
     has_resumed = threading.Event()
 
     def compute() -> None:
-        priority.yield_to_screen()
+        response.wait()
         has_resumed.set()
 
     computing_thread = threading.Thread(target=compute)
     computing_thread.start()
     assert not has_resumed.is_set()
-    priority.release()
+    response.end()
     assert has_resumed.wait(HANG_S)
 
 
 def test_continuous_key_presses_do_not_stop_computations() -> None:
-    priority, stop_pressing = ScreenPriority(), threading.Event()
-    priority.claim()
+    response, stop_pressing = ScreenResponse(), threading.Event()
+    response.begin()
 
     def press_continuously() -> None:
         while not stop_pressing.is_set():
-            priority.claim()
+            response.begin()
             time.sleep(1e-3)
 
     pressing_thread = threading.Thread(target=press_continuously)
-    computing_thread = threading.Thread(target=priority.yield_to_screen, daemon=True)
+    computing_thread = threading.Thread(target=response.wait, daemon=True)
     pressing_thread.start()
     computing_thread.start()
     computing_thread.join(HANG_S)
@@ -65,17 +65,17 @@ async def test_computations_pause_from_a_key_until_its_frame(
     pilot: Pilot[None], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(jobs, "_RESPONSE_TIME_S", HANG_S)
-    claims: list[bool] = []
+    pending: list[bool] = []
     original_step_field = app_of(pilot).session.step_field
 
     def record_and_step_field(name: str, direction: int, *, fine: bool = False) -> bool:
-        claims.append(SCREEN_PRIORITY.claimed)
+        pending.append(SCREEN_RESPONSE.pending)
         return original_step_field(name, direction, fine=fine)
 
     app_of(pilot).session.step_field = record_and_step_field  # type: ignore[method-assign]
     await pilot.press("up")
-    await until(pilot, lambda: bool(claims) and not SCREEN_PRIORITY.claimed)
-    assert claims == [True]
+    await until(pilot, lambda: bool(pending) and not SCREEN_RESPONSE.pending)
+    assert pending == [True]
     assert "base (changed)" in text_of(pilot)
 
 

@@ -292,7 +292,7 @@ def test_too_large_results_give_a_note_and_files_outside_the_folder_are_refused(
     with pytest.raises(InputError, match="not the name of a file of this session"):
         store.read("map", StoredResult("../mine.npz"))
     assert (tmp_path / "mine.npz").is_file()
-    store.register({"map": StoredResult("../mine.npz")})
+    store.adopt_files({"map": StoredResult("../mine.npz")})
     store.remove_unused({})
     assert (tmp_path / "mine.npz").is_file()
     with pytest.raises(InputError, match="the map of the last session could not be restored"):

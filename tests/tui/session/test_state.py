@@ -67,7 +67,7 @@ def test_typing_and_steps_in_one_direction_are_one_undo_step() -> None:
 def test_a_closed_step_is_undone_alone() -> None:
     session = Session()
     session.set_text("F", "90")
-    session.close_step()
+    session.close_undo_step()
     session.set_text("F", "95")
     session.undo()
     assert session.texts["F"] == "90"

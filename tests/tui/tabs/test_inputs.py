@@ -5,7 +5,7 @@ from textual.events import Paste
 from textual.pilot import Pilot
 from textual.widgets import Input
 
-from fivtui.ranges import decimal_point, decimal_points
+from fivtui.ranges import with_decimal_point, with_decimal_points
 from fivtui.tui.chart.widget.limits_dialog import LimitsDialog
 from fivtui.tui.tabs.transient import TransientPane
 from tests.support.laboratory import flat_text_of, run_to_end, show_tab, until, until_shown
@@ -27,11 +27,11 @@ SIZE = (160, 40)
     ],
 )
 def test_decimal_commas_in_ranges_are_points(text: str, expected: str) -> None:
-    assert decimal_points(text) == expected
+    assert with_decimal_points(text) == expected
     # The result is the same while typing.
     typed = ""
     for letter in text:
-        typed = decimal_points(typed + letter)
+        typed = with_decimal_points(typed + letter)
     assert typed == expected or "," in expected
 
 
@@ -45,7 +45,7 @@ def test_a_decimal_comma_in_a_number_is_a_point() -> None:
         ("a,5", "a,5"),
         ("0,7 N", "0,7 N"),
     ):
-        assert decimal_point(text) == expected
+        assert with_decimal_point(text) == expected
 
 
 # Key of the tab, name of its input, an invalid text, its error, and a valid text.

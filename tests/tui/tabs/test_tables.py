@@ -67,7 +67,7 @@ async def test_a_narrow_table_omits_one_column_and_wraps_another() -> None:
     rows = {"1": ("holds", "the slider leaves the belt as soon as it can", "a number")}
 
     class Claims(ListTable[str | Text]):
-        wrapped, optional = "statement", ("stated",)
+        wrapped_column, omitted_if_narrow = "statement", ("stated",)
 
     class ClaimsApp(App[None]):
         def compose(self) -> ComposeResult:

@@ -8,7 +8,7 @@ import pytest
 from textual.pilot import Pilot
 from textual.widgets import Input
 
-from fivtui.equilibrium.scan import mode_scan, scan_top
+from fivtui.equilibrium.scan import mode_scan, mu_scan_end
 from fivtui.model import System
 from fivtui.paper.claims.check import CLAIMS
 from fivtui.paper.claims.claim import check
@@ -206,7 +206,7 @@ def test_the_modes_over_mu_agree_with_the_stability_of_each_point() -> None:
     from fivtui.equilibrium.eigenvalues import stability
 
     p = BASE.parameters
-    scan = mode_scan(System(p), scan_top(stability(p)))
+    scan = mode_scan(System(p), mu_scan_end(stability(p)))
     assert scan.mu[0] == 0.0
     assert scan.mu[-1] == 1.5
     for index in (0, 60, 240):

@@ -38,7 +38,7 @@ _RIGHT_BUTTON: Final = 3
 class ChartView(DrawnChart, can_focus=True):
     """A chart with zoom, pan, cursors, typed limits and logarithmic axes, by key and mouse.
 
-    The points of an `openable` chart, such as that of growth rates over a parameter, stand for
+    In a chart with `runs_points`, such as that of growth rates over a parameter, points stand for
     parameter sets. Opening a point runs its parameters.
 
     The package textual-plot would take over 50 ms per plot, without log axes, cursors or shades.
@@ -70,7 +70,7 @@ class ChartView(DrawnChart, can_focus=True):
     ]
 
     @dataclass
-    class Opened(Message):
+    class PointChosen(Message):
         """Posted when the user opens a point, to run its parameters."""
 
         chart_view: "ChartView"
@@ -88,16 +88,16 @@ class ChartView(DrawnChart, can_focus=True):
 
         chart_view: "ChartView"
 
-    def __init__(self, id: str, *, empty_text: str = "", openable: bool = False) -> None:  # noqa: A002
+    def __init__(self, id: str, *, empty_text: str = "", runs_points: bool = False) -> None:  # noqa: A002
         super().__init__(id, empty_text=empty_text)
-        self._openable = openable
+        self._runs_points = runs_points
         # Last column and row of the pointer while the mouse is dragged.
         self._drag_position: tuple[int, int] | None = None
         self._was_dragged = False
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:  # noqa: ARG002
         """Disable the action "open" in charts whose points cannot be opened."""
-        return self._openable if action == "open" else True
+        return self._runs_points if action == "open" else True
 
     # Zoom and pan
 
@@ -193,7 +193,7 @@ class ChartView(DrawnChart, can_focus=True):
             return
         points = points_at(self._chart, self.view, self.view.cursors.active_position)
         if points:
-            self.post_message(self.Opened(self, points[0]))
+            self.post_message(self.PointChosen(self, points[0]))
 
     # The mouse
 
@@ -281,7 +281,7 @@ class ChartView(DrawnChart, can_focus=True):
             self.action_cursor(0)
         cursors.pinned, cursors.second_is_active = True, second
         self._move_cursor(position)
-        if event.chain == 2 and self._openable:
+        if event.chain == 2 and self._runs_points:
             self.action_open()
 
 

@@ -13,7 +13,7 @@ from rich.style import Style
 from textual.strip import Strip
 from textual.widget import Widget
 
-from fivtui.charts import Chart, Cursors, Span, View, needs_full_line
+from fivtui.charts import Chart, Cursors, Span, View, has_long_heading
 from fivtui.tui.chart.picture import MARGIN, Picture, draw
 
 # Minimum columns for full labels of the controls.
@@ -24,8 +24,8 @@ _INDENT: Final = " "
 _MIN_SIZE: Final = (MARGIN + 2, 3)
 _MUTED: Final = "$foreground-muted"
 
-# Styles in theme colours, by the style names of spans. Rules of a style sheet would be slow:
-# Textual evaluates them for every chart at every change.
+# Styles in theme colours, by the style names of spans; a strip is a row of shades below the plot.
+# Rules of a style sheet would be slow: Textual evaluates them for every chart at every change.
 CHART_STYLES: Final[Mapping[str, str]] = {
     "plot": "",
     "tick": _MUTED,
@@ -81,7 +81,8 @@ class DrawnChart(Widget):
     def __init__(self, id: str, *, empty_text: str) -> None:  # noqa: A002
         super().__init__(id=id)
         self.view = View()
-        # Cursors by the quantity of their charts, or by the identifier of the only chart.
+        # Cursors by the quantity along which they move, which charts may share; cursors of a plane
+        # by the identifier of its chart.
         self.shared_cursors: dict[str, Cursors] = {}
         self._chart: Chart | None = None
         self._empty_text = empty_text
@@ -105,8 +106,8 @@ class DrawnChart(Widget):
         """Display a chart in the current view; without chart, display `empty_text`."""
         self._chart = chart
         if chart is not None:
-            key = chart.cursor_label or str(self.id)
-            self.view.cursors = self.shared_cursors.setdefault(key, Cursors())
+            shared_quantity = chart.cursor_label or str(self.id)
+            self.view.cursors = self.shared_cursors.setdefault(shared_quantity, Cursors())
         if empty_text is not None:
             self._empty_text = empty_text
         self.redraw()
@@ -124,6 +125,7 @@ class DrawnChart(Widget):
     def _style(self, name: str) -> Style:
         if name not in self._styles_by_name:
             styles = {**CHART_STYLES, **(FOCUSED_STYLES if self.has_focus else {})}
+            # The style of a run is its colour code, not a name.
             style = self.app.stylesheet.parse_style(styles.get(name, name))
             self._styles_by_name[name] = (self.visual_style + style).rich_style
         return self._styles_by_name[name]
@@ -155,11 +157,12 @@ class DrawnChart(Widget):
             return [[("", "plot")], *([(f"{_INDENT}{line}", "label")] for line in text_lines)]
         if self._picture is None:
             self._controls.clear()
-            is_crowded = width < _WIDE_COLUMNS and needs_full_line(self._chart, self.view)
+            # In a narrow chart a long heading takes the whole first line, without controls.
+            is_crowded = width < _WIDE_COLUMNS and has_long_heading(self._chart, self.view)
             controls = [] if is_crowded else self._control_spans(width)
             control_width = sum(len(text) for text, _ in controls)
             self._picture = draw(self._chart, self.view, width, height, reserved=control_width)
-            # Put the controls into the last span of the first line, which is reserved for them.
+            # The last span of the first line is blank: it has the columns reserved for controls.
             self._picture.lines[0][-1:] = controls
         return self._picture.lines
 

@@ -12,7 +12,7 @@ from textual.widgets import Button, Input, Label, Static
 
 from fivtui.charts import Axis, Chart, View, parse_limits
 from fivtui.model import InputError
-from fivtui.ranges import decimal_points
+from fivtui.ranges import with_decimal_points
 
 from .text_input import TextInput
 
@@ -41,7 +41,7 @@ class LimitsDialog(ModalScreen[View | None]):
                 is_chosen = getattr(self._view, name) is not None
                 yield TextInput(
                     limits_text if is_chosen else "",
-                    respell=decimal_points,
+                    replace_commas=with_decimal_points,
                     placeholder=f"now {limits_text}",
                     id=f"limits-{name}",
                     compact=True,
@@ -52,19 +52,23 @@ class LimitsDialog(ModalScreen[View | None]):
                 yield Button("Cancel", id="limits-cancel", compact=True)
 
     @on(Input.Changed)
+    def _show_error(self) -> None:
+        self._read_limits()
+
     def _read_limits(self) -> View | None:
         # The view with the typed limits; if they are invalid, None, and the hint is the error.
         # While the dialog opens, an input or the hint may not exist yet.
         texts = {field.id: field.value for field in self.query(Input)}
+        # An axis without typed limits fits the data.
         view, error = replace(self._view, x=None, y=None), ""
-        for name, log in (("x", view.log_x), ("y", view.log_y)):
+        for axis_name, log in (("x", view.log_x), ("y", view.log_y)):
             try:
-                limits = parse_limits(name, texts.get(f"limits-{name}", ""), log=log)
+                limits = parse_limits(axis_name, texts.get(f"limits-{axis_name}", ""), log=log)
             except InputError as input_error:
                 error = error or str(input_error)
             else:
                 if limits is not None:
-                    setattr(view, name, Axis(*limits, log=log))
+                    setattr(view, axis_name, Axis(*limits, log=log))
         for hint in self.query("#dialog-hint").results(Static):
             hint.update(error or _LIMITS_FORMAT)
             hint.set_class(bool(error), "-wrong")

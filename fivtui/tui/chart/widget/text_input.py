@@ -14,21 +14,21 @@ def _keep_text(text: str) -> str:
 class TextInput(Input):
     """An input of one line; pasted lines are joined.
 
-    `respell` may replace characters of the text, such as a decimal comma by a point; it keeps the
-    number of characters.
+    `replace_commas` returns the text with points in place of decimal commas; it keeps the number of
+    characters.
     """
 
     def __init__(
-        self, value: str, *, respell: Callable[[str], str] = _keep_text, **options: Any
+        self, value: str, *, replace_commas: Callable[[str], str] = _keep_text, **options: Any
     ) -> None:
         super().__init__(value, **options)
-        self._respell = respell
+        self._replace_commas = replace_commas
 
     def replace(self, text: str, start: int, end: int) -> None:
-        """Replace the text between two positions, and call `respell` with the result."""
+        """Replace the text between two positions, and call `replace_commas` with the result."""
         # A selection made backwards has its end before its start.
         first, stop = sorted((max(start, 0), min(end, len(self.value))))
-        self.value = self._respell(f"{self.value[:first]}{text}{self.value[stop:]}")
+        self.value = self._replace_commas(f"{self.value[:first]}{text}{self.value[stop:]}")
         self.cursor_position = first + len(text)
 
     def _on_paste(self, event: Paste) -> None:

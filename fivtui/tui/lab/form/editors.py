@@ -27,7 +27,7 @@ class TextEditor(TextInput):
     def __init__(self, field: FormField, text: str) -> None:
         super().__init__(
             text,
-            respell=field.respell,
+            replace_commas=field.replace_commas,
             compact=True,
             placeholder=field.when_empty,
             validate_on=(),
@@ -106,7 +106,7 @@ class ChoiceEditor(Select[str]):
 
 
 class SeparationEditor(Checkbox):
-    """A check box for separation, labelled "considered" or "ignored"."""
+    """A check box: whether the slider may leave the belt; labelled "considered" or "ignored"."""
 
     def __init__(self, field: FormField, text: str) -> None:
         super().__init__(text, value=text == WITH_SEPARATION, compact=True)

@@ -64,7 +64,8 @@ class FieldList(VerticalScroll):
 
     def action_move(self, count: int) -> None:
         """Move the cursor by some rows."""
-        # A focused switch lets ↑ and ↓ pass; it would answer Enter for the row left.
+        # A check box leaves ↑ and ↓ to this list. If it kept the focus, the next Enter would toggle
+        # it, not edit the row that the cursor is moved to.
         self.focus()
         self.row.mark(selected=False)
         self._cursor = min(max(self._cursor + count, 0), len(self._visible_rows) - 1)
@@ -121,7 +122,10 @@ class Form(Vertical):
         changed: Collection[str],
         notes: Mapping[str, str],
     ) -> None:
-        """Display texts, error messages, changed fields and notes, all by field name."""
+        """Display texts, errors, changed fields and notes, all by field name.
+
+        A note says that a parameter follows a table over time or has no effect.
+        """
         belt_is_finite = any(texts[name] for name in BELT_PARAMETERS)
         for name, row in self._rows.items():
             if name in BELT_PARAMETERS:
@@ -130,7 +134,7 @@ class Form(Vertical):
             error, note = errors.get(name, ""), notes.get(name, "")
             row.show(texts[name], error, note, changed=name in changed)
 
-    def hide_belt(self) -> None:
+    def hide_belt_fields(self) -> None:
         """Hide the fields of a belt of finite speed."""
         for name in BELT_PARAMETERS:
             self._rows[name].display = False

@@ -105,9 +105,10 @@ class Gauge:
         bound_columns = [self._column(bound, width) for bound in self.zones.bounds]
         cells: StyledTexts = []
         for zone, (lower, upper) in zip(self.zones.zones, pairwise(bound_columns), strict=True):
-            # The bound between two zones takes a column.
-            first = lower + (lower > 0)
-            stop = upper if upper < width - 1 else width
+            # The bound between two zones takes a column; the ends of the bar take none.
+            first = lower + 1 if lower > 0 else 0
+            reaches_end = upper == width - 1
+            stop = width if reaches_end else upper
             style, glyphs = _STYLES[zone], list(_GLYPHS[zone] * (stop - first))
             # If the marker divides a zone, the label of the zone is in the larger part.
             parts = [(first, stop)]
@@ -116,8 +117,9 @@ class Gauge:
             part_first, part_stop = max(parts, key=lambda part: part[1] - part[0])
             self._write_label(zone, glyphs, part_first - first, part_stop - first)
             cells += [(glyph, style) for glyph in glyphs]
-            if upper < width - 1:
+            if not reaches_end:
                 cells.append((_BOUND_GLYPH, "bold"))
+        # A zone that is narrower than a column still adds its bound: cut what is too wide.
         del cells[width:]
         cells[marker] = (_MARKER_GLYPH, "bold")
         return _join_cells(cells)
@@ -161,7 +163,9 @@ def _bound_text(bound: float, value: float) -> str:
     # Round to the fewest digits that keep the bound on its side of the value.
     for digits in range(_MIN_DIGITS, _MAX_DIGITS):
         text = f"{bound:.{digits}g}"
-        if (float(text) > value) is (bound > value) and float(text) != value:
+        rounded = float(text)
+        is_on_same_side = (rounded > value) is (bound > value)
+        if is_on_same_side and rounded != value:
             return text
     return repr(bound)
 
@@ -210,7 +214,7 @@ class GaugeView(Widget):
 def round_range(value: float, lower: float, upper: float) -> tuple[float, float]:
     """A round range around a value, from 0 unless it is negative, within the allowed limits.
 
-    A round range stays the same while the value is edited.
+    Round ends stay the same during small edits of the value.
     """
     least_end = _MIN_END_RATIO * abs(value) or 1.0
     decade = 10.0 ** math.floor(math.log10(least_end))

@@ -8,9 +8,9 @@ from collections import OrderedDict
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
-from fivtui.equilibrium import Stability, scan_top
+from fivtui.equilibrium import Stability, mu_scan_end
 from fivtui.model import ALL_PARAMETERS, ComputationError, InputError, System
-from fivtui.safety import Zone, Zones, linear_zones, zones_of_verdict
+from fivtui.safety import Zone, Zones, linear_zones, zones_of_safe_friction
 from fivtui.tui.session import FIELDS, Attractors, Job, compute_outcome
 
 from .gauge import Gauge, round_range
@@ -24,13 +24,15 @@ _MU: Final = "mu"
 _STATIC_FRICTION: Final = "mu_s"
 # The parameter of the second gauge, until a parameter other than μ is edited.
 _DEFAULT_SECOND: Final = "F"
-# A gauge keeps its range while the needed range reaches at least this share of its end.
-_MIN_SHARE: Final = 0.4
+# A gauge keeps its range while an edited value needs at least this share of it, so that the gauge
+# does not jump.
+_MIN_USED_SHARE: Final = 0.4
 
 
 @dataclass(frozen=True, slots=True)
 class _GaugeRange:
-    # A range of the parameter `name`; `system` has the other parameters, and `high` in its place.
+    # A range of the parameter `name`. Its value in `system` is `high`, which is always allowed, so
+    # that equal ranges are equal keys of the cache whatever the edited value is.
     system: System
     name: str
     low: float
@@ -95,7 +97,7 @@ class GaugeController:
         safe_friction = attractors.safe
         zones, searching = self._cache.get(gauge_range), False
         if name == _MU and safe_friction is not None:
-            zones = zones_of_verdict(safe_friction, low, high)
+            zones = zones_of_safe_friction(safe_friction, low, high)
         elif gauge_range not in self._cache:
             self._queue.append(gauge_range)
             searching = True
@@ -114,12 +116,12 @@ class GaugeController:
     def _gauge_range(self, name: str, value: float, stability: Stability) -> _GaugeRange:
         parameters, spec = stability.parameters, ALL_PARAMETERS[name]
         if name == _MU:
-            low, high = 0.0, scan_top(stability)
+            low, high = 0.0, mu_scan_end(stability)
         else:
             low, high = round_range(value, spec.lower, spec.upper)
-        # Keep a range that is wide enough but not too wide, so that the gauge does not jump.
+        # Keep a range that is wide enough but not too wide.
         old_low, old_high = self._ranges.get(name, (low, high))
-        if old_low <= low and _MIN_SHARE * old_high <= high <= old_high:
+        if old_low <= low and _MIN_USED_SHARE * old_high <= high <= old_high:
             low, high = old_low, old_high
         self._ranges[name] = low, high
         # Static friction is at least the sliding friction.
@@ -146,6 +148,7 @@ class GaugeController:
         def compute() -> None:
             from fivtui.safety import safety_zones
 
+            # Wait until the screen has responded to the edit.
             job.report(0.0)
             outcome = compute_outcome(
                 lambda: safety_zones(

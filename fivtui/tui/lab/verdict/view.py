@@ -14,8 +14,9 @@ from fivtui.tui.tabs import flow_facts
 
 from .gauge import Gauge, GaugeView
 
-# Kinds of verdicts, which set the colour.
-KINDS: Final = ("stable", "coexisting", "searching", "unstable", "neutral", "invalid")
+# Kinds of verdicts, which set the colour. Coexisting: stable, but beside another attractor, such as
+# a limit cycle. Searching: stable, and other attractors are searched. Neutral: no growth.
+VERDICT_KINDS: Final = ("stable", "coexisting", "searching", "unstable", "neutral", "invalid")
 # Phrases of headlines, and their short forms for narrow windows.
 _SHORT_PHRASES: Final = (
     ("half peak-to-peak ", "±"),
@@ -52,7 +53,7 @@ class VerdictView(Vertical):
     def show(self, kind: str, lines: Sequence[str], gauges: Iterable[Gauge | str] = ()) -> None:
         """Display the headline, then the facts in `lines`, and up to two gauges.
 
-        A text replaces a gauge that cannot be drawn. `kind` is one of `KINDS`.
+        A text replaces a gauge that cannot be drawn. `kind` is one of `VERDICT_KINDS`.
         """
         gauges = [*gauges, "", ""]
         for view, gauge in zip(self.query(GaugeView), gauges, strict=False):
@@ -62,7 +63,7 @@ class VerdictView(Vertical):
         if (kind, *lines) == self._texts:
             return
         self._texts = (kind, *lines)
-        for colour_kind in KINDS:
+        for colour_kind in VERDICT_KINDS:
             self.set_class(colour_kind == kind, f"-{colour_kind}")
         self._fit_texts()
 
@@ -80,8 +81,8 @@ class VerdictView(Vertical):
         _, first_line, *facts = self._texts
         headline = shorten_headline(first_line, width)
         if not facts_view.display:
-            # The first fact follows the headline in the same line if it fits.
-            headline = flow_facts([headline, *facts[:1]], width).splitlines()[0]
+            # `flow_facts` puts the first fact into the line of the headline if it fits.
+            headline, *_ = flow_facts([headline, *facts[:1]], width).splitlines()
         facts_view.update(flow_facts(facts, width), layout=False)
         self.query_one("#headline", Static).update(headline, layout=False)
         # The headline takes two lines if it needs them and the facts still fit.

@@ -20,8 +20,8 @@ if TYPE_CHECKING:
 
 FIGURE: Final = "figure"
 DATA: Final = "data"
-# Kinds of export and their keys.
-KINDS: Final[Mapping[str, str]] = {FIGURE: "F6", DATA: "F7"}
+# Keys of the keyboard by kind of export.
+EXPORT_KEYS: Final[Mapping[str, str]] = {FIGURE: "F6", DATA: "F7"}
 _NO_RUN: Final = "no run to export yet: press F5"
 
 PathFunction = Callable[[Path], None]
@@ -34,7 +34,7 @@ class Export:
     Attributes
     ----------
     kind : str
-        A key of `KINDS`.
+        A key of `EXPORT_KEYS`.
     subject : str
         What is exported, in messages.
     file_name : str
@@ -132,10 +132,10 @@ def belt_export(
     return Export(FIGURE, subject, f"{stem}.gif", suffixes, check, write)
 
 
-def replace_figure(
+def with_displayed_charts(
     export: Export, charts: "VisibleCharts | None", heading: Heading | None = None
 ) -> Export:
-    """Replace the figure of an export by the displayed charts, if there are any."""
+    """The export; if it is a figure, that of the displayed charts, if there are any."""
     if export.kind != FIGURE or charts is None:
         return export
     return charts_export(export.subject, Path(export.file_name).stem, charts, heading)
@@ -152,17 +152,20 @@ def points_export(subject: str, stem: str, charts: "VisibleCharts") -> Export:
     return data_export(subject, stem, "chart's data", dict.fromkeys(FORMATS, save))
 
 
-def data_export(subject: str, stem: str, kind: str, writers: Mapping[str, PathFunction]) -> Export:
-    """Data in the formats of `writers`, by suffix; `kind` names the data in messages."""
+def data_export(
+    subject: str, stem: str, contents_name: str, writers: Mapping[str, PathFunction]
+) -> Export:
+    """Data in the formats of `writers`, by suffix; messages call them `contents_name`."""
 
     def check(path: Path) -> None:
-        suffix = check_suffix(path, kind, writers)
+        suffix = check_suffix(path, contents_name, writers)
         if suffix in FORMATS:
-            table_format(path, kind)
+            # Raises `InputError` if the package for the format is missing.
+            table_format(path, contents_name)
         check_output(path)
 
     def write(path: Path) -> None:
-        writers[check_suffix(path, kind, writers)](path)
+        writers[check_suffix(path, contents_name, writers)](path)
 
     suffixes = tuple(writers)
     return Export(DATA, subject, f"{_clean(stem)}{suffixes[0]}", suffixes, check, write)
@@ -184,7 +187,7 @@ def run_export(export_kind: str, run: Run | None) -> Export:
 def study_export(export_kind: str, kind: str, result: Any, stem: str, subject: str = "") -> Export:
     """The figure or the data of the result of a study.
 
-    `export_kind` is a key of `KINDS`, `kind` the kind of study, `stem` the suggested file name.
+    `export_kind` is one of `EXPORT_KEYS`, `kind` the kind of study, `stem` the suggested file name.
     """
     study_kind, subject = study(kind), subject or f"the {kind}"
     if export_kind == FIGURE:

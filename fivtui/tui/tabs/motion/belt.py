@@ -8,7 +8,7 @@ from textual.binding import Binding, BindingType
 from textual.containers import Vertical
 from textual.timer import Timer
 
-from fivtui.film import Layout, Timing, belt_chart, layout_of, usual_speed
+from fivtui.film import Layout, Timing, belt_chart, layout_of, watchable_speed
 from fivtui.transient import Transient
 from fivtui.tui.chart import ChartView
 
@@ -62,7 +62,7 @@ class BeltView(Vertical):
         """Show a run at time `t`, s, or at the current time."""
         if run is not self._run and run.trajectory is not None:
             self._run, self._layout = run, layout_of(run.trajectory)
-            self.speed = usual_speed(run)
+            self.speed = watchable_speed(run)
             self.t = min(self.t, run.t_end)
         if t is not None:
             self.t = min(max(t, 0.0), run.t_end)

@@ -21,7 +21,7 @@ from fivtui.measured import (
     read_tolerances,
 )
 from fivtui.model import InputError, parse_number, unknown_name_error
-from fivtui.ranges import decimal_point
+from fivtui.ranges import with_decimal_point
 from fivtui.transient import Transient
 from fivtui.tui.chart import ChartView, TextInput
 
@@ -80,7 +80,7 @@ class MeasuredView(Vertical):
         for row in _ROWS:
             with Horizontal(classes="bar"):
                 for name in row:
-                    options = {"respell": decimal_point} if name in _NUMERIC else {}
+                    options = {"replace_commas": with_decimal_point} if name in _NUMERIC else {}
                     placeholder, _ = _INPUTS[name]
                     yield TextInput(
                         self._stored_text(name),
@@ -105,7 +105,9 @@ class MeasuredView(Vertical):
         self._result_text, self._validation = "", None
         if self._run is not None and self.texts["file"]:
             try:
-                self._validation = prepare_comparison(self.options, "")(self._run)
+                # In messages, the names of inputs have no prefix, as options have.
+                compare = prepare_comparison(self.options, prefix="")
+                self._validation = compare(self._run)
             except InputError as error:
                 self._result_text = str(error)
         validation = self._validation
@@ -182,8 +184,8 @@ def _check_input(name: str, text: str) -> None:
     elif name == "quantity" and text not in QUANTITIES:
         raise unknown_name_error(name, text, QUANTITIES)
     elif name in _TOLERANCES:
-        # A share is valid only together with a band.
-        read_tolerances({"band": "1", name: text})
+        # A share is valid only together with a band, for which any valid text will do.
+        read_tolerances({name: text} if name == "band" else {"band": "1", name: text})
 
 
 def _comparison_text(result: Validation) -> str:

@@ -21,7 +21,8 @@ EXAMPLE: Final = "μ=0:1.5:121 F=5:120:93"
 # Mapped values that do not depend on μ, and ranges for them.
 WITHOUT_MU: Final = ("critical-mu", "safe-mu")
 EXAMPLE_WITHOUT_MU: Final = "F=5:120:93 k_nl=20:500:61"
-# Titles of the mapped values.
+# Titles of the mapped values. A map of coexistence has the regions where the slider is safe,
+# squeals after a knock, and squeals.
 TITLES: Final = {
     "growth-rate": "Growth",
     "critical-mu": "μ_c",

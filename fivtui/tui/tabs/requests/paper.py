@@ -1,6 +1,7 @@
 """Table rows and scenes of the paper tab. Imports no Textual.
 
-A panel is one plot of a figure of the paper; its lines differ in one parameter or in separation.
+A panel is one plot of a figure of the paper "Nonlinear friction-induced vibration of a slider-belt
+system"; its lines differ in one parameter, or in separation: whether the slider may leave the belt.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -30,6 +31,7 @@ def figure_rows(computed: Sequence[str]) -> list[tuple[str, ...]]:
 
 def _lines_text(panel: Panel) -> str:
     if panel.by == SEPARATION:
+        # Separation considered, and ignored.
         return "both cases"
     values = ", ".join(f"{getattr(line.scene.parameters, panel.by):g}" for line in panel.lines)
     return f"{symbol_of(panel.by)} {values}"
@@ -83,7 +85,7 @@ def _distance(parameter: str, scene: Scene) -> float:
 
 
 def panel_scene(key: str) -> Scene:
-    """A panel's scene nearest to the base set, named after the panel."""
+    """A panel's scene nearest to the default parameters, named after the panel."""
     index = list(PANELS).index(key)
     scene, caption = list(paper_scenes())[index]
     return replace(scene, description=f"Fig. {key}: {caption}")

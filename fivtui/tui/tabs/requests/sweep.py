@@ -74,21 +74,23 @@ def partial_sweep(study: "Study", parts: Sequence["Rows"]) -> "Sweep":
     return Sweep(study, concatenate(list(parts)))
 
 
-def point_separation(study: "Study", point: NearestPoint, edited: bool) -> bool:
+def point_separation(study: "Study", point: NearestPoint, edited_separation: bool) -> bool:
     """Whether separation is considered at a point of a sweep's chart.
 
-    `edited` is whether the edited scene considers it; a chart over two parameters shows that case.
+    A chart over one parameter shows both cases; one over two parameters shows that of the edited
+    scene, `edited_separation`, if the sweep has it.
     """
     from fivtui.sweeps import sweep_curves
 
     if len(study.design.axes) == 1:
         _, separation = sweep_curves(study)[point.trace]
         return separation
-    return edited if edited in study.cases else study.cases[0]
+    return edited_separation if edited_separation in study.cases else study.cases[0]
 
 
 def point_scene(study: "Study", point: NearestPoint, separation: bool) -> Scene:
     """The scene at a point of a sweep's chart."""
+    # Over one parameter, y is an output, which `zip` omits.
     values = dict(zip(study.design.axes, (point.x, point.y), strict=False))
     parameter_values = {name: value for name, value in values.items() if name in ALL_PARAMETERS}
     parameters, start = study.parameters.with_values(parameter_values), study.start

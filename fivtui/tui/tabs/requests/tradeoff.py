@@ -17,7 +17,8 @@ if TYPE_CHECKING:
 # Settings whose values differ by fewer decades than this count as equal.
 _EQUAL_DECADES: Final = 0.3
 
-# Titles of the quantities whose error is shown.
+# Titles of the quantities whose error is shown. The half range is ± half the peak-to-peak of y over
+# the second half of the run.
 TITLES: Final[Mapping[str, str]] = {
     "final": "State",
     "peak": "Peak",
@@ -29,8 +30,8 @@ COLUMNS: Final = ("method", "setting", "error", "CPU ms", "remark", "steps", "se
 
 def table_columns(result: "Tradeoff") -> tuple[str, ...]:
     """Column headings for the table of a trade-off."""
-    on_belt = result.scene.parameters.v_belt is not None
-    return (*COLUMNS, "sticks") if on_belt else COLUMNS
+    may_stick = result.scene.parameters.v_belt is not None
+    return (*COLUMNS, "sticks") if may_stick else COLUMNS
 
 
 def table_rows(
@@ -75,6 +76,7 @@ def current_setting(result: "Tradeoff", scene: Scene) -> MeasuredSetting | None:
     """
     if scene.accuracy:
         return None
+    # The kernel is empty for a method that cannot be both compiled and interpreted.
     rows = [
         row
         for row in result.rows
@@ -105,7 +107,9 @@ def setting_text(
             for name, error in scene.accuracy
         )
     if current is None or current.error is None:
-        if scene.step is None and scene.method in {row.setting.method for row in result.rows}:
+        methods = {row.setting.method for row in result.rows}
+        if scene.step is None and scene.method in methods:
+            # Measured settings have steps, to which no step of the scene could be compared.
             return f"{scene.method} with its default step: enter a step to see its error"
         return f"{scene.method} was not measured"
     error = current.error.of(quantity)

@@ -37,6 +37,7 @@ def uncertainty_request(scene: Scene, text: str) -> "Study":
     try:
         return scattered_study(scene, inputs, samples=SAMPLES)
     except InputError as error:
+        # An FMU, which a scene may choose as its method, cannot compute a study.
         advice = "; F4 switches the engine" if str(error).startswith("method =") else ""
         raise InputError(f"{error}{advice}") from None
 
@@ -52,7 +53,9 @@ def index_remark(result: "Uncertainty") -> str:
     """A note on Sobol indices above 1 or below 0; empty if there are none."""
     from fivtui.reliability import excess_remark
 
-    index_texts = (text for _, _, *texts, _, _ in index_rows(result) for text in texts)
+    index_texts = (
+        text for _, _, first, total, _, _ in index_rows(result) for text in (first, total)
+    )
     remarks = sorted({*map(excess_remark, index_texts)} - {""})
     return f", indices {' and '.join(remarks)}: sampling error" if remarks else ""
 
@@ -63,6 +66,7 @@ def index_rows(result: "Uncertainty") -> Sequence[Sequence[str]]:
 
     rows = []
     for name, indices in result.indices.items():
+        # From derivatives at the means of all inputs.
         linear_indices = result.local.get(name, {})
         by_total_index = sorted(indices.items(), key=lambda item: -item[1].total.value)
         for rank, (input_name, index) in enumerate(by_total_index):

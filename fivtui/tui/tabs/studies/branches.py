@@ -55,7 +55,7 @@ class BranchesPane(StudyPane):
     def compose_views(self) -> ComposeResult:
         """One chart."""
         with Vertical(id="branch"):
-            yield ChartView("branch-chart", empty_text="no branch yet: press F10", openable=True)
+            yield ChartView("branch-chart", empty_text="no branch yet: press F10", runs_points=True)
 
     @property
     def _origin(self) -> Origin:
@@ -92,7 +92,9 @@ class BranchesPane(StudyPane):
         """The events along the branch, and how it ends."""
         result = displayed.value
         events = [f"{event_name(event.kind)} {event.value:.4g}" for event in result.events]
-        return "; ".join(filter(None, [" ".join(events), f"the branch {result.ends[1]}"]))
+        # The first end is where the branch begins.
+        _, last_end = result.ends
+        return "; ".join(filter(None, [" ".join(events), f"the branch {last_end}"]))
 
     def draw_result(self, result: CycleBranch) -> None:
         """Draw the branch with the edited value."""

@@ -82,7 +82,7 @@ class MapPane(StudyPane):
     def compose_views(self) -> ComposeResult:
         """One chart, and the scale of its shades."""
         with Vertical(id="map-view"):
-            yield ChartView("map-chart", openable=True)
+            yield ChartView("map-chart", runs_points=True)
             yield Static("", id="scale", markup=False)
 
     @property
@@ -92,13 +92,15 @@ class MapPane(StudyPane):
 
     @property
     def initial_text(self) -> str:
-        """The stored ranges for the mapped value, or else valid ranges of maps over μ."""
+        """The stored ranges; a map without μ of its own takes those of the other maps if valid."""
         ranges_text = self.stored_setting(_RANGES_SETTING, EXAMPLE)
+        if self.choice not in WITHOUT_MU:
+            return ranges_text
         try:
             map_request(ranges_text, self.choice)
         except InputError:
-            ranges_text = EXAMPLE_WITHOUT_MU if self.choice in WITHOUT_MU else ranges_text
-        return self.stored_setting(self.input_setting, ranges_text)
+            ranges_text = EXAMPLE_WITHOUT_MU
+        return self.stored_setting(_RANGES_WITHOUT_MU, ranges_text)
 
     def parse(self, scene: Scene, text: str) -> "tuple[NamedRange, NamedRange]":  # noqa: ARG002
         """The two ranges of the input."""
@@ -188,6 +190,7 @@ class MapPane(StudyPane):
 
         chart = map_chart(result, self.parameters)
         self.query_one(ChartView).show(chart)
+        # The backdrop of a map is its values as shades.
         if chart.backdrop is not None:
             self.query_one("#scale", Static).update(scale_text(chart.backdrop.shades))
 

@@ -11,14 +11,14 @@ from textual.widgets import Button, Input
 
 from fivtui.charts import Heading, NearestPoint
 from fivtui.model import InputError, Parameters
-from fivtui.ranges import decimal_points
+from fivtui.ranges import with_decimal_points
 from fivtui.scene import Scene
 from fivtui.studies import study
 from fivtui.tui.chart import ChartView, TextInput
 from fivtui.tui.session import DisplayedStudy, Job, Session, study_command
-from fivtui.tui.tabs.exports.export import Export, replace_figure, scene_study_export
+from fivtui.tui.tabs.exports.export import Export, scene_study_export, with_displayed_charts
 from fivtui.tui.tabs.job_pane import JobBar, JobPane
-from fivtui.tui.tabs.messages import PointOpened
+from fivtui.tui.tabs.messages import PointRunRequested
 
 
 class StudyPane(JobPane):
@@ -61,7 +61,7 @@ class StudyPane(JobPane):
         """The input of the bar."""
         yield TextInput(
             self.initial_text,
-            respell=decimal_points,
+            replace_commas=with_decimal_points,
             id=self.INPUT,
             classes="study-input",
             compact=True,
@@ -188,6 +188,7 @@ class StudyPane(JobPane):
     def start_from_inputs(self) -> None:
         """Compute the study of the edited scene."""
         self.start(partial(self.compute, self.request()))
+        # Without an input, the chart keeps its quantities, and chosen limits stay valid.
         if self.EXAMPLE:
             self.fit_axes()
 
@@ -245,12 +246,12 @@ class StudyPane(JobPane):
 
     # Points, exports, command line
 
-    @on(ChartView.Opened)
-    def _run_point(self, event: ChartView.Opened) -> None:
+    @on(ChartView.PointChosen)
+    def _run_point(self, event: ChartView.PointChosen) -> None:
         displayed = self.displayed
         if displayed is not None:
             texts, description = self.read_point(displayed.value, event.point)
-            self.post_message(PointOpened(texts, f"opened {description}"))
+            self.post_message(PointRunRequested(texts, f"opened {description}"))
 
     def read_point(self, result: Any, point: NearestPoint) -> tuple[dict[str, str], str]:
         """The texts of the form's fields for a point of the chart, and a description of it."""
@@ -271,7 +272,7 @@ class StudyPane(JobPane):
         displayed = self.required_result()
         name = displayed.name or self.session.name
         export = scene_study_export(kind, self.NAME, displayed.value, name)
-        return replace_figure(export, self.visible_charts(), self.heading(displayed.value))
+        return with_displayed_charts(export, self.visible_charts(), self.heading(displayed.value))
 
     def command_line(self) -> str:
         """The command that computes the displayed result; without result, the edited scene."""

@@ -1,4 +1,7 @@
-"""The sweep tab: amplitudes over one or two parameters, with and without separation."""
+"""The sweep tab: amplitudes over one or two parameters, with and without separation.
+
+A member is one run of a sweep. A chart over two parameters has a backdrop, values as shades.
+"""
 
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, ClassVar, Final
@@ -58,7 +61,7 @@ class SweepPane(StudyPane):
     def compose_views(self) -> ComposeResult:
         """One chart."""
         with Vertical(id="amplitudes"):
-            yield ChartView("sweep-chart", empty_text="no sweep yet: press F10", openable=True)
+            yield ChartView("sweep-chart", empty_text="no sweep yet: press F10", runs_points=True)
 
     def parse(self, scene: Scene, text: str) -> "Study":
         """The sweep of a scene over the ranges of the input."""

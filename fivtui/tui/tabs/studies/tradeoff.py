@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 
 class _SettingsTable(ListTable[str]):
-    wrapped, optional = "method", ("sep.", "steps", "remark")
+    wrapped_column, omitted_if_narrow = "method", ("sep.", "steps", "remark")
 
 
 class TradeoffPane(StudyPane):

@@ -1,6 +1,7 @@
 """The uncertainty tab: how likely squeal is where parameters scatter, and what drives it.
 
-Sobol indices are the shares of the variance of a quantity that each scattered parameter causes.
+Sobol indices are the shares of the variance of a quantity that each scattered parameter causes. A
+region has the samples with one outcome: no squeal, squeal after a knock, or squeal by itself.
 """
 
 from collections.abc import Mapping
@@ -33,8 +34,8 @@ if TYPE_CHECKING:
 
 
 class _IndexTable(ListTable[str]):
-    wrapped = COLUMNS[0]
-    optional = ("if linear", "0 … 1")
+    wrapped_column = COLUMNS[0]
+    omitted_if_narrow = ("if linear", "0 … 1")
 
 
 class UncertaintyPane(StudyPane):
@@ -88,6 +89,7 @@ class UncertaintyPane(StudyPane):
         from fivtui.reliability import compute_uncertainty
         from fivtui.sweeps import local_engine
 
+        # The engine computes the samples, here in threads of this process.
         return compute_uncertainty(
             request, local_engine(), progress=job.report, on_estimates=self._store_estimate
         )
@@ -113,6 +115,7 @@ class UncertaintyPane(StudyPane):
         """Draw the current view of a study."""
         from fivtui.reliability import displayed_quantity, histogram_chart, samples_chart
 
+        # The charts choose in the same manner if the result has no values of the chosen quantity.
         self.mark_choice(displayed_quantity(result, self.choice))
         if self.view == "indices":
             table: ListTable[str] = self.query_one("#indices", ListTable)
