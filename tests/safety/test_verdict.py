@@ -1,4 +1,8 @@
-"""Safe friction: known folds, isolated cycles, edges of the model, and transients that agree."""
+"""Safe friction: known folds, isolated cycles, edges of the model, and transients that agree.
+
+The basis of a verdict records how it was found: branches of cycles, rounds of the search, and a
+proof. First rounds have few starts (scouts). `others` are the attractors beside the equilibrium.
+"""
 
 import json
 import math
@@ -33,10 +37,12 @@ def test_safe_mu_of_the_base_set_is_the_fold_of_its_branch(base: SafeFriction) -
         "stable to small disturbances below μ = 0.43938; "
         "to all disturbances found below μ = 0.27787"
     )
+    # Scouts have 16 starts per value of μ, full rounds up to 128.
     scouts, final_round = base.basis.rounds
     assert scouts.died_out == scouts.starts < 0.2 * final_round.starts
     assert final_round.died_out == final_round.starts > 1000
     assert 0.95 * 0.277876613 < final_round.levels[-1] < 0.277876613
+    # No limit of steps or of rounds ended the search.
     assert not base.basis.budget_ended
     assert "fold 0.2779" in repr(base)
     json.dumps(base.to_dict(), allow_nan=False)
@@ -94,6 +100,7 @@ def test_safe_and_critical_mu_are_equal_at_a_supercritical_hopf_point() -> None:
     ("values", "separation", "safe", "message"),
     [
         ({"k_nl": 0.0}, False, 1.0181, "the system is linear"),
+        # The message begins with "small disturbances do not grow".
         ({"c1": 0.0, "c2": 0.0}, True, None, "without damping none dies out"),
         ({"c1": 1e-5, "c2": 1e-5}, True, None, "safe μ is not known, and is below μ = 0.277"),
         ({"c1": 1e9}, True, None, "safe μ is not known (motions die out too slowly"),
@@ -107,7 +114,9 @@ def test_edge_cases_of_the_model_have_a_message(
     verdict = safe_friction(Parameters(mu=0.2).with_values(values), separation=separation)
     assert verdict.safe_mu == (None if safe is None else pytest.approx(safe, abs=1e-4))
     assert message in verdict_text(verdict)
-    assert (verdict.unknown_above == 0.0) == ("not known" in message or verdict.undamped)
+    # `unknown_above` is 0 if safe μ is not known at all, and None if it is known.
+    is_unknown = "not known" in message or verdict.undamped
+    assert (verdict.unknown_above == 0.0) == is_unknown
     assert verdict.to_dict()["safe_mu_not_known_above"] == verdict.unknown_above
     assert "proof" in repr(verdict)
     json.dumps(verdict.to_dict(), allow_nan=False)

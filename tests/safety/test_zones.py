@@ -1,4 +1,8 @@
-"""Zones over one parameter, against eigenvalues and safe friction at independent points."""
+"""Zones over one parameter, against eigenvalues and safe friction at independent points.
+
+In the zone SMALL small disturbances die out, and the effect of large ones is not known; in SAFE
+large ones die out as well; in KNOCK a large one causes squeal. In NONE there is no equilibrium.
+"""
 
 import math
 from dataclasses import replace
@@ -65,7 +69,7 @@ def test_a_narrow_zone_between_the_values_is_found() -> None:
         critical, bounds=(20.0, 100.0), method="bounded", options={"xatol": 1e-9}
     )
     p, worst = Parameters(mu=minimum.fun * (1.0 + 2e-6)), float(minimum.x)
-    # The zone lies half way between two values of the initial scan.
+    # The initial scan has 129 values, here 1 N apart: the zone lies half way between two of them.
     low, high = worst - 10.5, worst + 117.5
     zones = linear_zones(System(p), "F", low, high)
     assert zones.zones == (Zone.SMALL, Zone.SQUEALS, Zone.SMALL)
@@ -109,6 +113,7 @@ def test_zones_are_not_safe_if_cycles_cannot_be_followed() -> None:
     on_belt = safety_zones(System(belt), "F", 0.0, 200.0)
     assert Zone.SAFE not in on_belt.zones
     assert Zone.KNOCK not in on_belt.zones
+    # μ must not exceed μ_s.
     zones_over_mu = linear_zones(System(belt), "mu", 0.0, 1.5)
     assert zones_over_mu.at(1.0) is Zone.NONE
     assert zones_over_mu.bounds[-2] == pytest.approx(0.9, rel=1e-3)
@@ -154,6 +159,7 @@ def test_ranges_and_names_are_checked_and_zones_can_be_cancelled() -> None:
         linear_zones(System(F_120), "G", 0.0, 1.0)
     with pytest.raises(Cancelled):
         safety_zones(System(F_120), "F", 0.0, 150.0, progress=lambda _: False)
+    # The computation succeeds after the cancelled one.
     assert math.isfinite(safe_mu_of(F_120))
 
 

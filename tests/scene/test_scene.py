@@ -31,6 +31,7 @@ def run(scene: Scene) -> Transient:
 
 
 def takes_step(method: str) -> bool:
+    # `METHODS` are the native methods. The two that run an FMU have a communication step.
     return method not in METHODS or METHODS[method].fixed_step
 
 
@@ -49,6 +50,7 @@ def scenes(draw: st.DrawFn) -> Scene:
     method = draw(st.sampled_from(sorted(ALL_METHODS)))
     steps = st.none() | st.floats(0.0, t_end, exclude_min=True)
     errors = st.dictionaries(st.sampled_from(sorted(QUANTITIES)), st.floats(1e-12, 1.0))
+    # Error targets by quantity; a scene with targets has neither tolerance nor step.
     accuracy = tuple(draw(errors).items())
     return Scene(
         name=draw(printable.filter(str.strip)),
@@ -77,7 +79,7 @@ def test_a_saved_scene_loads_as_the_same_scene(
 
 
 @given(scene=scenes())
-def test_the_layout_is_plain_data_and_reads_back_the_same(scene: Scene) -> None:
+def test_a_scene_as_plain_data_reads_back_the_same(scene: Scene) -> None:
     assert scene_from_dict(json.loads(json.dumps(scene_to_dict(scene)))) == scene
 
 

@@ -104,10 +104,10 @@ def test_results_before_two_runs_diverge_are_still_printed(
     assert printed.err.count("\n") == 1
 
 
-def test_accidental_agreement_is_not_accepted(monkeypatch: pytest.MonkeyPatch) -> None:
-    # All quantities agree at all settings, except the final state.
+def test_equal_peaks_of_runs_with_different_final_states_are_not_accepted(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     true = simulate(Parameters(), t_end=10.0)
-
     shifts = itertools.cycle((0.0, 0.02 * true.peak.y_abs))
 
     def shifted_run(*_args: object, **_options: object) -> object:
@@ -123,9 +123,18 @@ def test_accidental_agreement_is_not_accepted(monkeypatch: pytest.MonkeyPatch) -
 
 
 def make_observation(final: float, *times: float) -> Observation:
-    return Observation((final, 0.0, 0.0, 0.0), 1.0, 1.0, np.array(times), len(times) // 2)
+    """Results of a run with a final x and times of switches, s."""
+    return Observation(
+        final=(final, 0.0, 0.0, 0.0),
+        peak=1.0,
+        half_range=1.0,
+        switch_times=np.array(times),
+        separations=len(times) // 2,
+    )
 
 
+# Runs agree if final states differ by at most 1 % of the amplitude, and switches by at most 1 % of
+# the time scale, here 0.001 s.
 @pytest.mark.parametrize(
     ("first", "second", "expected_time"),
     [
@@ -248,14 +257,17 @@ def test_run_computes_what_the_scene_requires(
 
 
 @given(st.floats(-16.0, 0.0).map(lambda exponent: 10.0**exponent))
-def test_tolerances_that_verify_each_other_are_a_decade_apart(error: float) -> None:
+def test_tolerances_that_verify_each_other_are_one_to_three_decades_apart(error: float) -> None:
     tol = first_tol({"peak": error})
     tolerances = [tol]
     while tolerances[-1] > TOL_RANGE[0]:
         tolerances.append(finer_tol(tolerances[-1]))
     assert len(tolerances) > 1
     assert tolerances[-1] == TOL_RANGE[0]
-    assert all(10.0 <= a / b <= 1000.1 for a, b in itertools.pairwise(tolerances))
+    # Two decades, except before the finest tolerance. The ratio may exceed 1000 by rounding.
+    assert all(
+        10.0 <= coarser / finer <= 1000.1 for coarser, finer in itertools.pairwise(tolerances)
+    )
 
 
 def test_a_run_to_a_stated_accuracy_delivers_samples_while_it_runs() -> None:

@@ -1,7 +1,7 @@
 """Random command lines over all commands and options, with unusual values.
 
-`create_files` creates the files that they name. Their probabilities give many lines of each kind:
-valid ones, and ones with unusual values, missing values or missing options.
+`create_files` creates the files that the lines name. The probabilities of the random choices give
+many lines of each kind: valid ones, and ones with unusual values, missing values or options.
 """
 
 import os
@@ -120,7 +120,7 @@ def _arguments(rng: random.Random, names: Sequence[str], command: click.Command)
     groups: list[list[str]] = []
     for parameter in command.params:
         is_needed = parameter.required and rng.random() < 0.9
-        repetitions = rng.choice((0, 0, 0, 0, 1, 1, 1, 1, 2)) or is_needed
+        repetitions = max(rng.choice((0, 0, 0, 0, 1, 1, 1, 1, 2)), int(is_needed))
         groups += [_option_arguments(rng, parameter) for _ in range(repetitions)]
     has_extra_operand = rng.random() < 0.05
     if has_extra_operand:

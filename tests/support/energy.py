@@ -8,6 +8,7 @@ def mechanical_energy(p: Parameters, state: State, mode: Mode) -> float:
     """Energy in J, including that of the preload; zero at rest in the undeformed position."""
     x, vx, y, vy = state
     kinetic = 0.5 * p.m * (vx**2 + vy**2)
+    # The coupling spring at 45° has the elongation (x − y)/√2.
     elastic = 0.5 * p.k1 * x**2 + 0.25 * p.k3 * (x - y) ** 2
     contact = 0.5 * p.k2 * y**2 + 0.25 * p.k_nl * y**4 if mode in IN_CONTACT else 0.0
     return kinetic + elastic + contact + p.F * y

@@ -43,7 +43,9 @@ def _memory_during_steps(
     steps: int,
 ) -> Iterator[int]:
     value, step_size = ctypes.c_double(), ctypes.c_double(_SHORT_STEP_S)
+    reading_interval = steps // 10
     for index in range(steps):
+        # Changes of the preload, and outputs that are read, must not take memory either.
         if index % 100 == 0:
             value.value = 80.0 + index % 7
             status = library.fmi2SetReal(
@@ -54,7 +56,7 @@ def _memory_during_steps(
         assert library.fmi2DoStep(instance, t, step_size, 1) == 0
         if index % 10 == 0:
             library.fmi2GetReal(instance, ctypes.byref(y_reference), 1, ctypes.byref(value))
-        if index % (steps // 10) == steps // 10 - 1:
+        if (index + 1) % reading_interval == 0:
             yield _resident_kb()
 
 

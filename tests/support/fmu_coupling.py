@@ -26,7 +26,8 @@ def run_coupled(
 ) -> list[Row]:
     """Step both FMUs in parallel by `h` s, and exchange preload and contact force after every step.
 
-    `first` contains the inputs of the first step; by default they are the outputs at the start.
+    P and F of `first` are the inputs of the first step, by default the outputs at the start; its y
+    is not used.
     """
     slider_folder, slider_fmi, slider_references = _instance(slider_belt)
     actuator_folder, actuator_fmi, actuator_references = _instance(actuator)

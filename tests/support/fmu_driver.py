@@ -78,8 +78,9 @@ class Driver:
 
 
 class _Host:
-    # Executes calls in the driven process: a script names its methods. Holds FMUs, and instances
-    # and saved states by name. `kind` is an FMI type such as "Real".
+    # Executes calls in the driven process: a script names its methods. The first argument of each
+    # is the name of an instance, even where it is not used. Holds FMUs, and instances and saved
+    # states by name. `kind` is an FMI type such as "Real".
 
     def __init__(self, fmus: list[tuple[Any, Any]]) -> None:
         self.fmus = fmus
@@ -185,6 +186,7 @@ class _Host:
         return final_values
 
     def path_length(self, name: str) -> int:
+        # Tests that instances do not lengthen the search path of modules.
         return len(sys.path)
 
     def modules(self, name: str) -> list[str]:
@@ -218,7 +220,7 @@ def _simulate(path: str, runs: list[dict[str, Any]]) -> list[dict[str, float]]:
 
 def main() -> None:
     """Serve requests, one per line, until the input ends."""
-    # Block the project's packages even where they are installed beside fmpy.
+    # Block the project's packages even where they are installed beside fmpy: imports must fail.
     for project in ("fivtui", "fmu_src"):
         sys.modules[project] = None  # type: ignore[assignment]
         with contextlib.suppress(ImportError):
@@ -229,18 +231,18 @@ def main() -> None:
     # A script sees the FMU's messages in its log instead of on standard error.
     logging.getLogger("fivtui.fmu").addHandler(logging.NullHandler())
     fmus = [(fmpy.extract(path), fmpy.read_model_description(path)) for path in sys.argv[1:]]
-    fmu_host = _Host(fmus)
+    lasting_host = _Host(fmus)
     for line in sys.stdin:
         request = json.loads(line)
         answer: list[Any]
         if "runs" in request:
             answer = _simulate(sys.argv[1], request["runs"])
         elif "keep" in request:
-            answer = _drive(fmu_host, request["calls"])
+            answer = _drive(lasting_host, request["calls"])
         else:
-            host = _Host(fmus)
-            answer = _drive(host, request["calls"])
-            host.free_all("")
+            new_host = _Host(fmus)
+            answer = _drive(new_host, request["calls"])
+            new_host.free_all("")
         print(json.dumps(answer), flush=True)
     for folder, _ in fmus:
         shutil.rmtree(folder)

@@ -37,20 +37,17 @@ def read(function: Any, count: int) -> list[float]:
 
 
 def integrate_instance(
-    instance: FmuInstance,
-    t_end: float,
-    *,
-    begin: float = 0.0,
-    tol: float = 1e-11,
-    late: float = 0.0,
+    instance: FmuInstance, t_end: float, *, tol: float = 1e-11, late: float = 0.0
 ) -> list[float]:
-    """Integrate to `t_end`; return x, y, ẋ, ẏ. The solver restarts where the FMU requests it.
+    """Integrate from 0 to `t_end`; return x, y, ẋ, ẏ.
 
-    Each event is handled `late` seconds after the zero of its indicator.
+    The solver restarts where the FMU requests it. Each event is handled `late` seconds
+    after the zero of its indicator.
     """
     fmi = instance.fmi
 
     def rates(t: float, states: Any) -> Any:
+        # Also leaves the time and the states in the FMU, for the calls that follow.
         fmi.setTime(t)
         write_states(fmi, states)
         return read(fmi.getDerivatives, STATES)

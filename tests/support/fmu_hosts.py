@@ -104,7 +104,8 @@ def container(folder: Path, steps: int, h: float) -> Rows:
     node = AssemblyNode(
         "pair.fmu", step_size=h, auto_link=False, auto_input=False, auto_output=False
     )
-    # Both links form a loop. The container steps the FMU added first with the previous P.
+    # F and P form a loop. The container steps the FMUs in the order of `add_fmu`: the actuator
+    # first, with the P of the previous step.
     slider, actuator = f"{_SLIDER_BELT}.fmu", f"{_ACTUATOR}.fmu"
     node.add_fmu(actuator)
     node.add_fmu(slider)

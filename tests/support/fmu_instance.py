@@ -7,7 +7,7 @@ import fmpy
 
 
 class FmuInstance:
-    """One instance of a native FMU; freed when its context ends.
+    """One instance of the native FMU, which is compiled from C; freed when its context ends.
 
     `kind` is ``"CoSimulation"`` or ``"ModelExchange"``. `fmi` is fmpy's instance; `log` lists the
     messages of the FMU.
@@ -57,7 +57,7 @@ class FmuInstance:
         self.t += h
 
     def update_mode(self) -> bool:
-        """Update the mode, in event mode; returns whether the states changed."""
+        """Update the mode of the slider, in FMI's event mode; return whether the states changed."""
         _, _, _, has_changed_states, *_ = self.fmi.newDiscreteStates()
         return bool(has_changed_states)
 

@@ -66,7 +66,8 @@ class IndependentBelt:
         sign = {"forward": 1.0, "backward": -1.0}.get(mode, 0.0)
         mu = self.at("mu", t)
         if p.v_s is not None and p.mu_s is not None:
-            # Minus the sliding speed; the limit admits trial steps past the stop.
+            # Minus the sliding speed, m/s. Trial steps of the solver may pass the stop, where the
+            # sign changes: the limit then bounds the exponential.
             negative_speed = min(-sign * (self.at("v_belt", t) - vx), 0.01)
             mu += (p.mu_s - mu) * float(np.exp(negative_speed / p.v_s))
         spring = 0.5 * p.k3 * (x - y)
@@ -90,7 +91,7 @@ class IndependentBelt:
         return ends
 
     def mode_at(self, t: float, z: FloatArray) -> str:
-        """The mode of a state; at y = 0 the slider is landing."""
+        """The mode of a state; at y = 0 the slider is in contact."""
         belt_speed = self.at("v_belt", t)
         _, vx, y, _ = z
         if self.separation and y > 0.0:
@@ -110,7 +111,8 @@ class IndependentBelt:
             z[1] = self.at("v_belt", t)
         if end in ("forward", "backward"):
             return end
-        if end == "lifts" or (mode == "separated" and not end):
+        continues_flight = mode == "separated" and not end
+        if end == "lifts" or continues_flight:
             return "separated"
         return self.mode_at(t, z)
 
@@ -126,6 +128,7 @@ def integrate(
     for segment_end in [*sorted(row_times), t_end]:
         while t < segment_end:
             ends = belt.end_events(mode)
+            # `solve_ivp` reads attributes of the events, and a `partial` object can have some.
             events = [partial(event_function) for event_function in ends.values()]
             for event in events:
                 event.terminal, event.direction = True, -1.0  # type: ignore[attr-defined]

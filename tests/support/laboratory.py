@@ -1,4 +1,4 @@
-"""Helpers shared by tests of the laboratory."""
+"""Helpers shared by tests of the laboratory, the application in the terminal."""
 
 import asyncio
 import os
@@ -29,8 +29,8 @@ from fivtui.tui.lab.notices import NoticeView
 from fivtui.tui.lab.screen import LabScreen
 from fivtui.tui.tabs.tab_book import TabBook
 
-# A wait fails after this many polls of an idle application. Late polls, when the machine is busy,
-# are not counted. HANG_S is the longest wait.
+# A wait fails after this many polls of an idle application; a running worker resets their count. A
+# poll that is late, because the machine is busy, leaves it as it is. HANG_S is the longest wait.
 _IDLE_POLLS: Final = 1600
 _POLL_S: Final = 0.01
 _LATE_S: Final = 0.1
@@ -202,9 +202,13 @@ async def clear_notices(pilot: Pilot[None]) -> None:
 
 
 async def until_notice(pilot: Pilot[None], phrase: str) -> None:
-    """Wait until a notice contains a phrase; on the screen its lines are wrapped."""
+    """Wait until a notice contains a phrase.
+
+    Its lines are wrapped on the screen, so wait there for the first word alone.
+    """
     await until(pilot, lambda: any(phrase in n.text for n in notices_of(pilot).notices))
-    await until_shown(pilot, phrase.split(maxsplit=1)[0])
+    first_word, *_ = phrase.split(maxsplit=1)
+    await until_shown(pilot, first_word)
 
 
 def app_of(pilot: Pilot[None]) -> FivtuiApp:

@@ -24,7 +24,10 @@ SIZE: Final = (120, 40)
 
 
 async def set_up(pilot: Pilot[None]) -> None:
-    """Two overlaid runs, with separation ignored and considered, and all zones computed."""
+    """Two overlaid runs, with separation ignored and considered, and the zones of F computed.
+
+    Zones are the ranges of a parameter in which the slider is safe or squeals.
+    """
     session = app_of(pilot).session
     for separation in ("ignored", "considered"):
         session.set_text("separation", separation)
@@ -32,9 +35,12 @@ async def set_up(pilot: Pilot[None]) -> None:
         await until(pilot, lambda: session.runs.active is None)
     await show_tab(pilot, "alt+2")
     first, second = session.runs
+    # The first run is drawn beside the second, whose numbers are compared with it.
     first.overlaid, session.runs.baseline, session.runs.displayed = True, first, second
     pilot.app.screen.post_message(RunsChanged())
+    # In the list of runs: marker and number of the first run, and that it is overlaid.
     await until_shown(pilot, "● 1 on")
+    # The zones of the focused parameter are computed and drawn.
     await focus(pilot, "F")
     await until_shown(pilot, "a global search")
     await until_screen(pilot, lambda text: "searching" not in text)

@@ -78,5 +78,5 @@ def labels(axes: Axes) -> tuple[str, str]:
 def transient_figure(
     runs: Sequence[Transient], quantities: Sequence[str] = ("P", "x", "y"), title: str = ""
 ) -> Figure:
-    """Figure of quantities over time for some runs."""
+    """Figure of quantities over time for some runs; a sheet is its layout before it is drawn."""
     return sheet_figure(transient_sheet(runs, quantities, title))

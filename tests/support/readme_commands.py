@@ -19,11 +19,14 @@ from fivtui.scene import Scene, comparison
 
 # Extras that the test process itself needs stay visible.
 _TEST_EXTRAS: Final = ("test", "dev")
-# Reduced counts: points of an axis, samples, points of a branch, starts of a search; seconds of a
-# comparison and of a trade-off.
-_AXIS_POINTS, _SAMPLES, _BRANCH_POINTS, _SEARCH_STARTS = 2, 64, 12, (1e-3, 1.0, 30.0)
+# Reduced numbers of values of a range, of samples, and of points of a branch.
+_RANGE_VALUES, _SAMPLES, _BRANCH_POINTS = 2, 64, 12
+# Starts of a search: heights above the equilibrium, in characteristic lengths.
+_SEARCH_OFFSETS: Final = (1e-3, 1.0, 30.0)
+# Horizon of compared runs, s, and CPU time of a trade-off, s.
 _COMPARED_S, _TRADEOFF_S = 20.0, 0.2
-_COUNT: Final = re.compile(r"^(\w+=[^:]+:[^:]+):(\d+)")
+# A range of a parameter: NAME=LOW:HIGH:COUNT.
+_RANGE: Final = re.compile(r"^(\w+=[^:]+:[^:]+):(\d+)")
 
 
 class Printed(NamedTuple):
@@ -72,13 +75,13 @@ def shorten_searches(patch: pytest.MonkeyPatch) -> None:
     assert defaults is not None
     assert "max_points" in defaults
     patch.setitem(defaults, "max_points", _BRANCH_POINTS)
-    patch.setattr("fivtui.orbits.explorer._OFFSETS", _SEARCH_STARTS)
+    patch.setattr("fivtui.orbits.explorer._OFFSETS", _SEARCH_OFFSETS)
 
 
 def reduced(arguments: list[str]) -> list[str]:
     """A command with fewer points and samples."""
     shorter = [
-        _COUNT.sub(lambda match: f"{match[1]}:{min(int(match[2]), _AXIS_POINTS)}", argument)
+        _RANGE.sub(lambda match: f"{match[1]}:{min(int(match[2]), _RANGE_VALUES)}", argument)
         for argument in arguments
     ]
     for index, argument in enumerate(arguments[:-1]):
@@ -105,7 +108,10 @@ def _printed(line: str, action: Callable[[], int | None]) -> Printed:
 def run_blocks(
     blocks: list[tuple[str, str]], change: Callable[[list[str]], list[str]] = list
 ) -> list[Printed]:
-    """Results of blocks, pairs of language and text; `change` modifies commands before they run."""
+    """Results of blocks, pairs of language and text.
+
+    `change` modifies commands before they run; the default, `list`, only copies them.
+    """
     printed = []
     for language, text in blocks:
         if language == "sh":

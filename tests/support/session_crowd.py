@@ -3,7 +3,8 @@
 ``python -m tests.support.session_crowd FOLDER KILLS`` runs two laboratories in terminals and one in
 a browser tab, by a client that speaks its protocol. It presses keys in all of them, kills one, or
 the server, at a random time, and starts it again. It prints the number of runs stored at the end.
-It fails if a run is lost after a session's file listed it.
+It fails if a run is lost after a session's file listed it. A slot is the place of a session: its
+number, its file and its folder of results.
 """
 
 import asyncio
@@ -199,6 +200,7 @@ class Observer:
         """Read every result of every session as the program does; return their number."""
         read = 0
         with ExitStack() as opened:
+            # Each opens the last used session that is not locked, and locks it.
             for _ in saved_slots(self._first):
                 autosave = Autosave(self._first)
                 state = autosave.load()
@@ -241,6 +243,7 @@ async def crowd(folder: Path, kills: int) -> int:
         for user in users:
             await user.end()
     observer.check_stored_runs()
+    # A laboratory that dies slowly may still lock its session when the next one starts.
     assert len(observer.stored_runs) <= len(users) + 1, observer.stored_runs
     return observer.read_all()
 

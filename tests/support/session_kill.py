@@ -32,8 +32,9 @@ from tests.support.laboratory import until
 from .sweep_kill import child, kill_at
 
 SEED = 11
-# About the number of file operations of `use_lab`, and a number of runs below the session's limit.
+# About the number of file operations of `use_lab`.
 OPERATIONS = 50
+# The session is emptied above this number of runs, before it drops old runs itself: above 20.
 MAX_STORED_RUNS = 15
 BASE = PRESETS["base"]
 RESULT = simulate(t_end=1.0, samples=np.linspace(0.0, 1.0, 11), kernel="interpreted")
@@ -43,6 +44,7 @@ def restored(autosave: Autosave) -> Session:
     """The session of a state file with its results; a new one without a file."""
     state = autosave.load()
     assert not autosave.notices, autosave.notices
+    # Session 1 was opened, not a second one beside it.
     assert autosave.number == 1, autosave.number
     session = Session()
     if state is not None:
@@ -63,22 +65,22 @@ def change_session(path: Path) -> None:
     session = restored(autosave)
     for run in list(session.runs):
         session.runs.remove(run)
-    autosave.save(session_state(session, ""))
+    autosave.save(session_state(session, theme=""))
     run = session.runs.start(BASE)
     session.runs.finish(run, Outcome(RESULT))
     over = {"mu": np.linspace(0.0, 1.0, 3), "F": np.linspace(10.0, 20.0, 2)}
     session.studies["map"] = DisplayedStudy(stability_map(BASE.parameters, over), "base")
-    autosave.save(session_state(session, ""))
-    autosave.close(session_state(session, ""))
+    autosave.save(session_state(session, theme=""))
+    autosave.close(session_state(session, theme=""))
 
 
 def load_and_check(path: Path) -> Session:
     """Load the session as the next start does; every result of the file must be readable."""
     autosave = Autosave(path)
     session = restored(autosave)
-    state = session_state(session, "")
+    state = session_state(session, theme="")
     for run in session.runs:
-        assert (run.result is None) is (run.state is not RunState.DONE)
+        assert (run.result is not None) is (run.state is RunState.DONE)
     autosave.close(state)
     assert not autosave.save_error, autosave.save_error
     return session
@@ -100,6 +102,7 @@ def kill_sessions(folder: Path) -> int:
         code = child(change_until_killed)
         assert code in (0, -signal.SIGKILL), code
         session = load_and_check(path)
+        # Before the change, after the deletion, or with the new run.
         assert [run.number for run in session.runs] in ([1], [], [2])
         assert session.studies.get("map") is not None
         assert child(lambda: change_session(path)) == 0
@@ -136,7 +139,7 @@ def kill_labs(folder: Path, times: int) -> int:
         if len(list(session.runs)) > MAX_STORED_RUNS:
             autosave = Autosave(path)
             autosave.load()
-            autosave.close(session_state(Session(), ""))
+            autosave.close(session_state(Session(), theme=""))
             assert not recorded & {run.number for run in load_and_check(path).runs}
             recorded = set()
     return kills

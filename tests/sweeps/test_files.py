@@ -20,6 +20,7 @@ SHORT = dataclasses.replace(BASE.with_values({"F": 70.0}), t_end=5.0)
 
 def make_study(*texts: str, kind: str = "product", **settings: object) -> Study:
     design = parse_design(texts, kind, **settings)  # type: ignore[arg-type]
+    # Cases with separation considered and ignored.
     return scene_study(
         SHORT, design, cases=(True, False), outputs=("y_abs", "separations", "stable")
     )
@@ -43,6 +44,7 @@ def test_a_sweep_written_from_memory_is_the_file_of_the_command_line(
         read = read_sweep(path)
         assert read.study == computed.study
         assert read.rows == computed.rows
+    # The saved file counts as complete: nothing is computed, and no failed members are counted.
     assert sweep_to_file(computed.study, saved, local_engine(1)).failed is None
 
 

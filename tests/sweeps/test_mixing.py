@@ -1,7 +1,11 @@
 """A file never mixes rows of two sweeps: pieces, manifests, complete files and machines.
 
-A sweep is stored in pieces until its file is complete; a manifest identifies their sweep. The
-arithmetic is a set of digests that differ on machines with other last bits of results.
+A sweep is stored in pieces until its file is complete; a manifest identifies their sweep. A piece's
+file name is NUMBER.FAILED.DIGEST.CHECKSUM.csv: number of the piece in nine digits, number of failed
+members, digest of the manifest, and checksum.
+
+Trial members are computed only to identify a machine. The digests of their rows are its arithmetic:
+they differ if the last bits of results do.
 """
 
 import dataclasses
@@ -139,8 +143,10 @@ def test_a_piece_under_the_name_of_another_one_is_computed_again(
 ) -> None:
     out = tmp_path / f"out{suffix}"
     first, second, *remaining = sorted(start_and_stop(out).glob(f"0*{suffix}"))
-    second.rename(second.with_name(second.name[:9] + first.name[9:]))
-    first.rename(first.with_name(first.name[:9] + ".1" + first.name[11:]))
+    first_number, first_failed, *first_rest = first.name.split(".")
+    second_number, *_ = second.name.split(".")
+    second.rename(second.with_name(".".join((second_number, first_failed, *first_rest))))
+    first.rename(first.with_name(".".join((first_number, "1", *first_rest))))
     assert run(out).stored_before == 3 * len(remaining)
     assert out.read_bytes() == expected_files[suffix, "study"]
 
@@ -189,9 +195,12 @@ def test_a_damaged_file_is_never_called_complete(
     out.write_bytes(damage(complete))
     assert out.read_bytes() != complete
     assert_refused(out, r"exists already, and is .*damaged.*forc")
-    assert run(output_path(out, force=True)) == WriteSummary(MEMBERS, 0, 0)
+    assert run(output_path(out, force=True)) == WriteSummary(
+        members=MEMBERS, failed=0, stored_before=0
+    )
     assert out.read_bytes() == complete
-    assert run(out) == WriteSummary(MEMBERS, None, MEMBERS)
+    # Nothing is computed: no failed members are counted.
+    assert run(out) == WriteSummary(members=MEMBERS, failed=None, stored_before=MEMBERS)
 
 
 def pretend_arithmetic(monkeypatch: pytest.MonkeyPatch, changed: dict[str, Any]) -> None:
@@ -253,7 +262,7 @@ def test_a_file_of_an_older_version_is_complete_and_its_pieces_are_refused(
     del manifest["arithmetic"]
     (parts / "manifest.json").write_text(json.dumps(manifest))
     for path in parts.glob("0*.csv"):
-        number, failed, _, checksum, suffix = path.name.split(".")
+        number, failed, _digest, checksum, suffix = path.name.split(".")
         path.rename(parts / f"{number}.{failed}.{checksum}.{suffix}")
     assert_refused(out, "an older fivtui began the sweep and did not record the arithmetic")
     with pytest.raises(InputError, match="an older fivtui began this sweep"):
@@ -326,6 +335,7 @@ def test_unreadable_files_are_reported(
 def test_a_piece_that_lacks_rows_is_not_stored(tmp_path: Path) -> None:
     def engine(study: Study, pieces: Iterable[SweepPiece]) -> Generator[tuple[SweepPiece, Rows]]:
         for piece in pieces:
+            # Piece 0 is complete, piece 1 lacks its last row.
             yield piece, compute_rows(study, piece.first, piece.stop - piece.number)
 
     out = tmp_path / "out.csv"

@@ -13,7 +13,7 @@ import pytest
 from hypothesis import given, strategies as st
 from scipy.stats import qmc
 
-import fivtui.sweeps.rows as sweep_module
+import fivtui.sweeps.rows as rows_module
 from fivtui import Parameters, simulate, stability, sweep
 from fivtui.batch.run import simulate_batch
 from fivtui.cli import run
@@ -262,12 +262,12 @@ def test_members_are_refined_until_their_errors_are_met(monkeypatch: pytest.Monk
     sizes: list[tuple[float, int]] = []
 
     def record_and_simulate(parameters: Any, **options: Any) -> Any:
-        # Shorter runs only find when two runs diverge.
+        # Count the runs over the full horizon. Shorter ones find out when two runs diverge.
         if options["t_end"] == 1000.0:
             sizes.append((options["tol"], len(parameters["F"])))
         return simulate_batch(parameters, **options)
 
-    monkeypatch.setattr(sweep_module, "simulate_batch", record_and_simulate)
+    monkeypatch.setattr(rows_module, "simulate_batch", record_and_simulate)
     vary = {"F": (20.0, 80.0, 120.0), "c1": (0.0,), "c2": (0.0,)}
     result = sweep(vary=vary, t_end=1000.0, accuracy={"final": 1e-3}, outputs=["x_end"], workers=1)
     errors = [row[result.columns.index("final_error")] for row in result.rows]
@@ -308,7 +308,8 @@ def test_a_member_whose_runs_diverge_fails_even_if_its_numbers_agree() -> None:
             row_match = re.search(r"diverge between t = ([\d.]+) and ([\d.]+) s", row[-1])
             assert match is not None
             assert row_match is not None
-            # The divergence shows at ends of parts, up to one part after the switches.
+            # The single run names the first different switch; the row names an eighth of the
+            # horizon, at whose end the divergence shows: up to an eighth later.
             assert float(row_match[1]) - 0.125 * limit <= float(match[1]) <= float(row_match[2])
             assert row[-2] == "failed"
         else:
@@ -359,11 +360,11 @@ def test_outputs_that_are_not_requested_are_not_computed(monkeypatch: pytest.Mon
     def refuse(*_args: Any, **_options: Any) -> Any:
         raise AssertionError("computed an output that is not requested")
 
-    monkeypatch.setattr(sweep_module, "simulate_batch", refuse)
+    monkeypatch.setattr(rows_module, "simulate_batch", refuse)
     rows = sweep(vary={"F": (20.0, 120.0)}, outputs=["stable"]).rows
     assert [row[2] for row in rows] == [False, True]
     monkeypatch.undo()
-    monkeypatch.setattr(sweep_module, "judge_stability", refuse)
+    monkeypatch.setattr(rows_module, "judge_stability", refuse)
     assert len(sweep(vary={"F": (20.0, 120.0)}, outputs=["y_abs"], t_end=1.0).rows) == 2
 
 
@@ -392,7 +393,7 @@ def test_a_sweep_is_cancelled_by_its_progress() -> None:
 def test_the_progress_of_safe_mu_does_not_fall_from_chunk_to_chunk(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(sweep_module, "_CHUNK_MEMBERS", 4)
+    monkeypatch.setattr(rows_module, "_CHUNK_MEMBERS", 4)
     study = Study(
         Design({"F": Range(60.0, 100.0, 10)}), Parameters(), outputs=("safe_mu",), t_end=1.0
     )
@@ -440,7 +441,7 @@ def test_empty_values_are_none() -> None:
     assert columns["reason"] == ["", "why"]
 
 
-def test_the_kinds_of_design_are_those_that_are_typed() -> None:
+def test_the_type_of_kinds_of_design_has_all_kinds() -> None:
     from typing import get_args
 
     from fivtui.sweeps.design import DESIGN_KINDS
@@ -449,7 +450,8 @@ def test_the_kinds_of_design_are_those_that_are_typed() -> None:
 
 
 def test_all_rows_of_more_than_one_chunk_have_their_stability() -> None:
-    count = sweep_module._CHUNK_MEMBERS + 8
+    # A chunk is what is computed between two reports of progress.
+    count = rows_module._CHUNK_MEMBERS + 8
     design = Design({"F": Range(1.0, 150.0, count)})
     rows = compute_rows(Study(design, Parameters(), outputs=("growth_rate", "stable")), 0, count)
     growth, stable = (rows.numbers[name] for name in ("growth_rate", "stable"))
@@ -458,6 +460,7 @@ def test_all_rows_of_more_than_one_chunk_have_their_stability() -> None:
     assert np.array_equal(stable.astype(bool), growth < 0.0)
 
 
+# The FMU in Python, and the native one in C.
 @pytest.mark.parametrize("method", ["fmu", "fmu-native"])
 def test_members_are_runs_of_the_fmu(method: str) -> None:
     outputs = ("y_abs", "vx_max", "P_max", "separations", "x_end", "vy_end", "stable")

@@ -22,7 +22,10 @@ SETS = 20_000
 
 
 def digests() -> str:
-    """Digests of rows with all outputs, of growth rates, and of logarithmic spacings."""
+    """Digests of rows with all outputs, of growth rates, and of logarithmic spacings.
+
+    The rows are of the designs by which the program tells the arithmetic of machines apart.
+    """
     contents = []
     for design in _TRIAL_DESIGNS:
         outputs = tuple(column.name for column in (*TRANSIENT_COLUMNS, *STABILITY_COLUMNS))

@@ -30,7 +30,9 @@ def all_members(scatter: Scatter) -> dict[str, np.ndarray]:
 def test_a_range_of_members_is_that_of_the_whole_design(kind: str, indices: bool) -> None:
     scatter = Scatter(AXES, kind, count=8, repeats=3, indices=indices)  # type: ignore[arg-type]
     complete = all_members(scatter)
-    assert scatter.size == 8 * 3 * (4 if indices else 1)
+    # For Sobol indices a point has the samples A and B, and a mixed member for each input.
+    point_members = 2 + len(AXES) if indices else 1
+    assert scatter.size == 8 * 3 * point_members
     for first, end in ((0, 1), (5, 17), (scatter.size - 1, scatter.size)):
         part = scatter.columns(np.arange(first, end))
         for name in AXES:
@@ -40,6 +42,7 @@ def test_a_range_of_members_is_that_of_the_whole_design(kind: str, indices: bool
 def test_scramblings_are_those_of_scipy_by_their_seeds() -> None:
     scatter = Scatter(AXES, count=16, repeats=2, seed=7)
     assert scatter.seeds == [7, 8]
+    # By point, scrambling and member; members 0 and 1 are the samples A and B.
     mu = scatter.split_values(all_members(scatter)["mu"])
     for index, seed in enumerate(scatter.seeds):
         # Coordinates are μ and F of sample A, then those of sample B.
@@ -66,6 +69,7 @@ def test_fewer_sobol_points_are_the_beginning_of_more(count: int) -> None:
 
 def test_a_hypercube_has_one_point_in_every_slice() -> None:
     scatter = Scatter({"mu": AXES["mu"]}, "lhs", count=64, repeats=4, indices=False)
+    # A row of samples for each of the four scramblings.
     samples = scatter.sample_values(all_members(scatter)["mu"])
     np.testing.assert_array_equal(np.sort(np.floor(samples * 64), axis=1), [list(range(64))] * 4)
 

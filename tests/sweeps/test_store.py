@@ -1,6 +1,8 @@
 """Sweeps in files resume after any interruption and give the same file.
 
-Until the file is complete, its rows are in pieces in the folder ``FILE.parts``.
+Until the file is complete, its rows are in pieces in the folder ``FILE.parts``. A piece's file name
+is NUMBER.FAILED.DIGEST.CHECKSUM.csv: number of the piece in nine digits, number of failed members,
+digest of the manifest, and checksum.
 """
 
 import dataclasses
@@ -33,7 +35,7 @@ from tests.io.test_files import file_size_limit, names
 from tests.support.processes import run_python
 
 ROOT = Path(__file__).parents[2]
-# Some members grow without bound; reasons have commas.
+# Some members grow without bound and fail; the reasons in their rows have commas, as CSV does.
 STUDY = Study(
     Design({"F": Range(10.0, 120.0, 5), "mu": (0.1, 2.0)}),
     Parameters(k2=186.0, k_nl=0.0),
@@ -130,9 +132,10 @@ def test_a_stopped_sweep_continues_with_the_missing_pieces(
     suffix: str, expected_files: dict[str, bytes], tmp_path: Path
 ) -> None:
     out = tmp_path / f"out{suffix}"
+    # Progress is reported before the first piece and after each one. Pieces that are running at a
+    # stop may be stored or not, so only those before the first stop are certain.
     interrupt(out, pieces=3)
     interrupt(out, pieces=2)
-    # Progress is reported before the first piece; running pieces are finished or lost.
     summary = run(out, size=None)
     assert 3 * SIZE <= summary.stored_before < 20
     assert out.read_bytes() == expected_files[suffix]
@@ -184,9 +187,10 @@ def test_partial_files_of_a_killed_process_are_removed(
     (piece, *_) = parts.glob("0*.csv")
     (parts / ".fivtui-0123.tmp").write_bytes(b"half")
     (parts / "merged.csv").write_bytes(b"half")
-    # A duplicate piece, and a piece with a number out of range.
+    # A duplicate piece with another number of failed members, and a piece out of range.
     (parts / piece.name.replace(".0.", ".1.")).write_bytes(piece.read_bytes())
-    (parts / f"999999999{piece.name[9:]}").write_bytes(piece.read_bytes())
+    _, failed_and_digests = piece.name.split(".", 1)
+    (parts / f"999999999.{failed_and_digests}").write_bytes(piece.read_bytes())
     run(out)
     assert out.read_bytes() == expected_files[".csv"]
     assert names(tmp_path) == ["out.csv"]
@@ -248,7 +252,6 @@ def test_other_versions_and_sizes_are_refused(
     with pytest.raises(InputError, match=r'versions.fivtui: "\S+" there, "9.9" here'):
         run(out)
     monkeypatch.undo()
-    truncate(parts / "manifest.json")
     (parts / "manifest.json").write_text("{")
     with pytest.raises(InputError, match=r"manifest.json is damaged"):
         run(out)

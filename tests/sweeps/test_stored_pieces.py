@@ -74,6 +74,7 @@ def test_pieces_of_a_kernel_compiled_by_numba_are_refused_and_can_be_read(
     expected_texts = [row.split(",")[column] for row in expected_rows]
     assert list(map(repr, peaks)) != expected_texts
     assert peaks == pytest.approx(list(map(float, expected_texts)), rel=1e-11)
+    # With equal versions the arithmetic alone is a reason to refuse.
     monkeypatch.setattr(provenance_module, "versions", lambda _: manifest["versions"])
     assert_refused(out, r"last bits from the stored rows \(the kernel is compiled by numba there")
     monkeypatch.undo()

@@ -1,9 +1,12 @@
-"""The Taylor coefficients solve the equations of motion."""
+"""The Taylor coefficients solve the equations of motion.
+
+Modes are those on a belt that is always faster than the slider: contact and separation.
+"""
 
 import pytest
 from hypothesis import given, strategies as st
 
-from fivtui.model.field import field as mode_constants
+from fivtui.model.field import field as equation_coefficients
 from fivtui.model.modes import ALWAYS_SLIDING, Mode
 from fivtui.model.parameters import Parameters
 from fivtui.model.slider_belt import State, accelerations
@@ -20,12 +23,16 @@ def test_the_coefficients_solve_the_equations_of_motion(
     p: Parameters, state: State, mode: Mode
 ) -> None:
     order, t, step = 20, 0.01, 1e-4
-    x, y = coefficient_function(right_hand_side(p, mode), order)(*state, *mode_constants(p, mode))
-    motion = [state_function(order + 1)(x, y, t + shift) for shift in (-step, 0.0, step)]
-    ax, ay = accelerations(p, motion[1], mode)
+    expand = coefficient_function(right_hand_side(p, mode), order)
+    x, y = expand(*state, *equation_coefficients(p, mode))
+    before, middle, after = (
+        state_function(order + 1)(x, y, t + shift) for shift in (-step, 0.0, step)
+    )
+    ax, ay = accelerations(p, middle, mode)
     scale = 1.0 + max(map(abs, (ax, ay)))
-    assert (motion[2][1] - motion[0][1]) / (2.0 * step) == pytest.approx(ax, abs=1e-4 * scale)
-    assert (motion[2][3] - motion[0][3]) / (2.0 * step) == pytest.approx(ay, abs=1e-4 * scale)
+    (_, vx_before, _, vy_before), (_, vx_after, _, vy_after) = before, after
+    assert (vx_after - vx_before) / (2.0 * step) == pytest.approx(ax, abs=1e-4 * scale)
+    assert (vy_after - vy_before) / (2.0 * step) == pytest.approx(ay, abs=1e-4 * scale)
 
 
 @given(moderate_parameters(), states())
@@ -34,7 +41,7 @@ def test_the_second_coefficients_are_half_the_accelerations(p: Parameters, state
     cases = [(p, Mode.CONTACT), (p, Mode.SEPARATED), (linear, Mode.CONTACT)]
     for parameters, mode in cases:
         expand = coefficient_function(right_hand_side(parameters, mode), 2)
-        x, y = expand(*state, *mode_constants(parameters, mode))
+        x, y = expand(*state, *equation_coefficients(parameters, mode))
         assert len(x) == len(y) == 4
         ax, ay = accelerations(parameters, state, mode)
         assert 2.0 * x[2] == pytest.approx(ax, rel=1e-12, abs=1e-10)

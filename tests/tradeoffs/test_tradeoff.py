@@ -29,12 +29,18 @@ from tests.references import REFERENCES
 from tests.support.kernels import INTERPRETED
 
 SHORT = replace(PRESETS["base"], t_end=4.0)
+# Only the method taylor has a choice of kernels.
+RK4 = Setting("rk4", kernel="", knob="step", value=0.1)
 
 
 def row(cpu_s: float, error: float | None) -> MeasuredSetting:
     """A setting with the same error in all quantities; a failed run without an error."""
-    errors = None if error is None else Deviation(error, error, error, error, 0)
-    return MeasuredSetting(Setting("rk4", "", "step", 0.1), cpu_s, 1, errors)
+    errors = (
+        None
+        if error is None
+        else Deviation(final=error, peak=error, half_range=error, events=error, separations=0)
+    )
+    return MeasuredSetting(RK4, cpu_s, steps=1, error=errors)
 
 
 row_lists = st.lists(
@@ -95,7 +101,9 @@ def test_a_deviation_is_the_error_against_a_stored_reference() -> None:
     )
     delays = np.subtract(coarse.switch_times, reference.switch_times)
     assert result.events == pytest.approx(np.abs(delays).max(), rel=1e-6)
-    assert deviation(observation(fine), observation(fine)) == Deviation(0.0, 0.0, 0.0, 0.0, 0)
+    assert deviation(observation(fine), observation(fine)) == Deviation(
+        final=0.0, peak=0.0, half_range=0.0, events=0.0, separations=0
+    )
 
 
 def test_missed_switches_have_no_finite_error() -> None:
@@ -128,7 +136,7 @@ def test_rk4_across_the_switch_converges_at_lower_order() -> None:
 
 
 def test_ladders_go_from_coarse_to_fine_within_bounds() -> None:
-    for ladder in ladders(0.15, 0.05):
+    for ladder in ladders(time_scale=0.15, t_end=0.05):
         values = [setting.value for setting in ladder.settings()]
         assert values == sorted(values, reverse=True)
         assert values[0] == ladder.coarsest
@@ -139,13 +147,14 @@ def test_ladders_go_from_coarse_to_fine_within_bounds() -> None:
 def test_methods_of_a_kind_are_measured_at_the_same_steps() -> None:
     steps = {
         ladder.method: [setting.value for setting in ladder.settings()]
-        for ladder in ladders(0.15, 10.0)
+        for ladder in ladders(time_scale=0.15, t_end=10.0)
         if ladder.knob == "step"
     }
     assert steps["rk4"] == steps["rk4-across"]
     assert steps["fmu"] == steps["fmu-native"]
 
 
+# Another run begins while at most 0.02 s and at most the budget have passed, up to 15 runs.
 @pytest.mark.parametrize(
     ("cost", "budget", "runs"),
     [(0.001, 1.0, 15), (0.015, 1.0, 2), (0.03, 1.0, 1), (0.004, 0.006, 2)],
@@ -158,8 +167,9 @@ def test_a_quick_setting_is_measured_several_times_and_its_least_time_counts(
     costs: list[float] = []
 
     def pretend_run(*_: object) -> tuple[Observation, int, float]:
-        # Measured times vary a little around the time on the clock.
-        costs.append(cost * (1.0 + 1e-3 * (len(costs) % 2 - len(costs) % 3)))
+        # Measured times vary a little around the time on the clock: by −2, −1, 0 or 1 in 1000.
+        thousandths = len(costs) % 2 - len(costs) % 3
+        costs.append(cost * (1.0 + 1e-3 * thousandths))
         clock[0] += cost
         return observed, 7, costs[-1]
 
@@ -168,7 +178,7 @@ def test_a_quick_setting_is_measured_several_times_and_its_least_time_counts(
     benchmark = measure._Benchmark(
         SHORT, observed, deviation(observed, observed), {}, Progress(None)
     )
-    result = benchmark.measure(Setting("rk4", "", "step", 0.1), budget)
+    result = benchmark.measure(RK4, budget)
     assert len(costs) == runs
     assert result.cpu_s == min(costs)
 
@@ -182,7 +192,7 @@ def test_the_cost_in_a_batch_is_that_of_a_member(monkeypatch: pytest.MonkeyPatch
 
     monkeypatch.setattr(measure, "simulate_batch", batch)
     monkeypatch.setattr("time.process_time", lambda: clock[0])
-    cost, steps = measure._batch_cost(SHORT, (), Progress(None))
+    cost, steps = measure._batch_cost(SHORT, required=(), monitor=Progress(None))
     assert cost == pytest.approx(1e-3)
     assert steps == 17
 
@@ -196,6 +206,7 @@ def short_tradeoff() -> Tradeoff:
 def test_without_a_compiled_kernel_the_interpreted_one_is_measured(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
+    # CPU time of a whole measurement, s.
     monkeypatch.setattr(measure, "QUICK_S", 0.1)
     with INTERPRETED:
         result = measure_tradeoff(replace(SHORT, t_end=2.0))

@@ -73,7 +73,7 @@ def legend_texts(figure: Figure) -> list[str]:
     return [text.get_text() for text in legend.get_texts()]
 
 
-def test_the_panels_are_those_of_figures_10_to_12_with_the_last_cycles_beside_them(
+def test_the_panels_are_those_of_the_papers_figures_10_to_12_beside_the_last_cycles(
     separating_run: Transient, bilateral_run: Transient
 ) -> None:
     figure = transient_figure([bilateral_run, separating_run], title="Base scene")
@@ -115,7 +115,8 @@ def test_a_line_is_reduced_to_a_bounded_number_of_samples_without_loss_of_extrem
     figure = transient_figure([sampled_run])
     (line,) = labelled_curves(figure.axes[2])
     t, y = np.asarray(line.get_xdata()), np.asarray(line.get_ydata())
-    assert t.size <= 16_001
+    # At most four samples in each of 4000 columns, and the last one.
+    assert t.size <= 4 * 4000 + 1
     assert (t[0], t[-1]) == (0.0, 3.0)
     assert np.all(np.diff(t) > 0.0)
     assert (y.min(), y.max()) == (sampled_run.trajectory.y.min(), sampled_run.trajectory.y.max())
@@ -160,13 +161,13 @@ def test_a_run_of_few_cycles_has_no_panels_of_last_cycles() -> None:
     assert legend_texts(figure) == ["separation considered", "off the belt"]
 
 
-def test_a_crowded_run_keeps_its_dashes_and_shading_for_the_last_cycles() -> None:
+def test_a_crowded_run_has_dashes_and_shading_only_in_the_panels_of_the_last_cycles() -> None:
     figure = transient_figure([run(t_end=300.0)])
-    first_axes, last_axes = figure.axes[0], figure.axes[3]
-    assert not labelled_curves(first_axes)[0].is_dashed()
-    assert shaded_areas(first_axes) == []
-    assert labelled_curves(last_axes)[0].is_dashed()
-    assert len(shaded_areas(last_axes)) == 1
+    full_axes, last_cycles_axes = figure.axes[0], figure.axes[3]
+    assert not labelled_curves(full_axes)[0].is_dashed()
+    assert shaded_areas(full_axes) == []
+    assert labelled_curves(last_cycles_axes)[0].is_dashed()
+    assert len(shaded_areas(last_cycles_axes)) == 1
 
 
 def test_a_slider_at_rest_has_no_cycles_to_enlarge() -> None:

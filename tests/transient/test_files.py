@@ -224,6 +224,7 @@ ZEROS = {name: np.zeros(3) for name in COLUMN_NAMES}
         (b"text", "not a trajectory: not an NPZ file"),
         (npy_bytes(np.zeros(3)), "not a trajectory: not an NPZ file"),
         (npz_bytes(**ZEROS)[:500], "not a trajectory: not an NPZ file, or damaged"),
+        # Changed numbers, with which the checksums of the archive do not agree.
         (
             npz_bytes(**ZEROS).replace(b"\0" * 24, b"\1" * 24),
             "not a trajectory: not an NPZ file, or damaged",
@@ -295,6 +296,7 @@ def test_a_transient_as_data_has_the_documented_keys(transient: Transient) -> No
             "transitions": dict.fromkeys(("contact-separated", "separated-contact"), ...),
         },
         "stats": {"steps": ..., "cpu_s": ..., "kernel": ...},
+        # Estimated numbers of correct digits of the final state.
         "final_digits": dict.fromkeys(("x", "vx", "y", "vy"), ...),
     }
     assert data["final"]["y"] == transient.final.y
@@ -328,9 +330,11 @@ def test_a_stability_analysis_as_data_has_the_documented_keys() -> None:
         "growth_rate": ...,
         "stable": ...,
         "critical_mu": ...,
+        # Speeds of the belt at which sliding gains or loses stability.
         "critical_speed": ...,
         "linear_critical_mu": ...,
         "modes": ...,
+        # Distance to the loss of stability.
         "margin": {"mu": ..., "growth_rate": ...},
         "coalescence": {"frequency_distance": ..., "mu": ...},
     }
