@@ -70,9 +70,9 @@ class NearestPoint:
 def points_at(chart: Chart, view: View, position: Position | None) -> list[NearestPoint]:
     """The points at a cursor; empty without a position.
 
-    A chart with a backdrop: the nearest point of its grid. With a `curve_label`, cursors move along
-    the curves, by a value such as time, which is the first coordinate of `position`: a point of
-    each visible trace whose `curve_values` include it. In another plane: the nearest point of all
+    A chart with a backdrop: the nearest point of its grid. With a `curve_label`: a point of each
+    visible trace whose `curve_values` include the first coordinate of `position`. This is a value
+    such as time, by which cursors move along the curves. In another plane: the nearest point of all
     traces. For functions of x: a point of each trace whose x includes that of the cursor, or else
     of the nearest traces.
     """

@@ -192,8 +192,8 @@ def _attractor_study(options: AttractorsOptions) -> tuple[str, _StudyFunction]:
 def map_parameters(call: Call[MapOptions]) -> None:
     """Map stability or safe friction over two parameters.
 
-    --value safe-mu is the least μ of the limit cycles that continuation finds, else the critical μ;
-    a global search for further cycles is made at the corners and the centre only.
+    --value safe-mu is the least μ of the limit cycles that continuation finds, else the critical μ.
+    A global search for further cycles is made at the corners and the centre only.
     --value coexistence has three regions: safe, safe for small disturbances alone, and squealing.
     In the second it adds the least vertical displacement from which the slider does not return to
     rest.

@@ -130,7 +130,7 @@ class OrbitSearch:
 
         The tangent of the curve of orbits has a positive component along `heading`. A shift of
         the start along the orbit is no new orbit, so the tangent must be normal to a vector that
-        excludes it: to the flow if `is_normal_to_flow`, else to the first row of `normals`.
+        excludes it. This is the flow if `is_normal_to_flow`, else the first row of `normals`.
         """
         orbit = np.empty(_ORBIT_SIZE)
         # One array for the three inputs: it takes longer to read an address from `ctypes.data` than

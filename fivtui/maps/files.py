@@ -34,8 +34,8 @@ def _from_data(data: Mapping[str, Any]) -> StabilityMap:
 
 def _from_table(columns: Columns, header: Header) -> StabilityMap:
     over, quantities = split_grid(columns)
-    # A table of safe μ has the critical μ as well, one of coexistence both of them: of the values
-    # whose column a table has, it is of the last one in `MAP_VALUES`.
+    # The mapped value is the last of `MAP_VALUES` whose column the table has. A table of safe μ has
+    # the critical μ as well, one of coexistence has both columns too.
     values = [value for value in MAP_VALUES if SHOWN_COLUMN[value] in quantities]
     return _build_map(over, values[-1], quantities, header)
 

@@ -230,12 +230,12 @@ class StabilityMap(GridResult, Plottable):
         """The object that ``fivtui map --json`` prints.
 
         Keys are ``parameters`` (those that do not vary), ``separation``, ``over`` (name, unit and
-        values of the two that do), ``value``, ``unit``, and ``values``: one list for every value of
-        the first parameter, None without value. A map of safe friction adds ``basis``,
-        ``searched`` (indices of the points of a global search), ``confirmed_to`` (the μ up to which
-        each search confirms the values) and ``critical_mu``. Where this is a number but the value
-        None, the value is not known. In a map of coexistence ``values`` are indices in ``regions``;
-        it adds ``safe_mu`` and ``escape_offset`` (m).
+        values of the two that do), ``value``, ``unit`` and ``values``. ``values`` has one list for
+        every value of the first parameter, None without value. A map of safe friction adds
+        ``basis``, ``searched`` (indices of the points of a global search), ``confirmed_to`` (the μ
+        up to which each search confirms the values) and ``critical_mu``. Where this is a number but
+        the value None, the value is not known. In a map of coexistence ``values`` are indices in
+        ``regions``; it adds ``safe_mu`` and ``escape_offset`` (m).
         """
         further_quantities = {
             key: array for key, array in self.quantities.items() if key != SHOWN_COLUMN[self.value]

@@ -69,7 +69,7 @@ def mode_of(p: Parameters, state: State, *, separation: bool, rates: Rates = CON
     At y = 0 the sign of the first nonzero time derivative of y decides. A second derivative within
     rounding counts as zero (see `lifting_force`). A slider at rest at y = 0 is in contact. On a
     belt of finite speed, a slider at the speed of the belt sticks if |f| <= μ_s P for the holding
-    force f; in tension, P < 0 with separation ignored, it never sticks.
+    force f. In tension (P < 0, with separation ignored) it never sticks.
     """
     if separation and _separates(p, state, rates):
         return Mode.SEPARATED
@@ -79,7 +79,7 @@ def mode_of(p: Parameters, state: State, *, separation: bool, rates: Rates = CON
 def _separates(p: Parameters, state: State, rates: Rates) -> bool:
     # Whether the motion continues off the belt, from the first derivative of y, up to the fourth,
     # that is not zero. If the first three are zero at y = 0, no force but h x and F acts on y, and
-    # F changes linearly: m times the fourth is h ẍ, without contact force and friction.
+    # F changes linearly. Then m times the fourth is h ẍ, without contact force and friction.
     x, vx, y, vy = state
     if y != 0.0:
         return y > 0.0

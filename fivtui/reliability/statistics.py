@@ -121,13 +121,13 @@ def _share_interval(hits: Floats, counts: Floats) -> tuple[Floats, Floats, Float
     """Shares with the ends of their intervals; scramblings are the first axis of both.
 
     Equal shares of all scramblings have no spread. The half width is then the greatest change of
-    the share that would go unnoticed with probability 1 - `LEVEL`: hits of independent members, or
-    one more hit in each of some scramblings, whichever changes the share more.
+    the share that would go unnoticed with probability 1 - `LEVEL`. It consists of hits of
+    independent members, or of one more hit in each of some scramblings; the greater change counts.
     """
     shares = hits / counts
     mean, low, high = _mean_interval(shares)
     # What occurs in a share p of all cases occurs in none of n with probability (1 - p)^n, here
-    # 1 - LEVEL: a hit of a member, or one more hit in a scrambling.
+    # 1 - LEVEL. A case is a member, which may be a hit, or a scrambling, which may have one more.
     log_probability = math.log(1.0 - LEVEL)
     share_of_members = -math.expm1(log_probability / float(counts.sum()))
     share_of_scramblings = -math.expm1(log_probability / counts.size)

@@ -24,9 +24,10 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 
-# Number of values of the parameter at which eigenvalues are computed: with a belt that is always
-# faster than the slider, and with a belt of finite speed, on which eigenvalues take longer.
+# Number of values of the parameter at which eigenvalues are computed, with a belt that is always
+# faster than the slider.
 _EIGENVALUE_POINTS: Final = 129
+# The same number with a belt of finite speed, on which eigenvalues take longer.
 _EIGENVALUE_POINTS_ON_BELT: Final = 33
 # Number of values of the parameter at which branches of limit cycles are followed.
 _BRANCH_POINTS: Final = 25

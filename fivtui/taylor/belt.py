@@ -41,10 +41,11 @@ _GROWTH: Final = 0.09
 _NEGLIGIBLE: Final = 37.0
 # Factor by which a step is shortened until it is short enough.
 _SHRINK_FACTOR: Final = 0.75
-# Guards that fall to zero where the slider lands or separates (y = 0), where it reaches the speed
-# of the belt, and where friction can no longer hold it at that speed.
+# Guards that fall to zero where the slider lands or separates (y = 0).
 _HEIGHT_GUARDS: Final = (Guard.HEIGHT, Guard.DEPTH)
+# Guards that fall to zero where the slider reaches the speed of the belt.
 SPEED_GUARDS: Final = (Guard.BELT_FASTER, Guard.BELT_SLOWER)
+# Guards that fall to zero where friction can no longer hold the slider at that speed.
 HOLD_GUARDS: Final = (Guard.HELD_FORWARD, Guard.HELD_BACKWARD)
 
 
@@ -175,9 +176,9 @@ class BeltStepper(TaylorStepper):
         return (*y[:3], y[3] - self._rates.F / (6.0 * self._p.m), *y[4:])
 
     def _set_belt_acceleration(self, x: tuple[float, ...], *, forward: bool) -> tuple[float, ...]:
-        # At the belt's speed, where friction balances the other forces or the slider would become
-        # faster (`forward`) or slower than the belt, use the belt's acceleration: else a rounding
-        # error makes the slider stick again at once.
+        # At the belt's speed, use the belt's acceleration where friction balances the other forces,
+        # or where the slider would become faster (`forward`) or slower than the belt. Else a
+        # rounding error makes the slider stick again at once.
         guard = Guard.HELD_FORWARD if forward else Guard.HELD_BACKWARD
         p, (position, _, y, _) = self._p, self._state
         # Limit of static friction, and its excess over the force that would hold the slider, N.

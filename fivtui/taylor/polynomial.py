@@ -1,7 +1,7 @@
 """All real roots and the extreme values of a polynomial on an interval.
 
 A polynomial is a sequence of coefficients, constant term first. Roots are isolated by the
-sign changes of the Bernstein coefficients (Descartes' rule on an interval): none means no
+sign changes of the Bernstein coefficients (Descartes' rule on an interval). None means no
 root, one means exactly one root, and with more the interval is subdivided.
 """
 

@@ -1,6 +1,6 @@
 """Deviations from a motion: its derivatives with respect to changes of start and parameters.
 
-A deviation is the imaginary part of the motion (complex-step derivative): the equations of
+A deviation is the imaginary part of the motion (complex-step derivative). The equations of
 `fivtui.model.field` are expanded at a state and parameters with small imaginary parts, so that no
 derivative is written by hand. At a switch the saltation matrix applies. Where the slider sticks,
 the deviation of ẋ is the change of the belt's speed, and the earlier deviation of ẋ is lost.

@@ -32,10 +32,10 @@ def tradeoff_to_dict(result: Tradeoff) -> dict[str, Any]:
     ``start`` and ``t_end``. ``floor`` has the uncertainty of the reference run by quantity.
 
     ``rows`` have ``method``, ``kernel`` (compiled or interpreted code, if the method has both),
-    ``setting``, ``cpu_s``, ``steps``, ``error_final``, ``error_peak``, ``error_half_range``,
-    ``error_events`` (s), ``separations`` and, on a belt of finite speed, ``sticks`` (their numbers
-    less those of the reference), ``failure``, and ``pareto`` (quantities for which the row is on
-    the Pareto front).
+    ``setting``, ``cpu_s``, ``steps`` and ``failure``. Errors are ``error_final``, ``error_peak``,
+    ``error_half_range`` and ``error_events`` (s). ``separations`` and, on a belt of finite speed,
+    ``sticks`` are their numbers less those of the reference. ``pareto`` lists the quantities for
+    which the row is on the Pareto front.
 
     ``features`` have CPU times and steps of runs with and without a feature, such as separation.
     With error targets also ``cheapest``, a list of ``quantity``, ``error`` and ``row`` (null if no

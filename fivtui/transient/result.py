@@ -1,7 +1,7 @@
 """The result of a transient: final state, peaks, events, and how they are assembled.
 
 A switch is a change of the mode. On a belt that is always faster than the slider, its modes are
-contact and separation; on a belt of finite speed they are separation, slip forward and backward,
+contact and separation. On a belt of finite speed they are separation, slip forward and backward,
 and stick.
 """
 

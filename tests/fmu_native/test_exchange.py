@@ -204,8 +204,9 @@ def replace_number(state: bytes, index: int, value: float) -> bytes:
 
 
 def test_serialised_states_with_invalid_numbers_are_refused(folder: Path) -> None:
-    # Indices of numbers that are 0 or 1: whether the experiment is set up, the motion has started,
-    # inputs have slopes, inputs are those of the last step, and a switch waits for event mode.
+    # Indices of numbers that are 0 or 1. Each says whether the experiment is set up, the motion has
+    # started, inputs have slopes, inputs are those of the last step, or a switch waits for event
+    # mode.
     flags = {
         "is set up": 2,
         "has motion": 3,

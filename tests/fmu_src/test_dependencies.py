@@ -44,7 +44,7 @@ POINTS: Final[Mapping[str, list[dict[str, Any]]]] = {
     ],
     "brake-actuator": [{"command": 60.0, "P": 40.0}],
 }
-# Outputs that depend on some variables only exactly at a switch, which no point hits: at y = 0, for
+# Outputs that depend on some variables only exactly at a switch, which no point hits. At y = 0, for
 # example, the initial velocity decides the mode, and with it forces and sticks.
 AT_SWITCH_ONLY: Final = {"P", "friction_slider", "friction_belt", "mode", "sticks"}
 # Of these, outputs on which m, c1 and c2 act only near the limit of sticking.
@@ -91,7 +91,7 @@ def dependencies(root: ET.Element, tag: str) -> dict[str, set[str]]:
     for unknown in root.iterfind(f"ModelStructure/{tag}/Unknown"):
         knowns = unknown.attrib["dependencies"].split()
         assert unknown.attrib["dependenciesKind"].split() == ["dependent"] * len(knowns)
-        knowns_by_unknown[names[unknown.attrib["index"]]] = {names[known] for known in knowns}
+        knowns_by_unknown[names[unknown.attrib["index"]]] = {names[index] for index in knowns}
     return knowns_by_unknown
 
 

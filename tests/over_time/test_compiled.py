@@ -142,9 +142,9 @@ def test_where_y_begins_with_its_fourth_derivative_its_sign_decides_on_contact(
     x, vx = preload / h, rate / h
     tables = {"F": [(0.0, preload), (1.0, preload + rate)]}
     fourth = -h * (p.c1 * vx + a * x) / p.m**2
-    begun = simulate(p, t_end=1e-3, start=(x, vx, 0.0, 0.0), over_time=tables, kernel=kernel)
-    assert begun.first_mode is (Mode.SEPARATED if fourth > 0.0 else Mode.CONTACT)
-    assert begun.final.y == pytest.approx(fourth * 1e-12 / 24.0, rel=0.01)
+    short_run = simulate(p, t_end=1e-3, start=(x, vx, 0.0, 0.0), over_time=tables, kernel=kernel)
+    assert short_run.first_mode is (Mode.SEPARATED if fourth > 0.0 else Mode.CONTACT)
+    assert short_run.final.y == pytest.approx(fourth * 1e-12 / 24.0, rel=0.01)
     run, near = (
         simulate(p, t_end=0.5, start=(x, speed, 0.0, 0.0), over_time=tables, kernel=kernel)
         for speed in (vx, vx * (1.0 + 1e-11))

@@ -188,8 +188,8 @@ class FoldCurve(CycleCurve[FoldOnCurve]):
     ) -> _FoldTest | None:
         # The test is the last element of the inverse of the bordered matrix. This is zero if and
         # only if the Jacobian by state and period, with the row that fixes the phase, is singular.
-        # With the solutions v and w of the equations of the bordered matrix M and of its transpose,
-        # the derivative of the test is −wᵀ(dM)v, where v is `scale` times the null vector.
+        # Let v and w be the solutions of the equations of the bordered matrix M and of its
+        # transpose. The derivative of the test is −wᵀ(dM)v; v is `scale` times the null vector.
         closure_derivatives = self._orbits.jacobian(motion)
         bordered = np.zeros((_NULL_SIZE + 1, _NULL_SIZE + 1))
         bordered[_CLOSURE_ROWS, :_NULL_SIZE] = closure_derivatives[:, STATE_AND_PERIOD]

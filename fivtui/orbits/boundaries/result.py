@@ -211,11 +211,11 @@ class Boundary(TableResult, Plottable):
     def to_dict(self) -> dict[str, Any]:
         """The object that ``fivtui branch --curve … --json`` prints.
 
-        Keys are ``curve`` (what is on them), ``over`` (name, unit and range of both parameters),
-        ``parameters`` (the others), ``separation`` and ``curves``: lists of ``points`` (``values``,
-        ``period``, ``y_min``, ``y_max``, ``start``, of a cycle ``multipliers``, of a Hopf point
-        ``lyapunov``), ``events`` (``kind``, ``values``, ``period``, ``y_min``, ``y_max``) and
-        ``ends``.
+        Keys are ``curve`` (what is on the curves), ``over`` (name, unit and range of both
+        parameters), ``parameters`` (the others), ``separation`` and ``curves``. Each of ``curves``
+        has ``points``, ``events`` and ``ends``. ``points`` have ``values``, ``period``, ``y_min``,
+        ``y_max``, ``start``, of a cycle ``multipliers``, and of a Hopf point ``lyapunov``.
+        ``events`` have ``kind``, ``values``, ``period``, ``y_min`` and ``y_max``.
         """
         return {
             **self._curve_data(),

@@ -220,7 +220,7 @@ def _follow_to_single_period(
         if len(points) > 1:
             orbit, previous = points[-1], points[-2]
             step = 0.5 * float(np.linalg.norm(orbit.unknowns - previous.unknowns))
-        # The doubled branch turns back where it meets the branch of the single period: this end is
+        # The doubled branch turns back where it meets the branch of the single period. This end is
         # located as a fold or a crossing of branches, at which the cycle has half the period.
         part = follower.follow(
             orbit, step=step, until=(EventKind.BRANCH, EventKind.FOLD), start_event=start_event

@@ -25,10 +25,11 @@ class EventKind(StrEnum):
     CUSP = "cusp"
     # Hopf points turn from supercritical to subcritical.
     BAUTIN = "bautin"
-    # On a belt of finite speed: the cycle begins or ceases to stick, or to be faster than the belt
-    # in contact, or the order of its modes of contact changes (stick, slip forward and backward).
+    # On a belt of finite speed, the cycle begins or ceases to stick.
     STICK = "stick"
+    # The cycle begins or ceases to be faster than the belt in contact.
     REVERSE_SLIP = "reverse-slip"
+    # The order of the cycle's modes of contact changes (stick, slip forward and backward).
     ORDER = "order-of-modes"
 
 

@@ -33,9 +33,9 @@ _MIN_SIZE_RATIO: Final = 0.3
 _TANGENT_ROUNDING: Final = 1e-9
 # Least length of the previous step, relative to the present one, for quadratic extrapolation.
 _MIN_PREVIOUS_STEP: Final = 0.2
-# A curve may close if its first point is within this distance of a step, relative to the step; it
-# closes if a point on the step equals the first one within a relative tolerance.
+# A curve may close if its first point is within this distance of a step, relative to the step.
 _CLOSING_DISTANCE: Final = 0.1
+# It closes if a point on the step equals the first one within this relative tolerance.
 _SAME_POINT: Final = 1e-6
 # Accuracy of the location of a change of pattern, relative to a step.
 _RESOLUTION: Final = 1e-9

@@ -207,10 +207,11 @@ class CycleBranch(TableResult, Plottable):
         """The object that ``fivtui branch --json`` prints.
 
         Keys are ``parameter`` (the one that varies) and ``unit``, ``parameters`` (the others),
-        ``separation``, ``range``, ``from``, ``doubled``, ``ends`` (why the branch ends at the first
-        and at the last point), ``points`` (``value``, ``period``, ``y_min``, ``y_max``, ``stable``,
-        ``multipliers`` as pairs of real and imaginary part, ``start``) and ``events`` (``kind``,
-        ``value``, ``period``, ``y_min``, ``y_max``, and of a Hopf point ``direction``).
+        ``separation``, ``range``, ``from``, ``doubled``, ``ends``, ``points`` and ``events``.
+        ``ends`` says why the branch ends at the first and at the last point. ``points`` have
+        ``value``, ``period``, ``y_min``, ``y_max``, ``stable``, ``multipliers`` as pairs of real
+        and imaginary part, and ``start``. ``events`` have ``kind``, ``value``, ``period``,
+        ``y_min``, ``y_max``, and of a Hopf point ``direction``.
         """
         return {
             "parameter": self.name,

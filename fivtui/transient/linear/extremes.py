@@ -67,8 +67,8 @@ class Search:
             growth = growth + term * span_ratios**n
         bounds = list(np.abs(rows) @ growth)
         # Powers of exp(A s) for s = span of `fine_level`, within the span of the level. After
-        # `_BOUNDS_PER_CHUNK` they begin anew, with the powers of exp(A S) for the span S reached:
-        # |rows exp(A (r + n S))| ≤ (bound of |rows exp(A r)| for r ≤ S) · |exp(A S)ⁿ|.
+        # `_BOUNDS_PER_CHUNK` they begin anew, with the powers of exp(A S) for the span S reached.
+        # Then |rows exp(A (r + n S))| ≤ (bound of |rows exp(A r)| for r ≤ S) · |exp(A S)ⁿ|.
         powers, previous_bounds = np.eye(4)[None], None
         with np.errstate(over="ignore", invalid="ignore"):
             for exponential in motion.exponentials[fine_level : levels - 1]:

@@ -68,8 +68,8 @@ class KeyQueue:
     """Queues keys and pasted text, so that they are handled in order.
 
     Textual inserts a letter at once, but runs the action of a key only after the key has reached
-    the application: letters typed after Ctrl+U would be inserted before it deletes. The queue hence
-    handles an event only when the previous one was consumed or has reached the application.
+    the application. So letters typed after Ctrl+U would be inserted before it deletes. The queue
+    hence handles an event only when the previous one was consumed or has reached the application.
     """
 
     def __init__(self, app: App[None], handle: Callable[[Event], Awaitable[None]]) -> None:

@@ -188,14 +188,14 @@ def test_from_a_cycle_the_same_branch_is_found_both_ways(base_branch: CycleBranc
 
 def test_a_branch_has_cycles_at_the_ends_of_its_range_and_at_each_of_its_points() -> None:
     curve = branch(None, "mu", low=0.3, high=0.9, origin="cycle")
-    first, last = curve.points[0], curve.points[-1]
-    assert (first.value, last.value) == (0.3, 0.9)
-    for point in (first, curve.points[1], last):
+    low_end, high_end = curve.points[0], curve.points[-1]
+    assert (low_end.value, high_end.value) == (0.3, 0.9)
+    for point in (low_end, curve.points[1], high_end):
         (cycle,) = cycles_at(curve, point.value)
         assert cycle.value == point.value
         assert cycle.period == pytest.approx(point.period, rel=1e-9)
         assert cycle.y_max == pytest.approx(point.y_max, rel=1e-9)
-    middle = 0.5 * (first.value + curve.points[1].value)
+    middle = 0.5 * (low_end.value + curve.points[1].value)
     (cycle,) = cycles_at(curve, middle)
     assert cycle.value == middle
     assert cycles_at(curve, 0.299) == cycles_at(curve, 0.901) == ()

@@ -1,7 +1,7 @@
 """The uncertainty tab: its charts, its table of Sobol indices, and a study started in the app.
 
 Samples are in three regions by friction: no squeal below the safe μ, squeal after a knock (a large
-disturbance) up to the critical μ, and squeal by itself above it, where the equilibrium is unstable.
+disturbance) up to the critical μ, and squeal by itself above it. There the equilibrium is unstable.
 """
 
 from dataclasses import replace

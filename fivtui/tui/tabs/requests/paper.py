@@ -1,7 +1,7 @@
 """Table rows and scenes of the paper tab. Imports no Textual.
 
 A panel is one plot of a figure of the paper "Nonlinear friction-induced vibration of a slider-belt
-system"; its lines differ in one parameter, or in separation: whether the slider may leave the belt.
+system". Its lines differ in one parameter, or in separation: whether the slider may leave the belt.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
