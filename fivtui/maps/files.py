@@ -35,7 +35,7 @@ def _from_data(data: Mapping[str, Any]) -> StabilityMap:
 def _from_table(columns: Columns, header: Header) -> StabilityMap:
     over, quantities = split_grid(columns)
     # The mapped value is the last of `MAP_VALUES` whose column the table has. A table of safe μ has
-    # the critical μ as well, one of coexistence has both columns too.
+    # the critical μ as well, and a table of coexistence has both of them.
     values = [value for value in MAP_VALUES if SHOWN_COLUMN[value] in quantities]
     return _build_map(over, values[-1], quantities, header)
 

@@ -1,6 +1,6 @@
 """Zones over one parameter, against eigenvalues and safe friction at independent points.
 
-In the zone SMALL small disturbances die out, and the effect of large ones is not known; in SAFE
+In the zone SMALL small disturbances die out, and the effect of large ones is not known. In SAFE
 large ones die out as well; in KNOCK a large one causes squeal. In NONE there is no equilibrium.
 """
 

@@ -1,7 +1,7 @@
 """Kills a sweep at its file operations, and lets it continue.
 
 ``python -m tests.support.sweep_kill FOLDER SUFFIX STRIDE`` kills it at every operation whose number
-is a multiple of STRIDE, and prints the number of the last one; for CSV a second number follows, for
+is a multiple of STRIDE, and prints the number of the last one. For CSV a second number follows, for
 a sweep that overwrites a file. It fails if an incomplete output file is left. The operating system
 kills the process, so no handler of the program runs.
 """
