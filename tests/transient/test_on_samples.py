@@ -28,7 +28,8 @@ def test_parts_of_the_trajectory_are_passed_to_the_callback_in_order(
     for column in COLUMNS:
         complete = getattr(run.trajectory, column.name)
         assert np.array_equal(getattr(joined, column.name), complete[: joined.t.size]), column
-    assert joined.t.size > 4000
+    # The compiled kernel does not pass on its last samples: they are too few for a part.
+    assert joined.t.size > 2 * TIMES.size // 3
 
 
 def test_no_part_is_empty_when_samples_are_rare() -> None:

@@ -1,6 +1,10 @@
 """Random scenes keep the error that `tol` promises, against solutions with 25 digits.
 
-`docs/explanation/tolerance.md` states the promise.
+An error is at most tol·max(1, G/10)·max(1, N/100) times the scale of its variable, as
+`docs/explanation/tolerance.md` explains. The scale is about the greatest size of the variable in
+the run. G, `growth`, is the greatest factor by which the motion magnifies a small error between two
+times of the run. N, `fast_periods`, is the length of the run in periods of its fastest vibration.
+Tests marked `whole` run only by `pytest -m whole`.
 """
 
 import numpy as np
@@ -25,6 +29,7 @@ def error_ratio(scene: RandomScene, tol: float, kernel: Kernel) -> float:
     scales = np.array([*scene.scales, x_scale, y_scale])
     promised = tol * max(1.0, scene.growth / 10.0) * max(1.0, scene.fast_periods / 100.0) * scales
     errors = np.abs(np.subtract(values, true_values))
+    # A variable that stays zero has the scale zero and must be exact: any error is a huge ratio.
     return float(np.max(errors / np.where(promised > 0.0, promised, np.finfo(float).tiny)))
 
 

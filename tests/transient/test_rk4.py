@@ -60,6 +60,7 @@ def test_with_separation_ignored_the_order_is_four() -> None:
 def test_without_bisection_of_switches_the_order_is_lower() -> None:
     with_bisection = errors(separation=True, bisect=True)
     without_bisection = errors(separation=True, bisect=False)
+    # Over four halvings of the step, the error falls with an order of more than log₂(50)/4 = 1.4.
     assert without_bisection[-1] < 0.02 * without_bisection[0]
     assert np.mean(orders(without_bisection)) < 3.2
     assert without_bisection[-1] > 30.0 * with_bisection[-1]
@@ -82,7 +83,9 @@ def test_base_scene_agrees_with_taylor_within_its_own_error() -> None:
 
 
 def test_parameter_sets_advanced_together_agree_with_sets_advanced_singly() -> None:
-    sets = [Parameters(F=force, k_nl=k) for force, k in ((20, 50), (80, 100), (120, 0), (0, 10))]
+    sets = [
+        Parameters(F=preload, k_nl=k) for preload, k in ((20, 50), (80, 100), (120, 0), (0, 10))
+    ]
     starts = [static_start(System(p)) for p in sets]
     together = RungeKutta4(sets, starts, step=0.01)
     alone = [RungeKutta4([p], [s], step=0.01) for p, s in zip(sets, starts, strict=True)]

@@ -15,10 +15,11 @@ def test_the_amplitude_after_the_end_is_that_of_a_longer_run(
     run = simulate()
     amplitude_after_end = later_amplitude(run)
     assert amplitude_after_end is not None
-    # A longer run covers the time after the end; the amplitude is that of its second half.
-    longer = simulate(t_end=100.0 + amplitude_after_end.after, samples="dense")
+    # The amplitude is that in the second half of the time `after` the end, s.
+    end, after = run.t_end, amplitude_after_end.after
+    longer = simulate(t_end=end + after, samples="dense")
     assert longer.solution is not None
-    times = [100.0 + amplitude_after_end.after * (0.5 + index / 40_000) for index in range(20_001)]
+    times = [end + after * (0.5 + index / 40_000) for index in range(20_001)]
     y = longer.solution(times).y
     assert amplitude_after_end.y_half_range == pytest.approx(0.5 * (y.max() - y.min()), rel=1e-6)
     assert run.steady.y_half_range > 1.1 * amplitude_after_end.y_half_range
@@ -38,7 +39,7 @@ def test_the_amplitude_after_the_end_is_that_of_a_longer_run(
         (Parameters(v_belt=1.0), 1000.0),
         (Parameters(F=0.0), 100.0),
     ],
-    ids=["cycle", "rest", "finite belt", "never moves"],
+    ids=["cycle", "rest", "belt of finite speed", "never moves"],
 )
 def test_a_run_on_its_cycle_or_at_rest_has_settled(p: Parameters, t_end: float) -> None:
     run = simulate(p, t_end=t_end)

@@ -16,7 +16,11 @@ def _cancel_search(*_: object, **__: object) -> None:
 
 @pytest.fixture(autouse=True)
 def disable_safe_friction_search(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Disable the search for safe friction, except in tests about it."""
+    """Cancel the slow searches for safe friction at once; tests about them patch them again.
+
+    Friction is safe up to the μ below which no disturbance was found to lead to squeal. Zones are
+    ranges of any parameter that are safe or squeal.
+    """
     monkeypatch.setattr("fivtui.safety.safe_friction", _cancel_search)
     monkeypatch.setattr("fivtui.safety.safety_zones", _cancel_search)
 

@@ -39,7 +39,9 @@ def interpreted() -> Iterator[None]:
 async def test_a_finished_run_fills_plots_summary_and_tabs(
     pilot: Pilot[None], monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    # Render every frame, as for a terminal; other tests render only the texts that they read.
     monkeypatch.setattr("tests.support.laboratory.every_frame", True)
+    # The critical friction coefficient μ_c, and μ.
     await until_shown(pilot, "0.439 0.7")
     await run_to_end(pilot)
     screen_text = text_of(pilot)
@@ -54,6 +56,7 @@ async def test_a_finished_run_fills_plots_summary_and_tabs(
     ):
         assert phrase in screen_text, phrase
     assert any(line.endswith("100│") for line in screen_text.splitlines())
+    # Shades of the strip, from ░ to █, are the share of time off the belt in each column.
     contact_strip = next(line for line in screen_text.splitlines() if "off belt" in line)
     assert "▓▓▓" in contact_strip
     assert "inputs changed" not in screen_text
@@ -95,6 +98,7 @@ async def test_a_finished_run_fills_plots_summary_and_tabs(
         visited_tabs.append(pilot.app.screen.query_one(TabBook).active)
     assert sorted(visited_tabs) == sorted(tab.id for tab in TABS)
     assert pilot.app.screen.query_one(TabBook).active == "transient"
+    # The tabs Result and Log.
     await pilot.press("alt+8")
     await until_shown(pilot, "range of y -2.68537 to")
     await pilot.press("alt+9")
@@ -174,6 +178,7 @@ async def test_the_button_starts_and_stops_a_run_and_failures_are_shown_and_logg
     await pilot.press("f5")
     await until_notice(pilot, "tol = 1: must be from 1e-13 to 0.01")
     assert len(list(runs)) == 1
+    # Reset all fields.
     await pilot.press("shift+f8")
 
     await type_into(pilot, "k3", "0")
@@ -195,7 +200,8 @@ async def test_the_button_starts_and_stops_a_run_and_failures_are_shown_and_logg
 
 async def test_every_size_shows_form_verdict_and_result(pilot: Pilot[None]) -> None:
     await run_to_end(pilot)
-    for size, phrases in (
+    # "shown native 10.50" is in the list of runs: plotted, engine, peak |y|.
+    for (width, height), phrases in (
         ((80, 24), ("P (N)", "x (m)", "off belt", "kg", "74 separations", " 0.7 ")),
         ((200, 60), ("P (N)", "off belt", "friction coefficient", "P 0 to 2071 N")),
         ((200, 60), ("±y 2nd half", "shown native 10.50")),
@@ -205,10 +211,11 @@ async def test_every_size_shows_form_verdict_and_result(pilot: Pilot[None]) -> N
         ((100, 9), ("too small",)),
         ((100, 30), ("UNSTABLE", "F5 Run", "P (N)")),
     ):
-        await pilot.resize_terminal(*size)
+        await pilot.resize_terminal(width, height)
         for phrase in phrases:
             await until_shown(pilot, phrase)
-        if "too small" not in phrases[0] and size[1] > 12:
+        # Up to 12 lines have no room for an axis.
+        if height > 12:
             await until(pilot, lambda: time_axes_reach_the_right_edge(text_of(pilot)))
 
 

@@ -1,4 +1,7 @@
-"""The laboratory in a browser: who may open it, what it shows, and what it downloads."""
+"""The laboratory in a browser: who may open it, what it shows, and what it downloads.
+
+Tests marked `host` depend on this machine: they use its network, and the last one a browser.
+"""
 
 import asyncio
 import http.client
@@ -209,6 +212,7 @@ def test_on_port_80_the_origin_has_no_port() -> None:
             "GET", "/", {**headers, "Host": host, "Origin": f"http://{host}"}
         )
         assert access.refusal_reason(request) == ""
+    # On another port the host must name the port.
     assert _AccessControl(8000).refusal_reason(
         make_mocked_request("GET", "/", {"Host": "localhost"})
     )

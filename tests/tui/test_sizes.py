@@ -28,6 +28,7 @@ async def test_panes_are_complete_and_titles_uncut_at_any_size() -> None:
             await show_tab(pilot, "alt+1")
             await until_shown(pilot, "Im λ/(2π) (Hz)")
             check_panes(pilot, size)
+            # F10 measures errors and times of methods, or checks the claims of the paper.
             for key, phrase in (
                 ("alt+5", "State Peak ±2nd ½ Events"),
                 ("alt+5", "F10: measure (about 7 s)"),
@@ -47,13 +48,13 @@ async def test_panes_are_complete_and_titles_uncut_at_any_size() -> None:
 
 def check_panes(pilot: Pilot[None], size: tuple[int, int]) -> None:
     """Check edges, gauge, units and titles of the tabs."""
+    width, height = size
     lines = text_of(pilot).splitlines()
-    # Every line ends in an edge, except the line of keys and that of the last run.
-    last_characters = {line.rstrip()[-1] for line in lines[:-1] if len(line.rstrip()) == size[0]}
-    assert last_characters <= set("╮│╯")
-    short_lines = [line for line in lines[:-1] if len(line.rstrip()) < size[0]]
-    assert len(short_lines) == 1
-    assert "no run yet: press F5" in short_lines[0]
+    # Above the line of keys, lines fill the width up to an edge, except that of the last run.
+    *upper_lines, _key_line = (line.rstrip() for line in lines)
+    assert {line[-1] for line in upper_lines if len(line) == width} <= set("╮│╯")
+    (run_line,) = (line for line in upper_lines if len(line) < width)
+    assert "no run yet: press F5" in run_line
     # An edge separates the units of the form from the tab.
     form_region = pilot.app.screen.query_one("Form").region
     assert {
@@ -69,13 +70,15 @@ def check_panes(pilot: Pilot[None], size: tuple[int, int]) -> None:
         )
         assert field_line.rstrip().endswith(spec.unit or "+"), field_line
     (title_line,) = (line for line in lines if "Stability" in line)
+    # An arrow follows the last title if titles of tabs are missing.
     tab_titles = title_line[title_line.index("Stability") :].rstrip("─╮").removesuffix("› ").split()
     assert tab_titles == [tab.title for tab in TABS][: len(tab_titles)]
-    assert size[0] < 120 or len(tab_titles) == len(TABS)
-    if size[1] >= 30:
+    assert width < 120 or len(tab_titles) == len(TABS)
+    if height >= 30:
         assert any("↑↓ step  F8 reset ─╯" in line for line in lines)
         assert "μ_c 0.4394" in text_of(pilot)
-    if size[1] >= 36:
+    # There is room for a second gauge, over F.
+    if height >= 36:
         assert "F (N) " in text_of(pilot)
 
 
@@ -133,6 +136,7 @@ def test_the_picture_of_the_readme_is_current() -> None:
         "Parameters",
         "Runs",
         "squeals by itself",
+        # A basis of the safe friction coefficient, and this coefficient.
         "a global search",
         "0.278",
         "separation considered",

@@ -101,9 +101,10 @@ def test_a_real_terminal_shows_edits_runs_and_exports(terminal: Terminal, tmp_pa
     terminal.press("F5")
     screen_text = terminal.until_shown("peak |y| 10.50 m · 2nd half ±4.401 m")
     assert "⣿" in screen_text
-    # Move from the plot to the fields: each step updates the curve. Two cursors show values.
+    # Focus the plot, then the fields: a step of a field draws a run that only F5 would keep.
     terminal.press("M-p", "M-f", "Up")
     terminal.until_shown("F5 keeps a run")
+    # Two cursors show values.
     terminal.press("M-p", "c", "C")
     terminal.until_shown("t ◆50 ◇75 s Δt 25 s 1/Δt 0.04 Hz")
     terminal.press("Escape")

@@ -49,7 +49,8 @@ def test_sensitivities_are_differences_of_25_digit_runs(name: str) -> None:
     assert list(run.sensitivities) == list(PARAMETERS)
     for parameter, sensitivity in run.sensitivities.items():
         expected = np.array(reference["by"][parameter])
-        # One scale for state and heights together, and one for each contact force.
+        # The first ten quantities, the final state and the extremes and amplitude of motion, have
+        # a common scale; the least and the greatest contact force have one each.
         scale = np.concatenate([np.full(10, np.abs(expected[:10]).max()), np.abs(expected[10:])])
         assert (np.abs(flat_derivatives(sensitivity) - expected) <= 1e-11 * scale + 1e-13).all(), (
             parameter
@@ -133,7 +134,7 @@ def test_at_a_kink_the_derivatives_are_those_towards_greater_values() -> None:
 
 
 def test_decayed_deviations_are_zero_and_cost_no_time() -> None:
-    # After a thousand seconds a deviation of the start has decayed to 1e-320 of its size.
+    # A deviation of the start decays at 160 1/s: within the run it underflows to zero.
     run = simulate(Parameters(m=1e-3, mu=0.2), t_end=10.0, sensitivities=["mu"])
     assert run.sensitivities is not None
     assert run.sensitivities.growth == 0.0
@@ -153,6 +154,7 @@ def test_progress_rises_through_the_run_and_its_derivatives() -> None:
     plain = simulate(t_end=50.0)
     run = simulate(t_end=50.0, sensitivities=["mu"], progress=record_fraction)
     assert fractions == sorted(fractions)
+    # The computation may end after its last report.
     assert fractions[-1] > 0.5
     assert run.final == plain.final
     assert run.stats.kernel == plain.stats.kernel

@@ -101,7 +101,9 @@ def test_a_picture_has_the_requested_size_and_all_labels() -> None:
         lines = picture.text().splitlines()
         assert len(lines) == height
         assert {len(line) for line in lines} == {width}
+    lines = draw(SINE, View(), 200, 60).text().splitlines()
     assert lines[0].startswith("y (m) 1─one 2─two")
+    # Leave eight columns of the first line free for buttons.
     narrow = draw(SINE, View(), 20, 14, reserved=8).text().splitlines()
     assert [line.strip() for line in narrow[:2]] == ["y (m) 1─one", "2─two"]
     assert {len(line) for line in narrow} == {20}
@@ -144,14 +146,15 @@ def test_a_function_is_never_panned_off_its_data() -> None:
 @pytest.mark.parametrize("ordered", [True, False], ids=["over time", "in a plane"])
 def test_several_dense_curves_stay_visible(ordered: bool) -> None:
     t = np.linspace(0.0, 100.0, 20_001)
-    orbit = np.sin(8.0 * t), np.cos(8.0 * t) * np.cos(0.1 * t)
-    x = (t, t) if ordered else orbit
+    x = t if ordered else np.sin(8.0 * t)
+    y = np.cos(8.0 * t) * np.cos(0.1 * t)
     amplitudes = (1.0, 2.0, 3.0)
     runs = [
         Trace(
             f"run {amplitude:g}",
-            x[0],
-            amplitude * orbit[1],
+            x,
+            amplitude * y,
+            # A style that identifies the characters of the run.
             colour=f"#{amplitude:.0f}",
             ordered=ordered,
         )
@@ -165,6 +168,7 @@ def test_several_dense_curves_stay_visible(ordered: bool) -> None:
         for line in picture.lines[17:23]:
             for text, style in line[1:]:
                 counts[style] += len(text)
+                # Curves below the top one are thinned to some of these dots where they share cells.
                 sparse_counts[style] += sum(character in "⢕⢔⢅⢑⠕⢐" for character in text)
         for run in runs:
             assert counts[run.colour] > 0.15 * sum(counts.values())
@@ -178,7 +182,8 @@ def test_several_dense_curves_stay_visible(ordered: bool) -> None:
 
 
 def test_guides_shades_and_marks_are_drawn() -> None:
-    levels = (np.arange(4)[:, None] > 1).astype(np.intp) * np.ones(3, dtype=np.intp)
+    # Index of the shade by μ and F: blank at μ = 0 and 1, ▒ at 2 and 3.
+    levels = np.repeat([[0], [0], [1], [1]], 3, axis=1)
     chart = Chart(
         "μ",
         "F (N)",
@@ -234,8 +239,8 @@ def test_a_million_samples_are_reduced() -> None:
 
 
 def test_a_spectrum_finds_amplitude_and_period() -> None:
-    t = np.append(np.arange(0.0, 50.0, 0.01), 50.003)
-    result = spectrum(t[:-1], 3.0 + 0.5 * np.sin(2.0 * np.pi * 1.234 * t[:-1]))
+    t = np.arange(0.0, 50.0, 0.01)
+    result = spectrum(t, 3.0 + 0.5 * np.sin(2.0 * np.pi * 1.234 * t))
     assert result.fundamental == pytest.approx(1.234, abs=0.05 * result.resolution)
     assert result.amplitude.max() == pytest.approx(3.0, rel=1e-3)
     assert result.amplitude[1:].max() == pytest.approx(0.5, rel=0.2)
@@ -347,6 +352,7 @@ def test_cursors_of_a_chart_along_curves_are_on_the_curves() -> None:
     assert nearest_curve_value(chart, view, (0.0, 1.2)) == pytest.approx(np.pi / 2, abs=0.01)
     text = draw(chart, view, 60, 20).text()
     assert text.count("◆") - text.splitlines()[0].count("◆") == 1
+    # No vertical lines at the cursors.
     assert "│ │" not in text
     single_text = draw(chart, View(cursors=Cursors((0.0, 0.0))), 60, 20).text()
     assert single_text.startswith("t 0 s x 1 m y 0 m")
@@ -369,6 +375,7 @@ def test_limits_are_marked_and_a_new_run_outside_of_them_is_named() -> None:
     y_limited.set_limits(SINE, None, Axis(-2.5, 2.5))
     assert heading(y_limited, 1, np.sin(T)) == "y (m) zoom y"
     assert heading(y_limited, 1, 3.0 * np.sin(T)).endswith("new partly outside, r: fit zoom y")
+    # Number 0: not a run, so named only if it is entirely outside.
     assert heading(y_limited, 0, 3.0 * np.sin(T)) == "y (m) zoom y"
     assert heading(y_limited, 0, 3.0 + np.sin(0.1 * T)).endswith("new outside, r: fit zoom y")
     # Values exactly at the limits are not outside.

@@ -41,6 +41,7 @@ def test_a_curve_agrees_with_the_tick_labels(function: Callable[[FloatArray], Fl
     dot_x = np.array([x for x, _ in dots])
     assert dot_x.min() == pytest.approx(10.0, abs=2 * reading.x_per_column)
     assert dot_x.max() == pytest.approx(20.0, abs=2 * reading.x_per_column)
+    # No slope exceeds 4 m/s.
     change_per_column = 4.0 * reading.x_per_column
     for x, y in dots:
         assert y == pytest.approx(
@@ -142,6 +143,7 @@ def test_the_strip_marks_its_intervals_under_their_times() -> None:
     assert strip.startswith("off belt")
     full_columns = [column for column, cell in enumerate(strip[MARGIN:]) if cell == "█"]
     full_times = [reading.x(column + 0.5) for column in full_columns]
+    # The interval of 10 s fills 16 columns of 0.625 s; compare their centres, to about a column.
     assert [t for t in full_times if t < 25.0] == pytest.approx(
         np.linspace(10.0, 20.0, 17)[:-1] + 0.3, abs=0.7
     )

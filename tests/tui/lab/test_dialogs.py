@@ -201,6 +201,7 @@ async def test_plots_are_copied_as_text_and_as_pictures(
     monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
     monkeypatch.delenv("DISPLAY", raising=False)
     await run_to_end(pilot)
+    # `when_ready`: as soon as the pane of the tab exists.
     lab.tab_book.when_ready(lab.files.copy_plot)
     await until(pilot, lambda: "off belt" in pilot.app.clipboard)
     assert "⣿" in pilot.app.clipboard
@@ -209,6 +210,7 @@ async def test_plots_are_copied_as_text_and_as_pictures(
     await until_notice(pilot, "a picture cannot be copied without a desktop")
     program_folder = tmp_path / "bin"
     program_folder.mkdir()
+    # The sixth argument is the picture: xclip -selection clipboard -target image/png -in PICTURE.
     (program_folder / "xclip").write_text('#!/bin/sh\ncp "$6" "$COPIED"\n')
     (program_folder / "xclip").chmod(0o755)
     monkeypatch.setenv("PATH", f"{program_folder}:{os.environ['PATH']}")
@@ -257,6 +259,7 @@ async def test_the_palette_lists_and_runs_applicable_commands(
     await choose(pilot, "undo", "Undo")
     await until(pilot, lambda: session.texts["k_nl"] == "100")
 
+    # The scene of a figure of the paper.
     await choose(pilot, "fig. 13", "Scene of Fig. 13")
     await until_shown(pilot, "scene fig-13")
     assert session.command_line() == ("fivtui simulate --set k_nl=20 --set mu=0.5 --tol=1e-09")

@@ -101,8 +101,9 @@ async def test_values_change_by_keys_mouse_and_lists(pilot: Pilot[None]) -> None
     await until(pilot, lambda: session.texts["method"] == "rk4")
 
 
-async def test_enter_after_a_focused_switch_edits_the_row_moved_to(pilot: Pilot[None]) -> None:
+async def test_enter_after_a_focused_check_box_edits_the_row_moved_to(pilot: Pilot[None]) -> None:
     session = app_of(pilot).session
+    # The row below μ has the check box of separation.
     await focus(pilot, "mu")
     await pilot.press("escape", "down", "enter", "space")
     assert not session.scene().separation
@@ -122,6 +123,7 @@ async def test_edits_are_reset_undone_and_redone(pilot: Pilot[None]) -> None:
     assert "(changed)" not in text_of(pilot)
     editor = await focus(pilot, "F")
     assert editor.value == "80"
+    # Undo the reset of all fields, that of μ, the edit of μ, and that of F; then nothing is left.
     await pilot.press("ctrl+z")
     assert editor.value == "90"
     await pilot.press("ctrl+z")
@@ -144,6 +146,7 @@ async def test_letters_select_and_change_fields_outside_an_editor(pilot: Pilot[N
     await focus(pilot, "k1")
     await pilot.press("escape")
     assert pilot.app.screen.query_one(FieldList).has_focus
+    # Next field, three steps of 1 N/m: up, up and down, and a fine step up.
     await pilot.press("j", "l", "l", "h", "L")
     await until(pilot, lambda: session.texts["k2"] == "51.1")
     assert "linear contact stiffness" in text_of(pilot)
@@ -189,6 +192,7 @@ async def test_keys_with_alt_insert_no_text(pilot: Pilot[None]) -> None:
     await send_sequences(pilot, "\x1bs")
     await until_shown(pilot, "Save the scene as")
     path_input = pilot.app.screen.query_one("#path", Input)
+    # A path may contain £, unlike a number or a range.
     await send_sequences(pilot, "\x1b2", "\x1bq", "£")
     assert path_input.value == "base.toml£"
     assert session.tab == "stability"
@@ -223,8 +227,9 @@ async def replace_text(
     """Type or paste over the text of a field, and wait until it is `text`."""
     editor = await focus(pilot, name)
     await pilot.press("end", "ctrl+u")
-    pasted = f"\x1b[200~{typed.replace(' ', chr(10), 1) if typed == text else typed}\n\x1b[201~"
-    await send_sequences(pilot, *([pasted] if paste else typed))
+    # Pasted line breaks are blanks; test this where no comma is replaced at the same time.
+    pasted = typed.replace(" ", "\n", 1) if typed == text else typed
+    await send_sequences(pilot, *([f"\x1b[200~{pasted}\n\x1b[201~"] if paste else typed))
     await until(pilot, lambda: app_of(pilot).session.texts[name] == text)
     assert editor.value == text
     return editor

@@ -22,6 +22,11 @@ def join_texts(parts: StyledTexts) -> str:
     return "".join(text for text, _ in parts)
 
 
+def gauge_of_mu(value: float, text: str) -> Gauge:
+    # `basis` names the methods that found the zones.
+    return Gauge("μ", OVER_MU, value, text, searching=False, basis="")
+
+
 def draw_gauge(gauge: Gauge, width: int) -> tuple[str, str]:
     zones, numbers = gauge.lines(width)
     return join_texts(zones), join_texts(numbers)
@@ -30,7 +35,7 @@ def draw_gauge(gauge: Gauge, width: int) -> tuple[str, str]:
 @pytest.mark.parametrize("width", [30, 76, 196])
 @pytest.mark.parametrize("value", [0.0, 0.28, 0.7, 1.5])
 def test_zones_are_drawn_at_their_values_with_labels_and_glyphs(width: int, value: float) -> None:
-    gauge = Gauge("μ", OVER_MU, value, f"{value:g}", searching=False, basis="")
+    gauge = gauge_of_mu(value, f"{value:g}")
     zones, numbers = draw_gauge(gauge, width)
     assert len(zones) == width
     assert len(numbers) == width
@@ -49,7 +54,7 @@ def test_zones_are_drawn_at_their_values_with_labels_and_glyphs(width: int, valu
 
 @pytest.mark.parametrize("value", [0.0, 0.13, 0.28, 0.35, 0.9, 1.5])
 def test_bounds_are_drawn_at_their_values_at_every_width(value: float) -> None:
-    gauge = Gauge("μ", OVER_MU, value, f"{value:g}", searching=False, basis="")
+    gauge = gauge_of_mu(value, f"{value:g}")
     for width in range(20, 140):
         zones, _ = draw_gauge(gauge, width)
         assert len(zones) == width
@@ -59,14 +64,14 @@ def test_bounds_are_drawn_at_their_values_at_every_width(value: float) -> None:
 
 
 def test_each_number_stands_below_its_bound() -> None:
-    zones, numbers = draw_gauge(Gauge("μ", OVER_MU, 0.7, "0.70", searching=False, basis=""), 100)
+    zones, numbers = draw_gauge(gauge_of_mu(0.7, "0.70"), 100)
     for number, mark in (("0.278", "┼"), ("0.439", "┼"), ("0.70", "●")):
         column = numbers.index(number)
         assert mark in zones[column : column + len(number)]
 
 
 def test_numbers_are_centred_below_their_columns_where_there_is_room() -> None:
-    _, numbers = draw_gauge(Gauge("μ", OVER_MU, 0.9, "0.9000", searching=False, basis=""), 196)
+    _, numbers = draw_gauge(gauge_of_mu(0.9, "0.9000"), 196)
     for text in ("0.278", "0.439", "0.9000"):
         # Columns 2 to 195 show values from 0 to 1.5.
         centre = numbers.index(text) - 2 + 0.5 * (len(text) - 1)
@@ -75,17 +80,19 @@ def test_numbers_are_centred_below_their_columns_where_there_is_room() -> None:
 
 def test_a_value_from_a_computation_is_rounded() -> None:
     text = "0.615668539036192"
-    _, numbers = draw_gauge(Gauge("μ", OVER_MU, float(text), text, searching=False, basis=""), 100)
+    _, numbers = draw_gauge(gauge_of_mu(float(text), text), 100)
     assert "0.61567" in numbers.split()
 
 
 @pytest.mark.parametrize("width", [30, 40, 76])
 def test_numbers_ascend_where_bounds_are_close(width: int) -> None:
+    # SMALL: small disturbances die out, large ones were not searched.
     zones = (Zone.SAFE, Zone.KNOCK, Zone.SMALL, Zone.SQUEALS)
     for value in (0.5, 15.0, 16.001, 17.04, 17.12, 30.0):
         for bounds in ((16.0, 17.1, 17.149), (15.3, 16.0, 16.4), (1.0, 29.0, 29.5)):
             over_mu = Zones("mu", (0.0, *bounds, 30.0), zones)
-            _, numbers = draw_gauge(Gauge("μ", over_mu, value, f"{value:g}", False, ""), width)
+            gauge = Gauge("μ", over_mu, value, f"{value:g}", searching=False, basis="")
+            _, numbers = draw_gauge(gauge, width)
             values = [float(number) for number in numbers.split()]
             assert values == sorted(values)
             assert value in values
@@ -123,6 +130,7 @@ async def test_the_gauge_follows_the_edited_field(
         return safety_zones(*args, **named)
 
     monkeypatch.setattr("fivtui.safety.safety_zones", search_when_released)
+    # A changed scene is searched anew; the search for the first one was cancelled.
     await type_into(pilot, "k_nl", "99")
     await focus(pilot, "mu")
     # Eigenvalues are shown at once; values not yet searched are not called safe.
@@ -152,15 +160,19 @@ def gauge_line(text: str) -> str:
     [(0.05, Zone.SMALL), (0.3, Zone.SAFE), (None, Zone.SAFE)],
     ids=["contradicted", "confirmed", "not searched yet"],
 )
-def test_a_search_that_contradicts_continuation_leaves_no_value_safe(
+def test_a_search_over_mu_that_contradicts_continuation_leaves_no_preload_safe(
     confirmed_to: float | None, zone: Zone
 ) -> None:
+    # At μ = 0.2 continuation finds F = 60 to 100 N safe. A search at F = 80 N that confirms only
+    # μ up to 0.05 as safe contradicts it.
     session = Session()
     session.set_text("mu", "0.2")
     controller = GaugeController(Mock(spec=LabScreen, session=session))
     controller.focus("F")
     safe = None if confirmed_to is None else Mock(spec=SafeFriction, safe_to=confirmed_to)
+    # State of that search: `complete` if it has ended.
     attractors = Attractors(safe=safe, complete=safe is not None)
+    # Not `both`: the gauge of the edited F alone, without that of μ.
     (eigenvalue_gauge,) = controller.gauges(session.stability(), attractors, both=False)
     assert isinstance(eigenvalue_gauge, Gauge)
     # Eigenvalues alone do not show that a value is safe.
@@ -197,6 +209,7 @@ async def test_static_friction_bounds_the_gauge(pilot: Pilot[None]) -> None:
         numbers = lines[lines.index(gauge_line(text)) + 1].strip("│ ").split()
         return [numbers[0], numbers[-1]]
 
+    # Static friction acts only on a belt of finite speed.
     for name, text in (("v_belt", "1"), ("mu_s", "0.9")):
         await type_into(pilot, name, text)
     # Static friction is at least the sliding friction.

@@ -68,7 +68,7 @@ async def test_every_step_is_drawn_over_the_previous_curve_and_no_run_is_stored(
 ) -> None:
     await run_to_end(pilot)
     session, live = app_of(pilot).session, live_of(pilot)
-    saved_runs = session_state(session, "").runs
+    saved_runs = session_state(session, theme="").runs
     await focus(pilot, "m")
     await pilot.press("up")
     await until_live(pilot)
@@ -76,10 +76,11 @@ async def test_every_step_is_drawn_over_the_previous_curve_and_no_run_is_stored(
     assert displayed_run is not None
     assert first_curve is not None
     assert first_curve.scene.parameters.m == 5.1
+    # The ghost is the previous curve, named "before".
     assert live.ghost is displayed_run.result
     await until(pilot, lambda: trace_names(pilot) == ["before", "live"])
     await until_shown(pilot, "ms; F5 keeps a run")
-    # The list does not mark a run as shown if it is the previous curve or not plotted.
+    # Show the list of runs, in which a run is not "shown" if it is the ghost or not plotted.
     pilot.app.screen.add_class("-runs")
     await until_shown(pilot, "● 1 before")
     assert flat_text_of(pilot).count("live in ") == 1
@@ -87,7 +88,7 @@ async def test_every_step_is_drawn_over_the_previous_curve_and_no_run_is_stored(
     await until_live(pilot)
     assert live.ghost is first_curve.result
     await until_shown(pilot, "● 1 off")
-    assert session_state(session, "").runs == saved_runs
+    assert session_state(session, theme="").runs == saved_runs
     # In every view; without a baseline the difference is taken from the previous curve.
     await pilot.click("#view-phase")
     await until(pilot, lambda: trace_names(pilot, "phase-x") == ["before", "live"])
@@ -143,6 +144,7 @@ def pausable_runs(monkeypatch: pytest.MonkeyPatch) -> PausableRuns:
 async def end_pause(pilot: Pilot[None]) -> None:
     """End the pause after which a longer run follows an edit."""
     lab = lab_of(pilot)
+    # Computations pause until the response to a key is displayed.
     await until(pilot, lambda: lab._live._pause_timer is not None and not SCREEN_RESPONSE.pending)
     lab._live._stop_pause_timer()
     lab._live._start_after_pause()
@@ -186,6 +188,7 @@ async def test_runs_follow_edits_at_once_or_after_a_pause_or_not_at_all(
         assert not live.visible
         assert len(jobs) == 4
         await type_into(pilot, "t_end", "5")
+        # In proportion to t_end, 5 s instead of 100 s, from the 60 s above.
         await until_shown(pilot, "live: new curve in about 3 s")
         await end_pause(pilot)
         await until_live(pilot)
@@ -195,6 +198,7 @@ async def test_runs_follow_edits_at_once_or_after_a_pause_or_not_at_all(
             "base-live.svg",
             "base-live.csv",
         ]
+        # The figure of the belt view is a film, which needs a run of the list.
         pane.show_view("belt")
         with pytest.raises(InputError, match="press F5"):
             pane.export(FIGURE)
@@ -229,6 +233,7 @@ async def test_an_error_is_one_line_above_the_previous_curve(
     pilot.app.screen.post_message(SceneLoaded(scene, "", "grows"))
     await until(pilot, lambda: bool(live.error))
     await until_shown(pilot, "live: no result")
+    # The line of the error may be cut: look for its first word.
     assert live.error.split()[0] in flat_text_of(pilot)
     assert trace_names(pilot) == ["before"]
     assert notices == ["grows"]
@@ -274,6 +279,7 @@ async def test_belts_of_finite_speed_and_tables_over_time_have_live_curves(
 
 
 def test_the_expected_duration_decides_when_a_run_starts() -> None:
+    # Pace.IDLE: a run starts after a pause in the edits.
     live = LiveCurve()
     fmu = dataclasses.replace(BASE, method="fmu")
     assert live.pace(BASE) is Pace.AT_ONCE
@@ -288,6 +294,7 @@ def test_the_expected_duration_decides_when_a_run_starts() -> None:
     live.record_duration(fmu, 1.1 * MAX_LIVE_S)
     assert live.pace(fmu) is Pace.OFF
     assert live.pace(dataclasses.replace(fmu, t_end=0.5 * fmu.t_end)) is Pace.IDLE
+    # The duration is not known for a different kind of scene.
     assert live.pace(dataclasses.replace(fmu, separation=False)) is Pace.IDLE
     # Time before the first progress callback counts as setup.
     job = LiveJob(scene=fmu, pace=Pace.IDLE)
@@ -298,4 +305,5 @@ def test_the_expected_duration_decides_when_a_run_starts() -> None:
     assert job.report(0.5)
     assert job.estimated_duration == pytest.approx(MAX_LIVE_S, rel=0.1)
     job._start_time -= 0.5 * MAX_LIVE_S
+    # MAX_LIVE_S after the setup the run stops.
     assert not job.report(0.6)

@@ -41,7 +41,8 @@ async def test_fields_of_the_belt_appear_and_disappear(pilot: Pilot[None]) -> No
     await choose(pilot, "faster than", "Belt faster than the slider")
     await until(pilot, lambda: session.parameters().v_belt is None)
     await until(pilot, lambda: "v_belt" not in text_of(pilot))
-    # A field without effect names the parameter that it needs.
+    # A field without effect names the parameter that it needs. Any step of a field lets the form
+    # show texts that were set in the session.
     session.set_text("mu_s", "0.9")
     await pilot.press("up")
     await until_shown(pilot, "no effect without v_belt")
@@ -62,7 +63,8 @@ async def test_tables_are_read_shown_in_the_form_and_removed(
     await until_shown(pilot, "no zones: F changes over time")
     screen_text = flat_text_of(pilot)
     assert "at t = 0: STABLE" in screen_text or "at t = 0: UNSTABLE" in screen_text
-    form_text = " ".join(line[:31].strip("│ ") for line in text_of(pilot).splitlines())
+    form_width = 31
+    form_text = " ".join(line[:form_width].strip("│ ") for line in text_of(pilot).splitlines())
     assert "at t = 0; 20 to 90 N, table 0 to 4 s" in " ".join(form_text.split())
     assert dict(session.scene().over_time)["F"].values == (20.0, 90.0)
     assert session.scene().parameters.F == 20.0
@@ -74,6 +76,7 @@ async def test_tables_are_read_shown_in_the_form_and_removed(
         session.command_line()
     await choose(pilot, "drop the", "Drop the tables over time")
     await until_notice(pilot, "tables over time dropped")
+    # The gauge is shown again, with its mark.
     await until_shown(pilot, "●")
     assert not session.scene().over_time
     assert session.texts["F"] == "20"
@@ -95,7 +98,7 @@ async def test_tables_are_restored_and_distinguish_runs(tmp_path: Path) -> None:
     tables = (("F", time_table("F", [(0.0, 20.0), (4.0, 90.0)])),)
     session.set_text("mu", "0.5")
     session.set_tables(tables)
-    save_state(session_state(session, ""), session_path)
+    save_state(session_state(session, theme=""), session_path)
     state = load_state(session_path)
     assert state is not None
     assert state.edit_state == session.edit_state

@@ -46,6 +46,7 @@ async def test_runs_are_listed_drawn_compared_loaded_and_deleted(
     await run_to_end(pilot)
     await until_shown(pilot, "■ 2 shown native")
     await until_shown(pilot, "● 1 off native 10.50")
+    # In the list of runs: go down to run 1, plot it, and make it the baseline.
     await pilot.press("f3", "j", "space", "b")
     await until_shown(pilot, "● 1 on native 10.50 base")
     first, second = runs
@@ -216,7 +217,13 @@ async def test_a_damaged_session_is_renamed_and_a_scene_argument_keeps_the_store
     stored_state = load_state(session_path)
     assert stored_state is not None
     save_state(
-        State(stored_state.edit_state, (str(tmp_path / "old.toml"),), "log", "nord"), session_path
+        State(
+            stored_state.edit_state,
+            recent=(str(tmp_path / "old.toml"),),
+            tab="log",
+            theme="nord",
+        ),
+        session_path,
     )
     second_app = FivtuiApp(PRESETS["linear"], "linear", state=session_path)
     assert second_app.session.name == "linear"

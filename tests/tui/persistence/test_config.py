@@ -11,6 +11,7 @@ from fivtui.tui.persistence.config import config_path, load_config
 from fivtui.tui.session.help import WELCOME
 from tests.support.laboratory import text_of, until, until_shown
 
+# `live = false`: edits do not update the live curve, a run of the edited scene.
 USER_CONFIG = """
 theme = "mine"
 live = false

@@ -50,7 +50,7 @@ def state_with_map(preload: str) -> State:
     session.set_text("F", preload)
     over = {"mu": np.linspace(0.0, 1.0, 3), "F": np.linspace(10.0, 20.0, 2)}
     session.studies["map"] = DisplayedStudy(stability_map(BASE.parameters, over), preload)
-    return session_state(session, "")
+    return session_state(session, theme="")
 
 
 def load_session(path: Path) -> tuple[Autosave, State]:
@@ -338,6 +338,7 @@ async def test_the_palette_opens_another_session_and_keeps_this_one(tmp_path: Pa
 async def open_from_palette(pilot: Any, title: str) -> None:
     await pilot.press("ctrl+p")
     await until_shown(pilot, "Run the transient")
+    # The search finds "Open session" without the blank, which is no name of a key.
     await pilot.press(*"opensession")
     await until_shown(pilot, title)
     await pilot.press("enter")
@@ -345,6 +346,7 @@ async def open_from_palette(pilot: Any, title: str) -> None:
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="a kill in the midst needs a fork")
 def test_a_session_is_complete_after_a_kill_at_any_operation(tmp_path: Path) -> None:
+    # The number of file operations, at each of which a process was killed.
     assert int(run_kill_test("autosave", str(tmp_path))) > 20
 
 
@@ -359,6 +361,7 @@ def test_no_kill_of_the_laboratory_loses_a_run(tmp_path: Path) -> None:
 @pytest.mark.skipif(not Path("/proc/self/task").is_dir(), reason="processes are found by /proc")
 def test_kills_beside_other_instances_and_a_browser_lose_no_run(tmp_path: Path) -> None:
     pytest.importorskip("textual_serve", reason="the extra serve is not installed")
+    # The number of runs that are stored after kills among several instances.
     assert int(run_kill_test("1", folder=tmp_path, module="session_crowd")) > 0
 
 

@@ -59,11 +59,12 @@ def test_rows_of_the_equilibrium_have_labels_values_and_units() -> None:
         real, imaginary = map(
             float, re.findall(r"[-+]?\d+\.\d+", eigenvalue_row.value.replace("± ", ""))
         )
-        (nearest,) = [
+        equal_eigenvalues = [
             value
             for value in eigenvalues_above_axis
             if abs(value.real - real) < 1e-5 and abs(value.imag - imaginary) < 1e-4
         ]
+        assert len(equal_eigenvalues) == 1
         assert eigenvalue_row.value.endswith("1/s")
         damping = number_of(mode_row.note)
         nearest = min(
@@ -119,7 +120,7 @@ def test_the_short_verdict_has_numbers_and_units() -> None:
 
 
 def test_rows_of_a_run_have_labels_values_and_units(runs: tuple[Transient, Transient]) -> None:
-    rows = transient_rows(runs[0], "asked")
+    rows = transient_rows(runs[0], method_note="asked")
     t, motion = paper_model.motion(3.0, separation=True)
     x, vx, y, vy, force = motion.T
     second_half = y[t >= 1.5]

@@ -112,7 +112,7 @@ def test_the_remaining_time_follows_from_the_progress() -> None:
     match = re.fullmatch(r"25 %, ([\d.]+) s left", run.progress_text)
     assert match is not None
     assert float(match[1]) >= 30.0
-    # The finer verification run restarts the progress.
+    # With error targets a finer run follows and verifies the result: its progress starts again.
     run.report(0.1)
     assert run.progress_text.startswith("10 %, ")
 
@@ -136,6 +136,7 @@ def test_sample_times_cover_the_run_and_are_limited_in_number(t_end: float, m: f
     assert times[0] == 0.0
     assert times[-1] == t_end
     assert np.all(np.diff(times) > 0.0)
+    # At most 250 000 intervals of equal length, and one up to the end time.
     assert 1000 <= times.size <= 250_002
 
 
@@ -201,6 +202,7 @@ def test_a_run_without_separation_is_labelled() -> None:
     frictionless_run = simulate(Parameters(mu=0.0), t_end=5.0)
     assert "no separation: contact is never lost" in result_summary(frictionless_run)
     run_ignoring_separation = simulate(t_end=5.0, separation=False)
+    # Case 2 of the paper.
     assert "separation ignored (Case 2)" in result_summary(run_ignoring_separation)
 
 

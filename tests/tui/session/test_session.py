@@ -56,6 +56,7 @@ def test_fields_repeat_the_parameter_table() -> None:
 
 def test_every_parameter_occurs_in_an_equation() -> None:
     assert all(FIELDS[name].details for name in PARAMETERS)
+    # Equations of the paper.
     assert [label for label, _ in FIELDS["k_nl"].details] == ["Eq. 1"]
     assert [label for label, _ in FIELDS["m"].details] == ["Eq. 2", "Eq. 2"]
 
@@ -115,7 +116,9 @@ def test_a_step_is_checked_against_method_and_end_time() -> None:
 def test_invalid_run_settings_do_not_change_the_verdict() -> None:
     session = Session()
     session.set_text("t_end", "never")
-    assert session.stability().critical_mu[0].mu == pytest.approx(0.4394, abs=5e-5)
+    # Every μ at which stability changes: a single one here.
+    (critical,) = session.stability().critical_mu
+    assert critical.mu == pytest.approx(0.4394, abs=5e-5)
 
 
 def test_the_verdict_raises_the_error_of_its_input() -> None:
@@ -143,6 +146,7 @@ def test_reset_restores_the_loaded_scene_not_the_base_scene() -> None:
     ("value", "direction", "fine", "expected"),
     [
         (100.0, 1, False, 110.0),
+        # From a power of ten towards zero, the step has the size of steps below the power.
         (100.0, -1, False, 99.0),
         (99.0, 1, False, 100.0),
         (0.7, 1, False, 0.71),
@@ -157,7 +161,9 @@ def test_reset_restores_the_loaded_scene_not_the_base_scene() -> None:
 def test_a_step_is_one_unit_of_the_second_digit(
     value: float, direction: int, fine: bool, expected: float
 ) -> None:
-    assert digit_step(80.0)(value, direction, fine) == expected
+    # The default gives the size of a step from zero.
+    step = digit_step(default=80.0)
+    assert step(value, direction, fine) == expected
 
 
 @given(st.integers(10, 99), st.integers(-9, 9), st.sampled_from([1, -1]), st.booleans())
@@ -229,7 +235,7 @@ def test_the_command_line_names_the_preset_or_file_of_the_scene() -> None:
     assert Session(scene).command_line() == "fivtui simulate --set F=90"
 
 
-def test_separation_enabled_again_starts_from_the_base_scene() -> None:
+def test_with_separation_considered_again_the_command_names_no_preset() -> None:
     session = Session(PRESETS["linear"], "linear")
     session.set_text("separation", "considered")
     assert session.command_line() == "fivtui simulate --set k_nl=0"

@@ -198,12 +198,11 @@ def test_runs_without_results_are_deleted_first() -> None:
     runs.displayed = displayed
     stopped_runs = [runs.start(SHORT) for _ in range(MAX_RUNS - 3)]
     running = runs.start(SHORT)
+    # One run more than MAX_RUNS: the oldest without a result is deleted.
     assert list(runs) == [first, second, displayed, *stopped_runs[1:], running]
-    loaded_runs = [
-        runs.add_loaded(SHORT, displayed.result, "a.csv")
-        for _ in stopped_runs
-        if displayed.result is not None
-    ]
+    result = displayed.result
+    assert result is not None
+    loaded_runs = [runs.add_loaded(SHORT, result, "a.csv") for _ in stopped_runs]
     assert list(runs) == [second, displayed, running, *loaded_runs]
 
 
@@ -286,7 +285,7 @@ def test_every_figure_has_an_initial_scene() -> None:
 
 
 def state_of(session: Session) -> State:
-    return State(session.edit_state, session.recent, "transient", "nord")
+    return State(session.edit_state, session.recent, tab="transient", theme="nord")
 
 
 def test_a_stored_session_is_restored_unchanged(tmp_path: Path) -> None:

@@ -41,6 +41,7 @@ def test_the_program_ends_after_files_are_written() -> None:
             write_may_end.wait()
             events.append("whole")
 
+    # Before a file is written, this neither waits nor reports names.
     file_writes.wait(events.append)
     writing_thread = threading.Thread(target=write)
     writing_thread.start()

@@ -34,10 +34,12 @@ async def test_the_slider_is_drawn_at_the_time_of_the_cursor_is_animated_and_is_
     view = pane.query_one(BeltView)
     await until_shown(pilot, " s, off the belt, ×1")
     assert view.t == 0.5 * (start + end)
+    # The mark ○ is that of a separated slider, ▬ that of a sliding one.
     assert "○slider" in text_of(pilot)
     chart = pane.query_one("#belt-picture", ChartView).chart
     assert chart is not None
     slider = next(trace for trace in chart.traces if trace.name == "slider")
+    # The outline of the slider ends with the five points of its foot.
     assert slider.y[-5:].min() > 0.0
     # Keys step the time, not below the start.
     await pilot.press(".")
@@ -60,6 +62,7 @@ async def test_the_slider_is_drawn_at_the_time_of_the_cursor_is_animated_and_is_
     await until(pilot, lambda: not view.playing)
     assert view.t == run.result.t_end
 
+    # The film covers the visible times: all, so that it has no window.
     pane.query_one("#plot-y", ChartView).view.x = None
     calls: list[tuple[object, ...]] = []
     monkeypatch.setattr(

@@ -18,7 +18,7 @@ from fivtui.orbits import branch, branch_chart
 from fivtui.simulation import simulate
 from fivtui.studies import kind_of, load_study, restore_study, save_study, store_study
 from fivtui.tui.chart.cursor_moves import move_cursor, step_cursor
-from fivtui.tui.chart.picture import draw
+from fivtui.tui.chart.picture import MARGIN, draw
 from fivtui.tui.chart.widget.chart_view import ChartView
 from fivtui.tui.persistence.results import ResultStore
 from fivtui.tui.tabs.exports.export import DATA
@@ -34,6 +34,7 @@ BRANCH = branch(None, "mu", low=0.2, high=1.0)
 
 
 def test_stable_cycles_are_full_unstable_ones_dashed_and_events_marked() -> None:
+    # At the event "touch" the cycle reaches y = 0: beyond it the slider separates.
     chart = branch_chart(BRANCH, 0.7)
     traces = {trace.name: trace for trace in chart.traces}
     assert list(traces) == ["stable", "unstable", "Hopf", "touch", "fold"]
@@ -73,23 +74,27 @@ def test_a_cursor_crosses_at_the_nearest_point_and_each_key_moves_it_to_another(
             == draw(chart, view_with_stored_cursor, 90, 25).lines[1:]
         )
         picture_lines = draw(chart, view, 90, 25).text().splitlines()[:-1]
+        # The lines of the cursor fill its row and its column.
         (row,) = [line for line in picture_lines if "◆" in line]
         column = row.index("◆")
         assert all(line[column] != " " for line in picture_lines[1:])
-        assert " " not in row[8:]
+        assert " " not in row[MARGIN:]
         for step, coordinate, sign in (
             ((1, 0), 0, 1.0), ((-1, 0), 0, -1.0), ((0, 1), 1, 1.0), ((0, -1), 1, -1.0),
         ):  # fmt: skip
             move_cursor(chart, view, position)
+            # The step does not pan the plot.
             assert not step_cursor(chart, view, step, (columns, rows))
             assert sign * read_cursor()[coordinate] > sign * first_point[coordinate]
     # At the end of the branch there is no next point; the axes stay.
     for _ in range(3 * columns):
         assert not step_cursor(chart, view, (1, 0), (columns, rows))
-    assert read_cursor()[0] == pytest.approx(1.0)
+    cursor_x, _ = read_cursor()
+    assert cursor_x == pytest.approx(1.0)
     figure = charts_figure(VisibleCharts([(chart, view)]))
     line_x = [np.asarray(line.get_xdata()).tolist() for line in figure.axes[0].get_lines()]
-    assert [read_cursor()[0]] * 2 in line_x
+    vertical_line_x = [cursor_x, cursor_x]
+    assert vertical_line_x in line_x
 
 
 def test_a_run_from_an_orbit_stays_on_it() -> None:
@@ -114,7 +119,7 @@ def test_a_branch_is_stored_completely_and_a_damaged_file_is_refused(tmp_path: P
     path = tmp_path / "b.json"
     store_study("branch", BRANCH, path)
     assert restore_study("branch", path) == BRANCH
-    # The command's JSON lacks the set's value of the varied parameter.
+    # The command's JSON has no μ of the parameter set, because μ varies: the first point gives it.
     save_json(BRANCH.to_dict(), output_path(path, force=True))
     assert kind_of(path) == "branch"
     loaded = load_study("branch", path)

@@ -1,6 +1,5 @@
 """Exported figures show the visible content: their axes agree with the charts."""
 
-import json
 from collections.abc import AsyncIterator
 from dataclasses import replace
 from pathlib import Path
@@ -63,6 +62,7 @@ def check_panel(axes: Axes, chart: Chart, view: View) -> None:
             assert to_hex(line.get_color()).upper() == trace.colour.upper()
         line_x = np.asarray(line.get_xdata())
         inside = (trace.x >= x.low) & (trace.x <= x.high)
+        # Longer traces are reduced for drawing.
         if trace.x.size < 4000:
             assert set(trace.x[inside]) <= set(line_x)
     guide_labels = [text.get_text() for text in axes.texts]
@@ -200,8 +200,9 @@ def test_labels_of_neighbours_do_not_cover_each_other() -> None:
     guides = tuple(Guide(position, f"at {position:g}") for position in (5.0, 5.1, 9.0))
     chart = Chart("t (s)", "y (m)", (trace("a", T),), guides)
     (axes,) = panels_of(charts_figure(VisibleCharts([(chart, View())])))
-    first, second, third = (text.xyann[1] for text in axes.texts)  # type: ignore[attr-defined]
-    assert first == third > second
+    # Of two labels beside each other, the second is set lower.
+    first_height, second_height, third_height = (text.xyann[1] for text in axes.texts)  # type: ignore[attr-defined]
+    assert first_height == third_height > second_height
 
 
 def test_a_picture_to_scale_keeps_its_aspect() -> None:
@@ -216,10 +217,10 @@ def test_a_picture_to_scale_keeps_its_aspect() -> None:
 
 def test_a_heading_lists_shared_parameters(tmp_path: Path) -> None:
     chart = Chart("t (s)", "y (m)", (trace("a", T),))
+    # The sets differ in F, and μ is omitted, as if it varied along an axis.
     parameter_sets = [Parameters(), Parameters(F=70.0)]
-    figure = charts_figure(
-        VisibleCharts([(chart, View())]), Heading(parameter_sets, ("mu",), ignores_separation=True)
-    )
+    heading_content = Heading(parameter_sets, omitted=("mu",), ignores_separation=True)
+    figure = charts_figure(VisibleCharts([(chart, View())]), heading_content)
     heading = figure.get_suptitle()
     assert "100\N{NO-BREAK SPACE}N/m" in heading
     assert heading.endswith("separation ignored")
@@ -228,6 +229,7 @@ def test_a_heading_lists_shared_parameters(tmp_path: Path) -> None:
 
 
 def test_cursors_are_drawn_with_their_values() -> None:
+    # Pinned cursors do not follow the pointer.
     view = View(cursors=Cursors((2.5, 0.0), (5.0, 0.0), pinned=True))
     chart = Chart("t (s)", "y (m)", (trace("a", T), trace("b", 2.0 * T)), note="of a run")
     (axes,) = panels_of(charts_figure(VisibleCharts([(chart, view)])))
@@ -246,6 +248,8 @@ def test_cursors_are_drawn_with_their_values() -> None:
 
 def test_regions_of_a_map_keep_their_names_and_colours() -> None:
     axis_values = {"F": np.array([100.0, 110.0, 120.0]), "mu": np.linspace(0.1, 0.9, 9)}
+    # Where a limit cycle coexists with the equilibrium, between "safe" and "squeals", the value is
+    # the least displacement at rest, m, from which a release leads to the cycle.
     chart = map_chart(safety_map(None, axis_values, "coexistence"), None)
     figure = charts_figure(VisibleCharts([(chart, View())]))
     (mesh,) = [
@@ -286,7 +290,8 @@ def test_a_map_is_drawn_with_values_boundary_and_the_current_point() -> None:
     # Red where it is unstable, green where it is stable.
     colours: Any = mesh.cmap(mesh.norm(drawn_levels))
     red, green, _ = np.moveaxis(colours[..., :3], -1, 0)
-    assert np.all((red > green) == (result.values.T >= 0.0) | (red == green))
+    assert np.all(red != green)
+    assert np.all((red > green) == (result.values.T >= 0.0))
     assert (axes.get_xlim(), axes.get_ylim()) == ((0.2, 1.0), (20.0, 90.0))
     boundary, marker = named_lines(axes)
     assert boundary.get_linestyle() == "None"
@@ -309,8 +314,7 @@ def test_exported_data_are_the_visible_points(tmp_path: Path) -> None:
     np.testing.assert_array_equal(columns["x"], T[inside])
     np.testing.assert_array_equal(columns["y"], 2.0 * T[inside])
     assert set(columns["trace"]) == {2.0}
-    panels = json.loads(json.dumps(header["panels"]))
-    assert panels == [{"x": "t (s)", "y": "y (m)", "traces": {"2": "b", "3": "c"}}]
+    assert header["panels"] == [{"x": "t (s)", "y": "y (m)", "traces": {"2": "b", "3": "c"}}]
     save_charts(VisibleCharts([(chart, view)]), tmp_path / "a.parquet")
     meanings = {
         field.name: field.metadata[b"meaning"].decode()
@@ -426,6 +430,7 @@ async def test_every_view_of_a_transient_is_exported_as_displayed(
     np.testing.assert_array_equal(
         columns["difference"]["y"][in_second_panel], difference.traces[0].y
     )
+    # The reset of the view does not show the first spectrum again.
     assert set(columns["spectrum"]["trace"]) == {2.0}
 
     app_of(pilot).session.runs.baseline = None

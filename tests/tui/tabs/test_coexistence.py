@@ -49,6 +49,7 @@ SMALL, LARGE = cycle(1.5), cycle(7.25)
 
 
 @pytest.mark.parametrize(
+    # `reached` has an index of `attractors` for each start, the static one first.
     ("attractors", "reached", "stable", "phrase"),
     [
         ((REST,), (0,) * 11, True, "no limit cycle found from 11 starts"),
@@ -115,6 +116,7 @@ class Searches:
         answer = self.answers[p.F]
         if isinstance(answer, Exception):
             raise answer
+        # As the search does: report the attractors before the escape offset is known.
         options["on_found"](replace(answer, escape=None))
         return answer
 
@@ -157,9 +159,9 @@ async def test_a_stable_verdict_names_the_cycle_once_it_is_found(
     await edit_preload(pilot, "120")
     assert f"STABLE, {SEARCHING_TEXT}" in read_headline(pilot)
     await until(pilot, lambda: searches.started == [P])
-    searches.answers[120.0] = Coexistence(
-        System(P), (REST, LARGE), (0, 1), True, EscapeOffset(0.25, None)
-    )
+    # A release 0.25 m above the equilibrium leads to the cycle; no tested one below it does.
+    escape = EscapeOffset(up=0.25, down=None)
+    searches.answers[120.0] = Coexistence(System(P), (REST, LARGE), (0, 1), True, escape)
     await until_shown(pilot, "STABLE, but a limit cycle coexists: ±")
     await until_shown(pilot, "±7.250 m (after a knock)")
     await until(pilot, lambda: current_search(pilot).searched)
@@ -256,6 +258,7 @@ async def test_the_verdict_gives_the_friction_from_which_a_cycle_coexists(
         assert "safe below 0.2779" in text_of(pilot)
         await pilot.press("alt+1")
         pilot.app.screen.query_one("#view-facts").press()  # type: ignore[attr-defined]
+        # Motions from all these starts decay: 128 at each μ.
         await until_shown(pilot, "all 2048 starts at 16 values of μ")
         # The search for the first scene may have started before the edit.
         assert safe_searches.count(P) == 1

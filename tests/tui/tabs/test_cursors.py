@@ -62,6 +62,7 @@ async def test_two_cursors_are_on_all_plots_with_differences_and_units(
     assert cursors.second is not None
     assert cursors.second[0] < 75.0
     chart_of(pilot, "plot-P").focus()
+    # c makes the first cursor the active one, which keys move.
     await pilot.press("c", "right")
     await until(pilot, lambda: cursors.first is not None and cursors.first[0] > 50.0)
     # The phase portraits mark the same times along their curves.
@@ -89,6 +90,7 @@ async def test_two_cursors_are_on_all_plots_with_differences_and_units(
     # Keys switch the cursors off one by one, or both.
     await pilot.click("#view-time")
     chart_of(pilot, "plot-y").focus()
+    # c removes the first cursor if it is active.
     await pilot.press("c")
     assert cursors.first is None
     assert cursors.second is not None
@@ -117,7 +119,10 @@ async def test_cursor_values_are_never_cut(size: tuple[int, int]) -> None:
                     float(difference.removeprefix("Δ")), rel=1e-2, abs=1e-3
                 )
                 assert shown_unit == unit
-            if size[1] > SIZE[1]:
+            # The smallest terminal has no room for the note on chosen limits.
+            _, height = size
+            _, least_height = SIZE
+            if height > least_height:
                 assert ("zoom t, y" if name == "plot-y" else "zoom t") in chart_text
         assert " Hz" in flat_text_of(pilot)
 
@@ -160,7 +165,7 @@ async def test_chosen_limits_persist_are_marked_and_name_a_new_run_outside_of_th
     await until_shown(pilot, "run 2 partly outside, r: fit")
     assert "zoom" not in "".join(chart_lines(pilot, "plot-x"))
     # The state stores the run since which the limits hold.
-    state = session_state(app_of(pilot).session, "")
+    state = session_state(app_of(pilot).session, theme="")
     assert state.views["plot-y"].newest_run_when_zoomed == 1
     # Limits chosen while the run is visible give no notice, unless all of it is outside.
     chart_view.focus()

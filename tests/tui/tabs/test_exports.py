@@ -79,6 +79,7 @@ async def check_refusal(pilot: Pilot[None], key: str, message: str) -> None:
 
 async def copy_command(pilot: Pilot[None]) -> list[str]:
     pilot.app.copy_to_clipboard("")
+    # `when_ready`: as soon as the pane of the tab exists.
     lab_of(pilot).tab_book.when_ready(lab_of(pilot).files.copy_command)
     await until(pilot, lambda: bool(pilot.app.clipboard))
     command = shlex.split(pilot.app.clipboard)
@@ -103,6 +104,7 @@ async def test_stability_is_exported_and_its_command_gives_the_same_file(
     exported = await export_file(pilot, "f7", "a.csv", "Export the data of the stability")
     arguments = await copy_command(pilot)
     assert arguments == ["stability", "--set", "F=60"]
+    # Without the search for safe friction, which is cancelled in this laboratory, too.
     run_command(arguments, "--no-search", "--out", "b.csv")
     assert exported.read_bytes() == Path("b.csv").read_bytes()
     data = json.loads((await export_file(pilot, "f7", "a.json", "Export the data of")).read_text())
@@ -117,6 +119,7 @@ async def test_stability_is_exported_and_its_command_gives_the_same_file(
     await until_shown(pilot, "Export the figure of the stability")
     pilot.app.screen.query_one("#path", Input).value = "link.png"
     await pilot.pause()
+    # A second Enter does not confirm it.
     for _ in range(2):
         await pilot.press("enter")
         await until_shown(pilot, "the same file as the scene opened")
@@ -148,6 +151,7 @@ async def test_a_sweep_is_exported_and_its_command_gives_the_same_file(pilot: Pi
 
 async def test_a_map_is_exported_and_its_command_gives_the_same_file(pilot: Pilot[None]) -> None:
     await show_tab(pilot, "alt+4")
+    # By default 121 values of μ times 93 of F.
     await until_shown(pilot, "11253 points")
     range_input = pilot.app.screen.query_one("#over", Input)
     range_input.value = "c1=0.1:1.5:7 k_nl=1:500:5:log"
@@ -179,6 +183,7 @@ async def test_a_map_is_exported_and_its_command_gives_the_same_file(pilot: Pilo
 async def test_a_trade_off_is_exported_and_its_command_measures_the_same_scene(
     pilot: Pilot[None], monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    # Measure errors and times of the methods for 0.2 s of CPU time in place of 7 s.
     monkeypatch.setattr(tradeoff, "QUICK_S", 0.2)
     await show_tab(pilot, "alt+5")
     await check_refusal(pilot, "f7", "no trade-off to export yet: press F10")
@@ -256,6 +261,7 @@ def test_command_lines_name_the_preset_and_the_options_that_differ_from_it() -> 
         "separation-ignored",
     ]
     assert split_command(study_command("run", BASE, origin)) == ["simulate"]
+    # The command of a trade-off has no method, because it measures all of them.
     changed = dataclasses.replace(ignored.with_values({"F": 90.0}), t_end=7.0, method="rk4")
     assert split_command(study_command("trade-off", changed, origin)) == [
         *("tradeoff", "separation-ignored", "--set", "F=90", "--t-end=7")
@@ -322,6 +328,7 @@ def test_a_doubled_branch_without_a_known_start_has_no_command_line() -> None:
         ),
     ],
 )
+# In each of the cases separation is considered or ignored.
 @pytest.mark.parametrize("cases", [(True,), (False,), (True, False)])
 def test_the_command_line_of_a_sweep_reads_back_as_the_sweep(
     texts: list[str],
@@ -335,6 +342,7 @@ def test_the_command_line_of_a_sweep_reads_back_as_the_sweep(
     scene = dataclasses.replace(BASE.with_values({"k1": 90.0}), t_end=5.0, tol=1e-8)
     study = scene_study(scene, design, cases=cases, outputs=("stable",))
     built_studies: list[Any] = []
+    # The replacement returns no sweep, so that commands end in an AttributeError.
     store_study = lambda study, *_, **__: built_studies.append(study)  # noqa: E731
     monkeypatch.setattr("fivtui.sweeps.sweep_in_memory", store_study)
     for name in ("", "separation-ignored", "coexistence"):
@@ -348,7 +356,7 @@ def test_the_command_line_of_a_sweep_reads_back_as_the_sweep(
 
 
 @pytest.mark.parametrize("accuracy", [(), (("peak", 1e-4), ("final", 1e-3)), (("peak", 1e-2),)])
-def test_command_lines_with_an_accuracy_omit_derived_options(
+def test_command_lines_with_error_targets_omit_the_tolerance_that_follows_from_them(
     accuracy: tuple[tuple[str, float], ...],
     monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],

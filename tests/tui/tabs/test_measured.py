@@ -56,6 +56,7 @@ async def test_measured_data_lie_over_the_run_and_pass_or_fail(
     await enter_texts("correlation 1.000", signal="y_mm", scale="1e-3", shift="auto")
     await enter_texts("FAIL", band="0.01%")
     await enter_texts("PASS: share within the band 100.000%", offset="-1e-3")
+    # The screen shows the verdict, too.
     await until_shown(pilot, "PASS: share within the band 100.000%")
     assert pane.stored_setting("measured-file", "") == "rig.csv"
     time_chart, spectrum_chart = (chart.chart for chart in view.query(ChartView))

@@ -72,6 +72,7 @@ def test_charts_over_time_have_the_quantity_of_their_label(motions: list[Plotted
         chart = time_chart(quantity, motions, strip=True, x_axis=True)
         assert (chart.x_label, chart.y_label) == ("t (s)", label)
         assert chart.x_range == (0.0, 3.0)
+        # The first run is drawn last, on top.
         assert [trace.name for trace in chart.traces] == ["run 2", "run 1"]
         assert [trace.mark for trace in chart.traces] == ["●", "■"]
         for trace, case in zip(chart.traces, (False, True), strict=True):
@@ -190,6 +191,7 @@ def test_eigenvalues_lie_in_the_plane_with_growth_to_the_right() -> None:
     path, current = chart.traces
     assert (path.name, current.name) == ("μ 0 to 1.5", "now")
     expected = paper_model.eigenvalues()
+    # Sort by frequency, the real part here: growth rates of a conjugate pair are equal.
     np.testing.assert_allclose(
         np.sort_complex((current.y + 1j * current.x).round(7)),
         np.sort_complex((expected.imag + 1j * expected.real).round(7)),
@@ -209,19 +211,23 @@ def test_eigenvalues_lie_in_the_plane_with_growth_to_the_right() -> None:
 
 
 def test_a_sweep_chart_names_every_output_and_case() -> None:
-    result = invented_sweep({"F": (80.0, 20.0, 50.0)}, ("x_abs", "y_half_range", "y_abs"))
+    outputs = ("x_abs", "y_half_range", "y_abs")
+    result = invented_sweep({"F": (80.0, 20.0, 50.0)}, outputs)
     chart = sweep_chart(result, 33.0)
     assert chart.x_label == "F (N)"
     assert chart.y_label.endswith("(m)")
+    # The outputs about y in two cases; x_abs is not drawn.
     assert len({trace.mark for trace in chart.traces}) == len(chart.traces) == 4
     for index, trace in enumerate(chart.traces):
         quantity, case = trace.name.split(", separation ")
-        output = 2 if quantity == "peak" else 1
+        output = outputs.index("y_abs" if quantity == "peak" else "y_half_range")
         assert trace.x.tolist() == [20.0, 50.0, 80.0]
+        # `output_value`: the invented values, different functions of F for each output and case.
         np.testing.assert_allclose(trace.y, output_value(output, case == "considered", trace.x))
-        assert point_separation(result.study, NearestPoint(index, 1.0, 1.0), False) == (
-            case == "considered"
-        )
+        # The curve decides about separation, not the edited scene.
+        point = NearestPoint(trace=index, x=1.0, y=1.0)
+        is_considered = point_separation(result.study, point, edited_separation=False)
+        assert is_considered == (case == "considered")
     (guide,) = chart.guides
     assert (guide.value, guide.label, guide.vertical) == (33.0, "33", True)
     force_chart = sweep_chart(invented_sweep({"mu": (0.1, 0.2)}, ("P_max",)))
@@ -287,7 +293,8 @@ def test_a_map_shows_values_boundary_and_point_at_their_coordinates() -> None:
     heading = draw(chart, View(cursors=Cursors((1.0, 60.0))), 90, 30).text().splitlines()[0]
     rate = paper_model.growth_rate(mu=1.0, F=60.0)
     assert heading.split() == ["μ", "1", "F", "60", "N", "growth", "rate", f"{rate:.5g}", "1/s"]
-    texts = point_texts(result, NearestPoint(-1, 0.65, 85.0))
+    # -1 is the backdrop, which is no trace.
+    texts = point_texts(result, NearestPoint(trace=-1, x=0.65, y=85.0))
     assert (texts["mu"], texts["F"], texts["k1"]) == ("0.65", "85", "100")
     modes = map_chart(stability_map(Parameters(), {"mu": mu, "F": force}, "unstable-modes"), None)
     assert modes.note == "unstable modes"
@@ -306,24 +313,32 @@ def test_a_map_shows_values_boundary_and_point_at_their_coordinates() -> None:
 def test_a_trade_off_has_errors_over_seconds_and_rows_in_milliseconds() -> None:
     rows = [
         MeasuredSetting(
-            Setting("taylor", "", "tol", 1e-6), 0.02, 17, Deviation(1e-6, 2e-7, 3e-8, 4e-5, 2)
-        ),
-        MeasuredSetting(
-            Setting("rk4", "", "tol", 1e-6), 0.3, 17, Deviation(5e-4, 6e-5, 7e-6, 8e-3, 2)
-        ),
+            Setting(method, kernel="", knob="tol", value=1e-6), cpu_s=cpu_s, steps=17, error=error
+        )
+        for method, cpu_s, error in (
+            (
+                "taylor",
+                0.02,
+                Deviation(final=1e-6, peak=2e-7, half_range=3e-8, events=4e-5, separations=2),
+            ),
+            (
+                "rk4",
+                0.3,
+                Deviation(final=5e-4, peak=6e-5, half_range=7e-6, events=8e-3, separations=2),
+            ),
+        )
     ]
-    floor = Deviation(1e-13, 2e-14, 3e-15, 4e-12, 0)
+    floor = Deviation(final=1e-13, peak=2e-14, half_range=3e-15, events=4e-12, separations=0)
     result = Tradeoff(PRESETS["base"], None, floor, rows, [])
     for name, label in (
         ("final", "error of final state"),
         ("peak", "error of peak"),
-        ("half_range", "error of half range"),
+        ("half_range", "error of half peak-to-peak, 2nd half"),
         ("events", "error of events (s)"),
     ):
         chart = tradeoff_chart(result, name, rows[0])
         assert chart.x_label == "CPU time (s)"
-        if name != "half_range":
-            assert chart.y_label == label
+        assert chart.y_label == label
         assert [trace.name for trace in chart.traces] == ["taylor", "rk4", "now"]
         for trace, source in zip(chart.traces, (*rows, rows[0]), strict=True):
             assert trace.x.tolist() == [source.cpu_s]

@@ -48,7 +48,9 @@ def test_a_map_of_coexistence_has_three_kinds_of_shades(regions: StabilityMap) -
     assert "escapes from 0" in heading
 
 
-def test_the_escape_offset_is_zero_where_the_slider_squeals(regions: StabilityMap) -> None:
+def test_the_least_displacement_that_leads_to_squeal_is_zero_where_the_slider_squeals(
+    regions: StabilityMap,
+) -> None:
     offsets = shown_offsets(regions)
     assert np.isnan(offsets[regions.regions == 0.0]).all()
     assert np.all(offsets[regions.regions == 2.0] == 0.0)
@@ -72,7 +74,7 @@ def nearly_constant_map() -> StabilityMap:
 
 
 def test_negligible_differences_have_one_shade(nearly_constant_map: StabilityMap) -> None:
-    # The relative difference of the folds is 2e-4.
+    # Safe μ is that of the fold, at which limit cycles appear; it differs by 2e-4 of its value.
     assert 0.0 < np.ptp(nearly_constant_map.safe_mu) < 1e-3 * nearly_constant_map.safe_mu.max()
     chart = map_chart(nearly_constant_map, None)
     assert chart.note == "safe μ"
@@ -87,14 +89,15 @@ def test_negligible_differences_have_one_shade(nearly_constant_map: StabilityMap
     plateau = np.array([[0.2778, 0.27785, 0.2779, 0.4], [0.2778, 0.9, 0.9001, np.nan]])
     levels, shades = grade_values(plateau)
     assert len({*levels[0, :3].tolist(), levels[1, 0]}) == 1
-    assert levels[0, 0] < levels[0, 3] < levels[1, 1] == levels[1, 2]
-    assert shades[levels[1, 3]] == NO_VALUE
+    (plateau_level, _, _, middle_level), (_, *high_levels, missing_level) = levels.tolist()
+    assert plateau_level < middle_level < min(high_levels) == max(high_levels)
+    assert shades[missing_level] == NO_VALUE
     ramp, _ = grade_values(np.linspace(0.1, 1.0, 60))
     assert np.bincount(ramp).tolist() == [10] * 6
-    # The escaping offsets are accurate to 2 %.
-    knock, _ = region_levels(np.ones((1, 3)), np.array([[1.0, 1.03, 3.0]]))
-    assert knock.tolist() == [[knock[0, 0], knock[0, 0], 1]]
-    assert knock[0, 0] > 1
+    # Displacements that lead to squeal, m, share a level if they differ by less than 4 %, twice
+    # their accuracy. The greatest have level 1, smaller ones higher levels.
+    ((low, nearly_low, high),), _ = region_levels(np.ones((1, 3)), np.array([[1.0, 1.03, 3.0]]))
+    assert low == nearly_low > high == 1
 
 
 def test_a_map_distinguishes_missing_from_unknown_safe_friction(
@@ -102,6 +105,7 @@ def test_a_map_distinguishes_missing_from_unknown_safe_friction(
 ) -> None:
     safe_mu = nearly_constant_map.safe_mu.copy()
     critical_mu = nearly_constant_map.critical_mu.copy()
+    # Without safe μ and critical μ there is none; without safe μ alone it is not known.
     safe_mu[0], critical_mu[0, 0] = np.nan, np.nan
     quantities = {"safe_mu": safe_mu, "critical_mu": critical_mu}
     partial_map = replace(nearly_constant_map, quantities=quantities, searched=())
@@ -112,8 +116,9 @@ def test_a_map_distinguishes_missing_from_unknown_safe_friction(
         assert f"safe μ {reading}" in draw(map_chart(partial_map, None), view, 80, 24).text()
     (legend,) = partial_map.figure().legends
     assert {"none", "not known"} <= {text.get_text() for text in legend.get_texts()}
-    # Without critical μ, a search that contradicts the result also makes it unknown.
-    contradicted = replace(partial_map, searched=(SearchedPoint((0, 0), 0.2),))
+    # Without critical μ, a search that confirms only a limited μ also makes it unknown.
+    limiting_search = SearchedPoint(indices=(0, 0), confirmed_to=0.2)
+    contradicted = replace(partial_map, searched=(limiting_search,))
     assert contradicted.unknown.tolist() == [[True, True], [False, False]]
     with_critical_mu = replace(
         partial_map, quantities=quantities | {"critical_mu": nearly_constant_map.critical_mu}
@@ -125,6 +130,7 @@ def test_a_map_distinguishes_missing_from_unknown_safe_friction(
         with_critical_mu, value="coexistence", quantities={**with_critical_mu.quantities, **region}
     )
     assert "not known" in scale_of(regions)
+    # `excess`, the distance from the stability boundary, is NaN without an equilibrium.
     no_values = np.full((2, 2), np.nan)
     without_equilibrium = replace(
         regions, excess=no_values, quantities={**regions.quantities, "region": no_values}
@@ -144,11 +150,12 @@ async def test_the_map_tab_offers_safe_friction_and_refuses_it_over_friction(
     pilot: Pilot[None],
 ) -> None:
     await pilot.press("alt+4")
+    # By default 121 values of μ times 93 of F.
     await until_shown(pilot, "11253 points")
     range_input = pilot.app.screen.query_one("#over", Input)
     default_ranges = range_input.value
     assert "μ=" in default_ranges
-    # Proposed ranges are those of an existing map; each kind of values keeps its own.
+    # The ranges proposed first can be mapped. Values that do not depend on μ have separate ranges.
     await pilot.click("#value-safe-mu")
     assert map_request(range_input.value, "safe-mu")
     range_input.value = "F=60:120:4 mu=0.1:0.2:2"

@@ -56,7 +56,7 @@ def test_a_sweep_agrees_with_single_runs() -> None:
         return True
 
     parts = list(sweep_parts(study, store_fraction))
-    # The rows arrive in parts, so that the chart fills while the sweep runs.
+    # The rows arrive in parts, here of 16, so that the chart fills while the sweep runs.
     assert len(parts) == 3
     assert fractions == sorted(fractions)
     result = partial_sweep(study, parts)
@@ -77,10 +77,12 @@ def test_a_sweep_agrees_with_single_runs() -> None:
     assert all(mark in picture for mark in "●◆◇")
     view = View(cursors=Cursors((60.2, 0.0)))
     points = points_at(chart, view, view.cursors.first)
-    assert point_separation(study, points[0], False)
-    assert point_scene(study, points[0], True).parameters == Parameters(F=60.0)
-    assert not point_separation(study, points[3], True)
-    texts = point_texts(point_scene(study, points[3], False))
+    # The curve decides about separation, not the edited scene.
+    peak_considered, *_, half_range_ignored = points
+    assert point_separation(study, peak_considered, edited_separation=False)
+    assert point_scene(study, peak_considered, True).parameters == Parameters(F=60.0)
+    assert not point_separation(study, half_range_ignored, edited_separation=True)
+    texts = point_texts(point_scene(study, half_range_ignored, False))
     assert (texts["F"], texts["separation"], texts["t_end"]) == ("60", "ignored", "100")
 
 
@@ -101,6 +103,7 @@ def test_a_sweep_over_two_parameters_shades_the_computed_points() -> None:
         (point,) = points_at(chart, View(), (41.0, 0.79))
         assert point_separation(study, point, case) is case
         assert point_scene(study, point, case).parameters == Parameters(F=40.0, mu=0.8)
+    # Rows alternate between the cases: four of seven consider separation.
     first_rows = compute_rows(study, 0, 7)
     shades = grid_chart(partial_sweep(study, [first_rows]), True, None).backdrop
     assert shades is not None
@@ -226,12 +229,14 @@ async def test_a_sweep_can_be_started_and_stopped_and_its_points_opened(
 
 async def test_a_map_follows_the_form_and_its_points_can_be_opened(pilot: Pilot[None]) -> None:
     await pilot.press("alt+4")
+    # By default 121 values of μ times 93 of F.
     await until_shown(pilot, "11253 points")
     assert "░" in text_of(pilot)
     session = app_of(pilot).session
     chart_view = chart_of(pilot, "map-chart")
     old_chart = chart_view.chart
     session.set_text("c1", "0.8")
+    # Show the previous tab and this one again, which then follows the edit.
     await pilot.press("shift+f2", "f2")
     await until(pilot, lambda: chart_view.chart is not old_chart and chart_view.chart is not None)
     chart_view.focus()
@@ -242,7 +247,7 @@ async def test_a_map_follows_the_form_and_its_points_can_be_opened(pilot: Pilot[
     await pilot.press("r")
     await until(pilot, lambda: chart_view.chart.backdrop.x[0] == 0.0)  # type: ignore[union-attr]
     await pilot.press("v")
-    # A map of μ_c has its own ranges, as μ_c does not depend on μ.
+    # A map of μ_c, which does not depend on μ, has ranges of F and k_nl: 93 times 61 values.
     await until_shown(pilot, "5673 points")
     assert chart_view.chart is not None
     assert chart_view.chart.y_label.startswith("k_nl")

@@ -122,6 +122,7 @@ async def test_the_transient_has_views_and_every_plot_its_keys(
     await pilot.hover("#plot-y", offset=(30, 3))
     await pilot.mouse_up("#plot-y", offset=(30, 3))
     await until(pilot, lambda: chart_view.view.x is not None and chart_view.view.x.low < 10.0)
+    # The rightmost control in the heading of the chart fits the axes to the data.
     await pilot.click("#plot-y", offset=(chart_view.size.width - 1, 0))
     await until(pilot, lambda: chart_view.view.x is None)
 
@@ -148,6 +149,7 @@ async def test_a_run_grows_in_the_plot_until_it_is_stopped(
 @pytest.fixture(scope="module")
 def measured() -> Tradeoff:
     with pytest.MonkeyPatch.context() as patch:
+        # Measure errors and times of the methods for 0.3 s of CPU time in place of 7 s.
         patch.setattr(tradeoff, "QUICK_S", 0.3)
         return measure_tradeoff(dataclasses.replace(BASE, t_end=10.0))
 
