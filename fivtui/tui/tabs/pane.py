@@ -58,10 +58,10 @@ class Pane(Vertical):
         self.focus_within(self, bar_first=bar_first)
 
     def focus_within(self, container: Widget, *, bar_first: bool = False) -> None:
-        """As `focus_content`, in `container`; a text input is last: it would take letter keys."""
+        """As `focus_content`, in `container`; without `bar_first`, inputs come last."""
 
         def rank(widget: Widget) -> int:
-            # 0 for a plot or list, 1 for a button, 2 for a text input.
+            # 0 for a plot or list, 1 for a button, 2 for an input; `bar_first` reverses the order.
             return 2 if isinstance(widget, Input) else int(isinstance(widget, Button))
 
         focusable = [widget for widget in (container, *container.query("*")) if widget.focusable]
