@@ -74,6 +74,7 @@ _SIGNATURES: Final[dict[str, tuple[Any, list[Any]]]] = {
         None,
         [_pointer, _pointer, _int, _pointer, _pointer, _int, _float, _float, _int],
     ),
+    "vary_sample": (None, [_pointer, _pointer, _int, _pointer]),
     "vary_advance": (_int, [_pointer, _pointer, _int, _int, _pointer, _pointer, _pointer]),
     "orbit_solve": (_int, [*([_pointer] * 5), _int, _pointer]),
     "static_starts": (None, [_pointer, _pointer, _pointer, _int]),
@@ -166,11 +167,12 @@ class Kernel:
         t_end: float,
         tol: float,
         order: int,
+        times: Floats,
     ) -> VariedRun:
         """Begin a run with its derivatives; the motion has the same bits as that of `begin_run`.
 
         `seeds`, shape (k, 13), are the derivatives of (x, ẋ, y, ẏ) at the start and of the
-        parameters by k numbers, at most `MAX_SEEDS`.
+        parameters by k numbers, at most `MAX_SEEDS`. `times` are ascending sample times, s.
         """
         if not 0 < len(seeds) <= MAX_SEEDS:
             raise ValueError(f"{len(seeds)} seeds: must be 1 to {MAX_SEEDS}")
@@ -186,7 +188,11 @@ class Kernel:
             tol,
             order,
         )
-        return VariedRun(self._functions["vary_advance"], memory, len(seed_rows))
+        run = VariedRun(self._functions["vary_advance"], memory, len(seed_rows), times)
+        if times.size:
+            sampling = times.ctypes.data, times.size, run.samples.ctypes.data
+            self._functions["vary_sample"](memory.ctypes.data, *sampling)
+        return run
 
     def orbit_search(self, **arguments: Any) -> OrbitSearch:
         """A search for periodic orbits: see `OrbitSearch`."""

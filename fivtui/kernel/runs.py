@@ -230,9 +230,15 @@ class VariedRun:
     # A row for each switch of the last call: time, x, ẋ, y, ẏ, mode after it, and the derivatives
     # of (x, ẋ, y, ẏ).
     crossings: Floats
+    # (x, ẋ, y, ẏ) at the sample times, and their derivatives by the numbers, shape (n, 1 + k, 4).
+    # NaN at times that the run has not reached.
+    samples: Floats
 
-    def __init__(self, function: Any, memory: Floats, count: int) -> None:
+    def __init__(self, function: Any, memory: Floats, count: int, times: Floats) -> None:
         self._function, self._memory = function, memory
+        # The kernel reads the times during the run.
+        self._times = times
+        self.samples = np.full((times.size, 1 + count, 4), np.nan)
         self._result = np.empty(_CALL_COLUMNS)
         self._crossings = np.empty((_CROSSINGS, CROSSING_HEAD + 4 * count))
         self.derivatives = np.empty((count, 4))

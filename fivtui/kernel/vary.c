@@ -6,6 +6,7 @@
 #include "run.h"
 
 #include "deviations.h"
+#include "output.h"
 #include "vary.h"
 
 /* For each member of `Extremes`: the quantity, and the sign 1 for a maximum or −1 for a minimum. */
@@ -25,6 +26,11 @@ typedef struct {
     Deviation deviations[MAX_VECTORS];
     double extreme_times[sizeof(Extremes) / sizeof(V)];
     Eight extreme_derivatives[sizeof(Extremes) / sizeof(V)][MAX_VECTORS];
+    /* Ascending sample times, their number, rows to be written, and number of rows so far. */
+    const double *sample_times;
+    int64_t sample_count;
+    double *samples;
+    int64_t sampled;
 } VariedRun;
 
 /* Time in [first_time, h] at which `sign` times a polynomial is greatest. */
@@ -78,8 +84,38 @@ INLINE Eight deviation_of(const Deviation *d, int quantity)
     return quantity == OF_Y ? d->y : d->vx;
 }
 
-/* Integrate the deviations over the step, and store them at the times of the `changed` extremes.
-   Returns RUNNING on success. */
+/* Write a row (δx, δẋ, δy, δẏ) for each deviation. */
+static void write_deviations(const VariedRun *v, const Deviation *deviations, double *rows)
+{
+    for (int64_t i = 0; i < v->count; i++) {
+        const Deviation *d = deviations + i / VECTOR_SIZE;
+        const int64_t item = i % VECTOR_SIZE;
+        double *row = rows + i * STATE;
+        row[S_X] = d->x[item], row[S_VX] = d->vx[item];
+        row[S_Y] = d->y[item], row[S_VY] = d->vy[item];
+    }
+}
+
+/* Write the samples of a substep: state and deviations at sample times up to `end`, a time since
+   the start of the step. The deviations are expanded at `start`. */
+static void write_samples(VariedRun *v, const Series *series, double start, double end)
+{
+    const Block *w = &v->run.w;
+    for (; v->sampled < v->sample_count; v->sampled++) {
+        double t = v->sample_times[v->sampled], elapsed = (t - w->t) - w->remainder;
+        if (elapsed > end)
+            return;
+        double *row = v->samples + v->sampled * STATE * (1 + v->count);
+        store_sample(w, (int)v->run.order / GROUP_SIZE, t, row, 1);
+        Deviation deviations[MAX_VECTORS];
+        for (int i = 0; i < v->vectors; i++)
+            deviations[i] = deviation_at(series + i, elapsed - start);
+        write_deviations(v, deviations, row + STATE);
+    }
+}
+
+/* Integrate the deviations over the step, and store them at the times of the `changed` extremes
+   and at sample times. Returns RUNNING on success. */
 static int advance_deviations(VariedRun *v, unsigned changed, const double *times)
 {
     const Block *w = &v->run.w;
@@ -112,6 +148,7 @@ static int advance_deviations(VariedRun *v, unsigned changed, const double *time
                 v->extreme_derivatives[i][j] = deviation_of(&value, QUANTITY[i]);
             }
         }
+        write_samples(v, series, covered, covered + substep);
         for (int i = 0; i < vectors; i++)
             v->deviations[i] = deviation_at(series + i, substep);
         covered += substep;
@@ -138,18 +175,6 @@ static int finish_varied_step(VariedRun *v, const StepEnd *step_end, int cut)
     return status;
 }
 
-/* Write a row (δx, δẋ, δy, δẏ) for each deviation. */
-static void write_deviations(const VariedRun *v, double *rows)
-{
-    for (int64_t i = 0; i < v->count; i++) {
-        const Deviation *d = v->deviations + i / VECTOR_SIZE;
-        const int64_t item = i % VECTOR_SIZE;
-        double *row = rows + i * STATE;
-        row[S_X] = d->x[item], row[S_VX] = d->vx[item];
-        row[S_Y] = d->y[item], row[S_VY] = d->vy[item];
-    }
-}
-
 /* Bytes of a run with derivatives. */
 EXPORT int64_t LIBRARY_NAME(vary_size)(void) { return sizeof(VariedRun); }
 
@@ -173,6 +198,13 @@ EXPORT void LIBRARY_NAME(vary_begin)(void *memory, const double *parameters, int
             set_field_change(v->changes[mode] + vector, (int)item, parameters, parameter_seed,
                              mode);
     }
+}
+
+EXPORT void LIBRARY_NAME(vary_sample)(void *memory, const double *times, int64_t count,
+                                      double *samples)
+{
+    VariedRun *v = memory;
+    v->sample_times = times, v->sample_count = count, v->samples = samples;
 }
 
 EXPORT int64_t LIBRARY_NAME(vary_advance)(void *memory, double *crossings, int64_t max_crossings,
@@ -201,14 +233,14 @@ EXPORT int64_t LIBRARY_NAME(vary_advance)(void *memory, double *crossings, int64
             double *row = crossings + crossing_count++ * columns;
             row[C_T] = w->last_switch, row[C_X] = w->xs[0], row[C_VX] = w->xs[1];
             row[C_Y] = w->ys[0], row[C_VY] = w->ys[1], row[C_MODE] = mode_in_lane(w, 0);
-            write_deviations(v, row + CROSSING_HEAD);
+            write_deviations(v, v->deviations, row + CROSSING_HEAD);
         }
     }
     write_result(w, 0, status, result);
     Pair rate = accelerations(&w->field, w->xs[0], w->xs[1], w->ys[0], w->ys[1]);
     result[R_CROSSINGS] = (double)crossing_count;
     result[R_AX] = PAIR_X(rate), result[R_AY] = PAIR_Y(rate);
-    write_deviations(v, deviations);
+    write_deviations(v, v->deviations, deviations);
     for (int i = 0; i < EXTREMES; i++) {
         double *row = extremes + i * (1 + v->count);
         row[0] = v->extreme_times[i];

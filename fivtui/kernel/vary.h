@@ -19,6 +19,11 @@ EXPORT void LIBRARY_NAME(vary_begin)(void *memory, const double *parameters, int
                                      const double *start, const double *seeds, int64_t count,
                                      double t_end, double tol, int64_t order);
 
+/* Sample the run at `count` ascending times before its first step. A row of `samples` has (x, ẋ, y,
+   ẏ) and their derivatives by each seed; rows of times after the last step are not written. */
+EXPORT void LIBRARY_NAME(vary_sample)(void *memory, const double *times, int64_t count,
+                                      double *samples);
+
 /* Continue until the run has ended, `crossings` is full or after `budget` steps.
 
    A crossing is a row of CROSSING_HEAD columns and the deviations there. `result` receives

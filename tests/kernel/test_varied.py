@@ -29,9 +29,17 @@ from .test_same_bits import (
     suitable_tolerance,
 )
 
+NO_TIMES = np.empty(0)
+
 
 def varied_runs(
-    kernel: Kernel, inputs: Members, t_end: float, order: int, count: int, budget: int = 5000
+    kernel: Kernel,
+    inputs: Members,
+    t_end: float,
+    order: int,
+    count: int,
+    budget: int = 5000,
+    times: np.ndarray = NO_TIMES,
 ) -> list[VariedRun]:
     """Ended runs with derivatives in random directions of starts and parameters."""
     seeds = np.random.default_rng(count).normal(size=(count, 13))
@@ -45,6 +53,7 @@ def varied_runs(
             t_end=t_end,
             tol=suitable_tolerance(order),
             order=order,
+            times=times,
         )
         while run.advance(budget) is Status.RUNNING:
             pass
@@ -67,13 +76,29 @@ def test_derivatives_change_no_bit_of_a_run(order: int, count: int) -> None:
     assert_same_bits(outcomes, single_runs(kernel, inputs, 10.0, order))
 
 
-def test_a_pause_changes_no_bit() -> None:
+def test_pauses_and_samples_change_no_bit() -> None:
     inputs = random_members(10, 7)
     kernel = load_kernel()
-    paused = varied_runs(kernel, inputs, 5.0, 20, 5, budget=3)
+    times = np.linspace(0.0, 5.0, 101)
+    paused = varied_runs(kernel, inputs, 5.0, 20, 5, budget=3, times=times)
+    runs = varied_runs(kernel, inputs, 5.0, 20, 5)
+    assert_same_bits(derivative_numbers(paused), derivative_numbers(runs))
+    sampled = varied_runs(kernel, inputs, 5.0, 20, 5, times=times)
     assert_same_bits(
-        derivative_numbers(paused), derivative_numbers(varied_runs(kernel, inputs, 5.0, 20, 5))
+        np.array([run.samples.ravel() for run in paused]),
+        np.array([run.samples.ravel() for run in sampled]),
     )
+
+
+def test_samples_are_the_ends_of_shorter_runs() -> None:
+    inputs = random_members(10, 3)
+    kernel = load_kernel()
+    times = np.array([0.0, 0.7, 1.9, 1.9, 3.0])
+    runs = varied_runs(kernel, inputs, 3.0, 20, 9, times=times)
+    for index, t_end in enumerate(times[1:-1], 1):
+        for run, shorter in zip(runs, varied_runs(kernel, inputs, t_end, 20, 9), strict=True):
+            expected = np.array([shorter.outcome[:4], *shorter.derivatives])
+            np.testing.assert_allclose(run.samples[index], expected, rtol=1e-9, atol=1e-9)
 
 
 @pytest.mark.parametrize("instruction_set", COMPARED_SETS)

@@ -4,6 +4,7 @@ A seed is a direction of change of the start and the parameters. The deviation b
 derivative of the state (x, ẋ, y, ẏ) in this direction.
 """
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Final
@@ -58,6 +59,7 @@ START_SEEDS: Final = (
 )
 _STATE_SIZE: Final = 4
 _PARAMETER_COLUMNS: Final = {name: column for column, name in enumerate(PARAMETERS)}
+_NO_TIMES: Final = np.empty(0)
 # Steps between progress reports.
 _STEPS_PER_REPORT: Final = 8
 
@@ -78,12 +80,19 @@ class Variation:
     switch_times: FloatArray
     # All switches on a belt of finite speed, shape (n, 3): time, s, mode before, mode after.
     changes: FloatArray = field(default_factory=lambda: np.empty((0, 3)))
+    # States at the sample times, and their derivatives by the seeds, shape (n, 1 + k, 4).
+    samples: FloatArray = field(default_factory=lambda: np.empty((0, 1, 4)))
 
 
 def compute_variation(
-    request: Request, seeds: Sequence[Seed], work: Progress | None = None
+    request: Request,
+    seeds: Sequence[Seed],
+    work: Progress | None = None,
+    times: FloatArray = _NO_TIMES,
 ) -> Variation:
     """Compute a transient with its derivatives, by the variational equations.
+
+    The motion and its derivatives are sampled at `times`, ascending from 0 to the horizon, s.
 
     The equations of both modes agree at y = 0, so derivatives are continuous at separation. On a
     belt of finite speed they jump at the start and end of sliding, which interpreted code handles.
@@ -96,11 +105,13 @@ def compute_variation(
         )
     on_belt = request.parameters.v_belt is not None
     if on_belt or request.kernel == "interpreted" or why_interpreted() is not None:
-        return _run_interpreted(request, seeds, work or Progress(None))
-    return _run_compiled(request, seeds, work or Progress(None))
+        return _run_interpreted(request, seeds, work or Progress(None), times)
+    return _run_compiled(request, seeds, work or Progress(None), times)
 
 
-def _run_compiled(request: Request, seeds: Sequence[Seed], work: Progress) -> Variation:
+def _run_compiled(
+    request: Request, seeds: Sequence[Seed], work: Progress, times: FloatArray
+) -> Variation:
     # Tolerance of a step, below that of the run: errors of steps add up.
     tol = local_tolerance(request.tol)
     seed_rows = np.zeros((len(seeds), _STATE_SIZE + len(PARAMETERS)))
@@ -116,9 +127,12 @@ def _run_compiled(request: Request, seeds: Sequence[Seed], work: Progress) -> Va
         t_end=request.t_end,
         tol=tol,
         order=order_for(tol),
+        times=np.ascontiguousarray(times, dtype=float),
     )
     # Rows of separations and reattachments, which begin with their times.
     crossings = np.concatenate([run.crossings.copy() for _ in follow(run, request, work)])
+    # By rounding, a time at the horizon may lie after the last step.
+    run.samples[np.isnan(run.samples[:, 0, 0])] = [run.outcome[:_STATE_SIZE], *run.derivatives]
     return Variation(
         run.outcome[:_STATE_SIZE],
         np.array(run.rate),
@@ -127,16 +141,20 @@ def _run_compiled(request: Request, seeds: Sequence[Seed], work: Progress) -> Va
         np.array([getattr(run.outcome, name) for name in EXTREMES]),
         run.extremes[:, 1:],
         crossings[:, 0],
+        samples=run.samples,
     )
 
 
-def _run_interpreted(request: Request, seeds: Sequence[Seed], work: Progress) -> Variation:
+def _run_interpreted(
+    request: Request, seeds: Sequence[Seed], work: Progress, times: FloatArray
+) -> Variation:
     p, t_end = request.parameters, request.t_end
     stepper = taylor_stepper(request.system, request.initial, tol=request.tol)
     deviations = Deviations(p, seeds)
     extremes = _Extremes(0.5 * t_end, len(seeds))
     switches: list[float] = []
     changes: list[tuple[float, int, int]] = []
+    samples: list[list[State]] = []
     t, state = 0.0, request.initial
     for count in range(request.max_steps):
         if count % _STEPS_PER_REPORT == 0:
@@ -145,7 +163,11 @@ def _run_interpreted(request: Request, seeds: Sequence[Seed], work: Progress) ->
         # The run ends at θ of the segment, which is below 1 if the horizon is within the segment.
         theta_end = min(segment.fraction(t_end), 1.0) if segment.end > t_end else 1.0
         is_complete = theta_end == 1.0
-        extremes.include(segment, theta_end, deviations)
+        sampled_times = _times_within(segment, theta_end, times[len(samples) :])
+        thetas = list(map(segment.fraction, sampled_times))
+        deviations_at = extremes.include(segment, theta_end, deviations, thetas)
+        for time, sampled in zip(sampled_times, deviations_at, strict=True):
+            samples.append([segment.state(time), *sampled])
         t, state = segment.end, segment.final if is_complete else segment.state(t_end)
         if segment.switches and is_complete and p.v_belt is not None:
             changes.append((t, segment.mode, segment.next_mode))
@@ -161,6 +183,8 @@ def _run_interpreted(request: Request, seeds: Sequence[Seed], work: Progress) ->
         vx = p.v_belt or 0.0
     state = (x, vx, y, vy)
     ax, ay = accelerations(p, state, mode)
+    # By rounding, a time at the horizon may lie after the last step.
+    samples += [[state, *deviations.current]] * (times.size - len(samples))
     return Variation(
         state,
         np.array([vx, ax, vy, ay]),
@@ -170,7 +194,13 @@ def _run_interpreted(request: Request, seeds: Sequence[Seed], work: Progress) ->
         extremes.derivatives,
         np.array(switches),
         np.array(changes, dtype=float).reshape(-1, 3),
+        np.array(samples).reshape(-1, 1 + len(seeds), _STATE_SIZE),
     )
+
+
+def _times_within(segment: Segment, end: float, times: FloatArray) -> list[float]:
+    # The next sample times, as far as they are in a segment up to θ = end.
+    return list(itertools.takewhile(lambda t: segment.fraction(t) <= end, times.tolist()))
 
 
 class _Extremes:
@@ -183,10 +213,13 @@ class _Extremes:
         self.times = np.zeros(len(EXTREMES))
         self.derivatives = np.zeros((len(EXTREMES), count))
 
-    def include(self, segment: Segment, end: float, deviations: Deviations) -> None:
+    def include(
+        self, segment: Segment, end: float, deviations: Deviations, sampled: Sequence[float]
+    ) -> list[list[State]]:
         """Advance deviations along a segment up to θ = end; store those at new extremes.
 
-        θ is the time since the start of the segment relative to its duration.
+        Returns those at the θ in `sampled`. θ is the time since the start of the segment relative
+        to its duration.
         """
         # θ of each new extreme, and the component of the state of which it is an extreme.
         thetas, components = {}, {}
@@ -208,8 +241,8 @@ class _Extremes:
             if greatest - self._signed_values[index] > _EXTREME_TOLERANCE * abs(greatest):
                 self._signed_values[index], self.values[index] = greatest, sign * greatest
                 thetas[index], components[index] = candidates[values.index(greatest)], component
-        deviations_at = deviations.advance(segment, end, list(thetas.values()))
-        for index, seed_deviations in zip(thetas, deviations_at, strict=True):
+        deviations_at = deviations.advance(segment, end, [*thetas.values(), *sampled])
+        for index, seed_deviations in zip(thetas, deviations_at, strict=False):
             # The exact start is start + start_remainder, since `start` is rounded.
             self.times[index] = segment.start + (
                 segment.start_remainder + thetas[index] * segment.duration
@@ -217,6 +250,7 @@ class _Extremes:
             self.derivatives[index] = [
                 deviation[components[index]] for deviation in seed_deviations
             ]
+        return deviations_at[len(thetas) :]
 
     def _begins_to_stick(self, segment: Segment) -> bool:
         t_end = 2.0 * self._half_time
