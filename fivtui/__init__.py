@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from .equilibrium import stability
     from .film import animate
     from .fmu import check_fmu, run_fmu
+    from .identification import identify
     from .maps import safety_map, stability_map
     from .measured import Tolerances, read_measurement, validate
     from .model import Cancelled, ComputationError, InputError, Parameters
@@ -60,6 +61,7 @@ __all__ = [
     "continuation",
     "figures",
     "find_scene",
+    "identify",
     "load_scene",
     "read_measurement",
     "run_fmu",

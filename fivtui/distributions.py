@@ -204,6 +204,19 @@ def parse_distribution(text: str) -> Distribution:
     )
 
 
+def truncate_at_bounds(
+    name: str, value: object, specs: Mapping[str, ParameterSpec]
+) -> Distribution:
+    """A distribution, truncated at the bounds of its quantity; `InputError` if it is none."""
+    check_known("name", name, specs)
+    if not isinstance(value, Distribution):
+        raise InputError(f"{name} = {value!r}: must be a distribution, such as normal:80:8")
+    try:
+        return value.truncate(specs[name].lower, specs[name].upper)
+    except InputError as error:
+        raise InputError(f"{name}: {error}") from None
+
+
 def parse_named_distribution(
     flag: str, text: str, specs: Mapping[str, ParameterSpec] = PARAMETERS
 ) -> tuple[str, Distribution]:

@@ -4,11 +4,11 @@ A scene is a parameter set with the settings of its transient, such as the horiz
 """
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, fields
 from typing import Any, Final, TypeVar, dataclass_transform
 
-from .model import Interval
+from .model import InputError, Interval, check_known
 
 ANY_INTEGER: Final = Interval(-math.inf)
 # Groups of options in the help of commands that have many.
@@ -91,6 +91,30 @@ def option_arguments(options: Any) -> list[str]:
         if getattr(options, name) != default
         for argument in declared.arguments(getattr(options, name))
     ]
+
+
+def read_arguments(
+    options: type[Options], arguments: Iterable[str]
+) -> tuple[Options, Sequence[str]]:
+    """The options that arguments set, except settings and flags, and arguments without option."""
+    declared = {
+        entry.flag: (name, entry.multiple)
+        for name, (entry, _) in declared_options(options).items()
+        if entry.metavar is not None and not entry.setting
+    }
+    values: dict[str, Any] = {}
+    others, rest = [], iter(arguments)
+    for argument in rest:
+        if not argument.startswith("--"):
+            others.append(argument)
+            continue
+        flag_name, _, text = argument.partition("=")
+        check_known("option", flag_name, declared)
+        if not (text := text or next(rest, "")):
+            raise InputError(f"{flag_name}: must be followed by a value")
+        name, is_multiple = declared[flag_name]
+        values[name] = (*values.get(name, ()), text) if is_multiple else text
+    return options(**values), others
 
 
 def declared_settings(options: Any) -> list[str]:

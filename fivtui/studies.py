@@ -32,6 +32,7 @@ STUDIES: Final[dict[str, str]] = {
     "film": "fivtui.film.kinds:FILM",
     "sound": "fivtui.signals.kinds:SOUND",
     "validation": "fivtui.measured.kinds:VALIDATION",
+    "identification": "fivtui.identification.kinds:IDENTIFICATION",
     "uncertainty": "fivtui.reliability.kinds:UNCERTAINTY",
     "sweep": "fivtui.sweeps.kinds:SWEEP",
     "trade-off": "fivtui.tradeoffs.kinds:TRADEOFF",

@@ -38,7 +38,7 @@ def test_what_the_command_line_can_do_is_public() -> None:
         "simulate", "simulate_batch", "stability", "stability_map", "attractors", "basin",
         "boundary", "branch", "continuation", "safe_friction", "safety_map", "sweep", "tradeoff",
         "uncertainty", "accuracy", "figures", "claims", "build_fmu", "build_ssp",
-        "run_fmu", "check_fmu", "animate", "sound", "read_measurement", "validate",
+        "run_fmu", "check_fmu", "animate", "sound", "read_measurement", "validate", "identify",
         "load_scene", "find_scene", "save_scene",
     } == set(FUNCTIONS)  # fmt: skip
 

@@ -63,6 +63,15 @@ def _validation() -> Result:
     return fivtui.validate(run, measured, tolerances=fivtui.Tolerances(frequency=0.1))
 
 
+def _identification() -> Result:
+    columns = fivtui.simulate(_PARAMETERS, t_end=3.0, samples=64).to_columns()
+    noise = np.random.default_rng(1).normal(0.0, 0.01, 64)
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "rig.csv"
+        np.savetxt(path, np.column_stack([columns["t"], columns["y"] + noise]), delimiter=",")
+        return fivtui.identify(_PARAMETERS, path, fit=["mu", "c1"])
+
+
 # Results by name: the study whose files hold the result, empty if none does, and its computation.
 RESULTS: Final[dict[str, tuple[str, Callable[[], Result]]]] = {
     "transient": ("run", lambda: fivtui.simulate(_PARAMETERS, t_end=20.0, samples=201)),
@@ -89,6 +98,7 @@ RESULTS: Final[dict[str, tuple[str, Callable[[], Result]]]] = {
     ),
     "uncertainty": ("uncertainty", _uncertainty),
     "validation": ("validation", _validation),
+    "identification": ("identification", _identification),
     "attractors": ("attractors", lambda: fivtui.attractors(Parameters(mu=0.2))),
     "continuation": ("branches", lambda: fivtui.continuation(None, "mu", [0.2, 0.5])),
     "branch": ("branch", lambda: fivtui.branch(None, "mu", low=0.25, high=0.6)),

@@ -187,6 +187,8 @@ WRITTEN = [
     for name, (kind, _) in RESULTS.items()
     if kind
     for suffix in (*study(kind).suffixes, *([".json"] if study(kind).as_json else []))
+    # A fitted scene is not a table.
+    if suffix != ".toml"
 ]
 READABLE = [name for name, kind in studies() if kind.load is not None]
 STORED = [name for name, (kind, _) in RESULTS.items() if kind and study(kind).storage is not None]

@@ -42,7 +42,7 @@ _API: Final = {
     "Limit cycles": ("attractors", "basin", "continuation", "branch", "boundary"),
     "Studies": ("sweep", "uncertainty", "Design", "Range", "Distribution"),
     "Measured data, film and sound": (
-        "read_measurement", "validate", "Tolerances", "animate", "sound",
+        "read_measurement", "validate", "identify", "Tolerances", "animate", "sound",
     ),
     "FMU": ("build_fmu", "build_ssp", "check_fmu", "run_fmu"),
     "The paper": ("figures", "claims"),

@@ -96,6 +96,7 @@ ROLES: Final[Mapping[str, Mapping[str, Any]]] = {
         "markersize": 2.0,
     },
     "critical": {"color": "#c8252c", "linestyle": ":", "linewidth": 1.0, "zorder": 1.5},
+    "safe": {"color": "#12803c", "linestyle": "-.", "linewidth": 1.0, "zorder": 1.5},
     # The μ of the parameter set.
     "present": {"color": "0.35", "linestyle": "-.", "linewidth": 0.8, "zorder": 1.4},
     "attractor": {"linestyle": "none", "markersize": 4.5, "markerfacecolor": "none"},

@@ -35,6 +35,9 @@ SECTIONS: Final[Mapping[str, Mapping[str, Entry]]] = {
         "validate": Entry(
             "how-to/measured-data", "validate --measured measured.csv --quantity y --band 5%"
         ),
+        "identify": Entry(
+            "how-to/identify", "identify --measured measured.csv --signal y --fit mu --fit c1=0.1:2"
+        ),
         "animate": Entry(
             "how-to/film-and-sound", "animate --window 50:52 --speed 1 --out film.gif"
         ),

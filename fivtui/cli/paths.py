@@ -105,7 +105,9 @@ def check_distinct_from_scene(paths: Sequence[Path], scene: str) -> None:
 def _input_files(param: click.Parameter, value: Any) -> "list[LabelledPath]":
     if isinstance(param.type, SceneName):
         return _scene_files(value)
-    return [(param.type.label, value)] if isinstance(param.type, InputFile) else []
+    if not isinstance(param.type, InputFile):
+        return []
+    return [(param.type.label, path) for path in (value if param.multiple else [value])]
 
 
 def _scene_files(text: str) -> "list[LabelledPath]":

@@ -1,9 +1,10 @@
-"""Commands that animate a run, write it as sound, and compare it with measured data."""
+"""Commands for a run as film or sound, and beside measured data: compare, and fit parameters."""
 
 from typing import TYPE_CHECKING, Any, Final
 
 import click
 
+from fivtui.identification import IdentifyOptions
 from fivtui.measured import ValidateOptions
 from fivtui.model import InputError, parse_number, read_number
 from fivtui.options import option, options_class
@@ -131,6 +132,23 @@ def sound(call: Call[SoundOptions]) -> None:
         compute_run(call), out, signal=call.options.signal, factor=factor, window=window
     )
     call.outputs.show("sound", result)
+
+
+@command(
+    IdentifyOptions,
+    out="Write the fitted scene, with distributions and correlations (.toml).",
+    plot="Draw measured and computed signals, and residuals (.png, .svg, .pdf).",
+)
+def identify(call: Call[IdentifyOptions]) -> None:
+    """Fit parameters to measured signals and features.
+
+    Prints fitted values with 95 % intervals, and what the data do not determine. The written scene
+    has the distributions of the fitted values, which fivtui uncertainty takes.
+    """
+    from fivtui.identification import prepare_fit
+
+    fit = prepare_fit(call.scene(), call.options)
+    call.outputs.compute_and_deliver("identification", lambda progress: fit(progress=progress))
 
 
 @command(

@@ -26,9 +26,10 @@ def uncertainty(call: Call[UncertaintyOptions]) -> None:
     """Estimate how likely squeal is where parameters scatter.
 
     Sobol indices say which parameters drive it. Probabilities, quantiles and indices have 95 %
-    intervals from independent scramblings of the design. The scene's table [correlation], e.g.
-    mu.F = -0.3, gives correlations of the normal scores (a Gaussian copula). With --out, the same
-    command continues a study that was stopped.
+    intervals from independent scramblings of the design. The scene's table [scatter], e.g.
+    mu = "normal:0.4:0.04", gives distributions, and [correlation], e.g. mu.F = -0.3, correlations
+    of the normal scores (a Gaussian copula). With --out, the same command continues a study that
+    was stopped.
     """
     from fivtui.reliability import (
         DEFAULT_OUTPUTS,
@@ -41,13 +42,14 @@ def uncertainty(call: Call[UncertaintyOptions]) -> None:
         parse_inputs,
         scattered_study,
     )
+    from fivtui.scene import find_scene
 
     options, out = call.options, call.outputs.out
     if options.samples is not None and options.until is not None:
         raise InputError(
             "--samples: must be given without --until, which sets the number of samples"
         )
-    scene = call.scene(varied=options.varied)
+    scene = call.scene(varied=[*options.varied, *dict(find_scene(call.scene_name).scatter)])
     # If a greatest error is given, the samples are doubled from `FIRST_SAMPLES` until it is met.
     greatest_error = None if options.until is None else check_until(options.until)
     study = scattered_study(

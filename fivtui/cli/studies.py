@@ -64,7 +64,7 @@ def sweep(call: Call[SweepOptions]) -> None:
         raise InputError("--both: must be given without --ignore-separation")
     study = scene_study(
         scene,
-        parse_design(varied, options.design, options.count, options.seed),
+        parse_design(varied, options.design, options.count, options.seed, options.starts),
         # Separation considered and ignored.
         cases=(True, False) if options.both else None,
         outputs=options.outputs,

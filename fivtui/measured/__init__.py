@@ -6,7 +6,7 @@ if TYPE_CHECKING:
     from .charts import overlay_chart, overlay_spectra
     from .comparison import QUANTITIES, Validation, prepare_comparison, read_shift, validate
     from .options import ValidateOptions
-    from .reading import read_measurement
+    from .reading import has_column_name, read_measurement
     from .tolerances import Tolerances, read_tolerances
 else:
     from fivtui.lazy import lazy_exports

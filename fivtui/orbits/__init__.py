@@ -17,7 +17,8 @@ if TYPE_CHECKING:
     from .explorer import Explorer
     from .options import BranchOptions
     from .report import coexistence_phrase, transients_phrase
-    from .rest import length_scale, slowest_period
+    from .rest import length_scale, reference_equilibrium, slowest_period
+    from .vibration import vibration_flags
 else:
     from fivtui.lazy import lazy_exports
 

@@ -20,6 +20,7 @@ from fivtui.model import (
     Progress,
     State,
     System,
+    mode_of,
     static_start,
 )
 from fivtui.results import to_data
@@ -40,7 +41,7 @@ _TOL: Final = 1e-11
 # motion that starts exactly at an unstable equilibrium also stays there.
 _REST_EXTENT: Final = 1e-9
 # Displacement of an unbounded motion, relative to the start and to the characteristic length.
-_UNBOUNDED_EXTENT: Final = 1e6
+UNBOUNDED_EXTENT: Final = 1e6
 # Distance between two returns to the section below which shooting begins, and greatest distance of
 # recent returns from the orbit found, relative to the size of the motion.
 _RECURRENCE_DISTANCE: Final = 0.01
@@ -173,9 +174,9 @@ class Explorer:
         self.system, self._kernel, self._work = system, kernel or stepping_kernel(), work
         p, separation, point = system.parameters, system.separation, reference_equilibrium(system)
         belt_at_rest = p.v_belt == 0.0 and point.mode in IN_CONTACT
-        self._decay_region = None if belt_at_rest else DecayRegion(system, point)
-        self._slowest_period = slowest_period(p)
-        self._leg_time = _LEG_PERIODS * self._slowest_period
+        self.decay_region = None if belt_at_rest else DecayRegion(system, point)
+        self.slowest_period = slowest_period(p)
+        self._leg_time = _LEG_PERIODS * self.slowest_period
         # Known orbits, stable and unstable: none is computed twice.
         self._orbits: list[PeriodicOrbit] = []
         # On a belt of finite speed, with `v_belt`, friction depends on the sliding velocity.
@@ -186,7 +187,7 @@ class Explorer:
     @property
     def equilibrium_attracts(self) -> bool:
         """Whether the equilibrium is stable by its eigenvalues, with a region of proven decay."""
-        return self._decay_region is not None and self._decay_region.radius > 0.0
+        return self.decay_region is not None and self.decay_region.radius > 0.0
 
     def reach(self, start: Start, max_legs: int = _MAX_LEGS) -> Attractor:
         """Follow the motion from a start to its attractor.
@@ -196,13 +197,15 @@ class Explorer:
         a stable cycle close to it.
         """
         state = resolve_start(self.system, start)
-        extent, steps, leg_time = self._extent(state), 0, self._leg_time
+        extent, steps, leg_time = self.extent(state), 0, self._leg_time
         for _ in range(max_legs):
             if steps > _MAX_STEPS:
                 break
-            region = self._decay_region
+            region = self.decay_region
+            if self.comes_to_rest(state):
+                return Attractor(Kind.STICK if region is None else Kind.EQUILIBRIUM)
             if region is not None:
-                if region.contains(state) or self._extent(state) <= _REST_EXTENT * extent:
+                if self.extent(state) <= _REST_EXTENT * extent:
                     return Attractor(Kind.EQUILIBRIUM)
                 if self._is_linear and region.unstable:
                     return Attractor(Kind.UNBOUNDED)
@@ -219,14 +222,8 @@ class Explorer:
             steps += run.stats.steps
             final = run.final
             state = (final.x, final.vx, final.y, final.vy)
-            if max(run.peak.y_abs, run.peak.x_abs) > _UNBOUNDED_EXTENT * max(self.length, extent):
+            if max(run.peak.y_abs, run.peak.x_abs) > UNBOUNDED_EXTENT * max(self.length, extent):
                 return Attractor(Kind.UNBOUNDED)
-            if (
-                region is None
-                and final_mode(run) is Mode.STICK
-                and sticks_forever(self.system.parameters, state)
-            ):
-                return Attractor(Kind.STICK)
             returns = _find_returns(run)
             if 0 < returns.times.size < _LEAST_RETURNS and returns.section is Section.STICK:
                 # Sticks on a slow belt are long: a leg has too few returns.
@@ -237,10 +234,18 @@ class Explorer:
                 return cycle
         return Attractor(Kind.UNSETTLED)
 
-    def _extent(self, state: State) -> float:
-        # Distance from the equilibrium; velocities are scaled by the slowest mode's frequency.
+    def comes_to_rest(self, state: State) -> bool:
+        """Whether the motion from a state is proven to come to rest."""
+        if self.decay_region is not None:
+            return self.decay_region.contains(state)
+        p, separation = self.system.parameters, self.system.separation
+        is_stuck = mode_of(p, state, separation=separation) is Mode.STICK
+        return is_stuck and sticks_forever(p, state)
+
+    def extent(self, state: State) -> float:
+        """Distance from the equilibrium; velocities are over the slowest angular frequency."""
         deviation = np.subtract(state, self.rest)
-        deviation[1::2] *= self._slowest_period / (2.0 * np.pi)
+        deviation[1::2] *= self.slowest_period / (2.0 * np.pi)
         return float(np.linalg.norm(deviation))
 
     def _find_cycle(self, returns: _Returns) -> Attractor | None:
@@ -271,14 +276,6 @@ class Explorer:
             if orbit.stable:
                 return _cycle_attractor(orbit)
         return None
-
-
-def final_mode(run: Transient) -> Mode:
-    """The mode at the end of a transient."""
-    if not len(run.changes):
-        return run.first_mode
-    _time, _mode_before, mode_after = run.changes[-1]
-    return Mode(int(mode_after))
 
 
 def _distance(states: NDArray[np.float64], orbit: PeriodicOrbit) -> float:

@@ -71,9 +71,8 @@ _LEAST_ROWS: Final = 1.3
 
 def probability_text(result: Uncertainty) -> str:
     """The probabilities of a study, with their errors."""
-    names = {"unstable": "unstable", "squeal_possible": "squeal possible"}
     return "   ".join(
-        f"P({names[name]}) = {estimate.value:.{_DIGITS}g} ± {estimate.error:.1g}"
+        f"P({quantity_name(name)}) = {estimate.value:.{_DIGITS}g} ± {estimate.error:.1g}"
         for name, estimate in result.probabilities.items()
     )
 

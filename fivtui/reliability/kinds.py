@@ -36,6 +36,7 @@ def _command(study: Any) -> Command:
         study,
         options,
         scene_only={"correlation": design.correlations},
+        scattered=design.axes,
         # A scattered study has one case: separation considered (True) or ignored.
         separation=study.cases[0],
         correlation=design.correlations,

@@ -23,10 +23,10 @@ class UncertaintyOptions:
         "Scatter a parameter, or x0, vx0, y0, vy0 of the start; may be repeated. "
         "uniform:LOW:HIGH, normal:MEAN:SD, lognormal:MEAN:SD (not of the logarithm), "
         "triangular:LOW:MODE:HIGH, beta:LOW:HIGH:A:B, or NAME:SHAPE:…:LOC:SCALE of scipy.stats; "
-        "truncated at the bounds of the parameter.",
+        "truncated at the bounds of the parameter. Adds to the table [scatter] of the scene, or "
+        "replaces an entry.",
         metavar="NAME~DISTRIBUTION:…",
         multiple=True,
-        required=True,
         completions=lambda: (f"{name}~" for name in (*ALL_PARAMETERS, *START_SPECS)),
     )
     samples: int | None = option(
@@ -76,7 +76,8 @@ class UncertaintyOptions:
     outputs: tuple[str, ...] = option(
         "--output",
         "An output to compute besides the growth rate, in place of the default ones (critical_mu, "
-        "safe_mu, y_half_range, P_max); may be repeated.",
+        "safe_mu, y_half_range, P_max); vibrates gives the probability that the run ends in "
+        "vibration; may be repeated.",
         metavar="NAME",
         multiple=True,
     )

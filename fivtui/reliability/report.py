@@ -8,7 +8,7 @@ import math
 
 from fivtui.console import number, print_list, print_rows
 from fivtui.results import Row
-from fivtui.sweeps import OUTPUTS, SweepProgress
+from fivtui.sweeps import OUTPUTS, VIBRATES, SweepProgress
 
 from .request import SAFE_MU, truncated_distribution_warnings
 from .result import EVENT_MEANINGS, Uncertainty
@@ -162,7 +162,10 @@ def study_warning(result: Uncertainty) -> str | None:
     """The warning of a study in one sentence; None if there is none."""
     parts = truncated_distribution_warnings(result.study)
     parts += [
-        f"{count} members have no {name}: they are left out, and {name} has no Sobol indices"
+        f"{count} members are undecided between rest and vibration: the probability leaves them "
+        "out, and its interval includes them as all at rest and as all vibrating"
+        if name == VIBRATES
+        else f"{count} members have no {name}: they are left out, and {name} has no Sobol indices"
         if result.scatter.indices
         else f"{count} members have no {name}: they are left out"
         for name, count in result.missing.items()

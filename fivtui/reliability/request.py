@@ -87,11 +87,18 @@ def scattered_study(
     indices: bool | None = None,
     outputs: Sequence[str] = DEFAULT_OUTPUTS,
 ) -> Study:
-    """The study of a scene whose `inputs` follow distributions; arguments as in `uncertainty`.
+    """The study of a scene whose quantities follow distributions; arguments as in `uncertainty`.
 
+    `inputs` add to the distributions of the scene, or replace them by name.
     `samples` are rounded up to a power of two in every scrambling. If `indices` is None, indices
     are computed unless inputs are correlated.
     """
+    inputs = {**dict(scene.scatter), **inputs}
+    if not inputs:
+        raise InputError(
+            "nothing scatters: give --vary NAME~DISTRIBUTION:…, e.g. --vary F~normal:80:8, or a "
+            "scene with a table [scatter]"
+        )
     if not 1 <= samples <= MAX_SAMPLES:
         raise InputError(f"samples = {samples}: must be from 1 to {MAX_SAMPLES}")
     for name in outputs:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from fivtui.distributions import Distribution
 from fivtui.model import InputError, System
 from fivtui.results import Plottable, Result, Table, Tabular, scene_text, to_data
-from fivtui.sweeps import OUTPUTS, Scatter, Study, Sweep, read_sweep, save_sweep
+from fivtui.sweeps import OUTPUTS, VIBRATES, Scatter, Study, Sweep, read_sweep, save_sweep
 
 from .local import LocalSensitivity, local_sensitivities
 from .means import confirmed_mu_limit
@@ -29,6 +29,7 @@ from .statistics import (
     mark_sampling_error,
     mean_of,
     probability_of,
+    probability_with_undecided,
     quantiles_of,
     rank_inputs,
     sobol_of,
@@ -45,6 +46,7 @@ SQUEAL: Final = "squeal_possible"
 EVENT_MEANINGS: Final = {
     UNSTABLE: "the equilibrium is unstable",
     SQUEAL: "squeal is possible: μ is above the safe one",
+    VIBRATES: "the run ends in vibration",
 }
 
 
@@ -62,7 +64,8 @@ class Uncertainty(Result, Tabular, Plottable):
         The computed members, in the order of `Scatter`.
     probabilities : mapping of str to SampleEstimate
         Probabilities of ``unstable``: the equilibrium is unstable; and, if safe μ is known, of
-        ``squeal_possible``: μ is above the safe μ.
+        ``squeal_possible``: μ is above the safe μ. With the output ``vibrates``, also that the run
+        ends in vibration: of the decided members; the interval includes the undecided ones.
     means : mapping of str to SampleEstimate
         Mean values of outputs.
     quantiles : mapping of str to mapping of str to SampleEstimate
@@ -230,6 +233,8 @@ def event_flags(study: Study, numbers: Mapping[str, Floats]) -> dict[str, Floats
     if SAFE_MU in study.outputs:
         excess = mu_excess(study, numbers)
         events[SQUEAL] = np.where(np.isnan(excess), np.nan, excess > 0.0)
+    if VIBRATES in study.outputs:
+        events[VIBRATES] = numbers[VIBRATES]
     return events
 
 
@@ -269,8 +274,11 @@ def evaluate(sweep: Sweep) -> Uncertainty:
         excess = scatter.sample_values(mu_excess(study, sweep.table.numbers))
         errors = np.array(study.safe.errors)
         probabilities[SQUEAL] = _squeal_probability(samples[SQUEAL], excess, errors)
-    means = {name: mean_of(samples[name]) for name in outputs}
     missing = {name: int(np.isnan(values).sum()) for name, values in outputs.items()}
+    if VIBRATES in events:
+        del outputs[VIBRATES]
+        probabilities[VIBRATES] = probability_with_undecided(samples[VIBRATES])
+    means = {name: mean_of(samples[name]) for name in outputs}
     effective = {name: effective_samples(values) for name, values in samples.items()}
     return Uncertainty(
         sweep,

@@ -18,6 +18,7 @@ from fivtui.io import is_replaceable, output_path
 from fivtui.model import ComputationError, InputError, OnProgress, Parameters, check_names
 from fivtui.scene import Scene
 from fivtui.sweeps import (
+    VIBRATES,
     Engine,
     Rows,
     ScatterKind,
@@ -105,7 +106,8 @@ def uncertainty(
     indices : bool, optional
         Whether Sobol indices are computed; by default if inputs are not correlated.
     outputs : iterable of str
-        Quantities besides the growth rate: ``critical_mu``, ``safe_mu``, and those of `sweep`.
+        Quantities besides the growth rate: ``critical_mu``, ``safe_mu``, and those of `sweep`;
+        ``vibrates`` adds the probability that the run ends in vibration.
     separation, start, t_end, tol
         As in `simulate`. The static start is at rest under the preload, before the belt moves.
     progress : callable, optional
@@ -184,6 +186,12 @@ def compute_uncertainty(
         result = evaluate(_compute_sweep(study, reporting_engine, file, progress))
         if result.error <= tolerance:
             return result
+        if result.missing.get(VIBRATES, 0) > 2.0 * tolerance * study.members:
+            raise ComputationError(
+                f"{result.missing[VIBRATES]} of {study.members} members are undecided between rest "
+                f"and vibration: the error of their probability cannot be {tolerance:g}",
+                "allow a larger error, or follow the runs for longer (--t-end)",
+            )
         # The file of a stage is replaced when the file of the next stage is complete.
         stored_rows, study = result.sweep.table, _double_samples(result, tolerance)
         file = None if file is None else file._replace(out=output_path(file.out, force=True))

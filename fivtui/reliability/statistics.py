@@ -149,6 +149,16 @@ def probability_of(flags: Floats) -> SampleEstimate | None:
     return probability_from_counts(np.where(valid, flags, 0.0).sum(axis=1), counts)
 
 
+def probability_with_undecided(flags: Floats) -> SampleEstimate | None:
+    """As `probability_of`, but the interval includes NaN, undecided, as all 0 and as all 1."""
+    estimate, least, greatest = (
+        probability_of(np.where(np.isnan(flags), value, flags)) for value in (np.nan, 0.0, 1.0)
+    )
+    if estimate is None or least is None or greatest is None:
+        return None
+    return SampleEstimate(estimate.value, least.low, greatest.high)
+
+
 def quantiles_of(values: Floats) -> dict[str, SampleEstimate]:
     """Quantiles of values, a row per scrambling, by their level as text; NaN does not count.
 

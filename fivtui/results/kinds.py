@@ -35,6 +35,8 @@ class Command:
     # Values of fields that no option of the command sets, so that the scene in its first argument
     # must have them.
     scene_only: Mapping[str, Any] = field(default_factory=dict)
+    # Quantities to which options give distributions: its scene must not scatter others.
+    scattered: Collection[str] | None = None
 
 
 def command_for(
@@ -44,18 +46,19 @@ def command_for(
     *,
     varied: Collection[str] = (),
     scene_only: Mapping[str, Any] | None = None,
+    scattered: Collection[str] | None = None,
     **fields: Any,
 ) -> Command:
     """The command that computes `source`: a scene, or an object with attributes of the same names.
 
     Parameters and settings in `varied` are already in `options`. `fields` replace attributes of
-    `source`; `scene_only` is as in `Command`.
+    `source`; `scene_only` and `scattered` are as in `Command`.
     """
     settings = ["separation"] if options is None else declared_settings(options)
     scene = {key: getattr(source, key) for key in ("parameters", *settings) if key not in fields}
     settable = [key for key in (*ALL_PARAMETERS, *settings) if key not in varied]
     arguments = [] if options is None else option_arguments(options)
-    return Command(name, scene | fields, settable, arguments, scene_only or {})
+    return Command(name, scene | fields, settable, arguments, scene_only or {}, scattered)
 
 
 def _repr_rows(result: Any) -> Sequence[Row]:

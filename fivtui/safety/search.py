@@ -18,7 +18,8 @@ from scipy.stats.qmc import Sobol
 from fivtui.batch import Batch, simulate_batch
 from fivtui.kernel import Status
 from fivtui.model import OnProgress, System, equilibrium
-from fivtui.orbits import DecayRegion, length_scale, slowest_period
+from fivtui.orbits import DecayRegion, length_scale, reference_equilibrium, slowest_period
+from fivtui.ranges import log_spaced
 from fivtui.transient import MAX_T_END
 
 Floats = NDArray[np.float64]
@@ -26,10 +27,10 @@ Indices = NDArray[np.int64]
 Flags = NDArray[np.bool_]
 
 # Starts are Sobol points of five dimensions: direction of the state, and size of the disturbance.
-_START_DIMENSIONS: Final = 5
-# Least size of a disturbance, in characteristic lengths, and decades of sizes.
+START_DIMENSIONS: Final = 5
+# Least and greatest size of a disturbance, in characteristic lengths.
 _LEAST_SIZE: Final = 0.1
-_SIZE_DECADES: Final = 3.0
+_GREATEST_SIZE: Final = 100.0
 # Number of levels; the lowest and the highest, relative to the least μ of a known attractor.
 LEVELS: Final = 16
 _LOWEST_LEVEL: Final = 0.06
@@ -179,7 +180,9 @@ class RunningRound:
         is_too_slow = decay_duration > _PERIOD_LIMIT * self._slowest_period
         decays = fastest_decay > _ZERO_DECAY * fastest_frequency
         count = starts if decays and not is_too_slow else 0
-        starts_by_level = [disturbed_states(at_mu, count) for at_mu in systems]
+        # The first point of the sequence is its origin.
+        points = Sobol(START_DIMENSIONS, scramble=False).fast_forward(1).random(count)
+        starts_by_level = [disturbed_states(at_mu, points) for at_mu in systems]
         self._starts: Floats = np.concatenate(starts_by_level)
         self._level_of: Indices = np.repeat(np.arange(LEVELS), count)
         velocity_weight = self._slowest_period / math.tau
@@ -430,17 +433,15 @@ def _stage_durations(decay_rate: float, period: float) -> list[float]:
     ]
 
 
-def disturbed_states(system: System, count: int) -> Floats:
-    """Start states around the equilibrium, shape (count, 4), m and m/s.
+def disturbed_states(system: System, points: Floats) -> Floats:
+    """Start states around the equilibrium, shape (n, 4), m and m/s, for n points of the unit cube.
 
     The size of a disturbance is between 0.1 and 100 characteristic lengths. It limits displacements
     and, times the slowest angular frequency, velocities.
     """
-    # The first point of the sequence is its origin.
-    points = Sobol(_START_DIMENSIONS, scramble=False).fast_forward(1).random(count)
-    rest = equilibrium(system)
+    rest = reference_equilibrium(system)
     frequency = 2.0 * math.pi / slowest_period(system.parameters)
     unit_states, unit_sizes = points[:, :4], points[:, 4]
-    sizes = length_scale(system) * _LEAST_SIZE * 10.0 ** (_SIZE_DECADES * unit_sizes)
+    sizes = length_scale(system) * log_spaced(_LEAST_SIZE, _GREATEST_SIZE, unit_sizes)
     disturbances: Floats = (2.0 * unit_states - 1.0) * sizes[:, None]
     return disturbances * [1.0, frequency, 1.0, frequency] + [rest.x, 0.0, rest.y, 0.0]

@@ -13,13 +13,14 @@ from typing import Any, BinaryIO, Final
 import tomlkit
 from tomlkit.items import Item
 
+from fivtui.distributions import parse_distribution
 from fivtui.io import MAX_TEXT, output_path, path_exists, read_bytes, write_atomically
 from fivtui.model import InputError, Parameters, check_known, parameter_spec, unknown_name_error
 from fivtui.transient import SETTINGS, check_file_number, check_file_text
 
 from .over_time import over_time_to_dict, parse_over_time
 from .presets import PRESETS
-from .scene import OUTPUTS, Correlation, Scene
+from .scene import OUTPUTS, Correlation, Distributions, Scene
 
 FORMAT_VERSION: Final = 1
 _VERSION_KEY: Final = "fivtui_scene"
@@ -44,6 +45,15 @@ def _read_correlation(key: str, value: object) -> Correlation:
     )
 
 
+def _read_scatter(key: str, value: object) -> Distributions:
+    if not isinstance(value, Mapping):
+        raise InputError(f'{key} = {value!r}: must be a table such as {{mu = "normal:0.4:0.04"}}')
+    return tuple(
+        (str(name), parse_distribution(check_file_text(f"{key}.{name}", text)))
+        for name, text in value.items()
+    )
+
+
 def _correlation_rows(correlation: Correlation) -> dict[str, dict[str, float]]:
     rows: dict[str, dict[str, float]] = {}
     for first, second, value in correlation:
@@ -51,9 +61,9 @@ def _correlation_rows(correlation: Correlation) -> dict[str, dict[str, float]]:
     return rows
 
 
-# Keys of a file, which are fields of `Scene`; the correlation, a table, comes last.
+# Keys of a file, which are fields of `Scene`; scatter and correlation, tables, come last.
 _FIELDS: Final = [field.name for field in fields(Scene) if field.name != _PARAMETERS_KEY]
-_KEYS: Final = sorted(_FIELDS, key=lambda name: name == "correlation")
+_KEYS: Final = sorted(_FIELDS, key=lambda name: name in ("scatter", "correlation"))
 # Functions that read a field and check its type, by key.
 _READERS: Final[Mapping[str, Callable[[str, object], Any]]] = {
     "name": check_file_text,
@@ -61,6 +71,7 @@ _READERS: Final[Mapping[str, Callable[[str, object], Any]]] = {
     **{name: setting.check_file_value for name, setting in SETTINGS.items()},
     "outputs": _read_outputs,
     "over_time": parse_over_time,
+    "scatter": _read_scatter,
     "correlation": _read_correlation,
 }
 # Functions that convert a field to a plain value, by key.
@@ -69,10 +80,11 @@ _WRITERS: Final[Mapping[str, Callable[[Any], Any]]] = {
     "accuracy": dict,
     "outputs": list,
     "over_time": over_time_to_dict,
+    "scatter": lambda scatter: {name: str(distribution) for name, distribution in scatter},
     "correlation": _correlation_rows,
 }
 # Keys that are written only if they are set.
-_OPTIONAL: Final = ("step", "accuracy", "over_time", "correlation")
+_OPTIONAL: Final = ("step", "accuracy", "over_time", "scatter", "correlation")
 # Comments by key.
 _COMMENTS: Final[Mapping[str, str]] = {
     **{
@@ -80,6 +92,7 @@ _COMMENTS: Final[Mapping[str, str]] = {
         for name, setting in SETTINGS.items()
     },
     "outputs": f"outputs to be computed: {', '.join(OUTPUTS)}",
+    "scatter": "distributions of quantities that fivtui uncertainty scatters, by name",
     "correlation": "of quantities that fivtui uncertainty scatters, by name (a Gaussian copula)",
 }
 # Fields that error targets, the field `accuracy`, determine.

@@ -5,8 +5,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Final, Self
 
+from fivtui.distributions import Distribution, truncate_at_bounds
 from fivtui.model import (
-    PARAMETERS,
+    ALL_PARAMETERS,
     InputError,
     Parameters,
     System,
@@ -35,6 +36,8 @@ from .over_time import OverTime
 
 # Correlations: names of two scattered quantities, and the coefficient.
 Correlation = tuple[tuple[str, str, float], ...]
+# Names of scattered quantities, with their distributions.
+Distributions = tuple[tuple[str, Distribution], ...]
 
 # Greatest lengths of name and description, characters.
 _MAX_NAME: Final = 255
@@ -43,7 +46,8 @@ _MAX_DESCRIPTION: Final = 2000
 # Fields that a scene shares with a request for a transient.
 _REQUEST_FIELDS: Final = ("t_end", "tol", "start", "method", "step")
 
-_CORRELATED_NAMES: Final = (*PARAMETERS, *START_SPECS)
+# Quantities that a scene can scatter and correlate.
+_SCATTERED: Final = {**ALL_PARAMETERS, **START_SPECS}
 
 # Outputs that a scene can require, with their meanings.
 OUTPUTS: Final = {
@@ -80,6 +84,9 @@ class Scene:
         are then not used.
     outputs : tuple of str
         Names in `OUTPUTS`; only these are computed and stored.
+    scatter : tuple of (str, Distribution)
+        Distributions of parameters, and of ``x0``, ``vx0``, ``y0``, ``vy0`` of the start, from
+        which an uncertainty study draws; anything else is computed at the values of the scene.
     correlation : tuple of (str, str, float)
         Correlations of two quantities that an uncertainty study draws at random: those of their
         normal scores (a Gaussian copula).
@@ -109,6 +116,7 @@ class Scene:
     step: float | None = None
     accuracy: Accuracy = ()
     outputs: tuple[str, ...] = ("stability", "transient")
+    scatter: Distributions = ()
     correlation: Correlation = ()
     over_time: OverTime = ()
 
@@ -134,6 +142,12 @@ class Scene:
             "start": check_start(self.start),
             "accuracy": tuple(check_accuracy(dict(self.accuracy)).items()),
         }
+        for name, distribution in self.scatter:
+            truncate_at_bounds(name, distribution, _SCATTERED)
+            if distribution != Distribution(distribution.name, distribution.numbers):
+                raise InputError(f"scatter of {name}: must not be truncated; its bounds do that")
+        if len(dict(self.scatter)) < len(self.scatter):
+            raise InputError("scatter: every name must be given once")
         for first, second, correlation in self.correlation:
             _check_correlation(first, second, correlation)
         for name in check_names("outputs", self.outputs):
@@ -169,7 +183,7 @@ class Scene:
 
 def _check_correlation(first: str, second: str, value: float) -> None:
     for name in (first, second):
-        check_known("correlated name", name, _CORRELATED_NAMES)
+        check_known("correlated name", name, _SCATTERED)
     if first == second or not -1.0 < value < 1.0:
         raise InputError(
             f"correlation of {first} and {second} = {value:g}: must be of two names, between "

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
         sweep_to_file,
     )
     from .scatter import Correlations, Scatter, ScatterKind
-    from .study import OUTPUTS, Study, scene_study
+    from .study import OUTPUTS, VIBRATES, Study, scene_study
 else:
     from fivtui.lazy import lazy_exports
 

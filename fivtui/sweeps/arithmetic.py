@@ -68,7 +68,8 @@ def arithmetic_digests(study: Study) -> dict[str, Any]:
     digests mean equal rows.
     """
     digests: dict[str, Any] = {}
-    if study.accuracy or not set(study.outputs).isdisjoint(_RUN_OUTPUTS):
+    has_runs = not set(study.outputs).isdisjoint(_RUN_OUTPUTS)
+    if study.accuracy or study.has_vibration or has_runs:
         digests["transients"] = _row_digest("transients")
         digests["kernel"] = stepping_kernel()
     if not set(study.outputs).isdisjoint(_STABILITY_OUTPUTS):

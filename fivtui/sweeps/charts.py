@@ -3,6 +3,7 @@
 A case is True if separation is considered and False if it is ignored.
 """
 
+from functools import lru_cache
 from typing import Final
 
 import numpy as np
@@ -19,13 +20,15 @@ from fivtui.charts import (
     colour_scale_of,
     grade_values,
     label_shades,
+    math_symbol,
     meaning_label,
 )
-from fivtui.model import InputError
+from fivtui.model import InputError, Parameters
 
-from .design import VARIABLES, Range
+from .design import VARIABLES, Design, Range
+from .rows import compute_rows
 from .run import Sweep
-from .study import OUTPUTS, Study
+from .study import OUTPUTS, VIBRATES, Study
 
 _SIZE: Final = (FIGURE_WIDTH, 3.2)
 _CASE_NAMES: Final = {True: "separation considered", False: "separation ignored"}
@@ -33,8 +36,10 @@ _CASE_NAMES: Final = {True: "separation considered", False: "separation ignored"
 # the case, such as "peak, considered", a role names the style of a curve or guide.
 _AMPLITUDES: Final = {"y_abs": "peak", "y_half_range": "±y 2nd half"}
 _ROLES: Final = {"y_abs": "peak", "y_half_range": "half range"}
+# Roles of the ends of the interval of a share.
+_INTERVAL_ROLES: Final = {"vibrates_low": "limit", "vibrates_high": "limit"}
 # Marks by index of the output and by case.
-_MARKS: Final = ({True: "●", False: "○"}, {True: "◆", False: "◇"})
+_MARKS: Final = ({True: "●", False: "○"}, {True: "◆", False: "◇"}, {True: "◆", False: "◇"})
 
 
 def check_drawable(study: Study) -> None:
@@ -59,6 +64,8 @@ def sweep_sheet(result: Sweep) -> Sheet:
 def sweep_curves(study: Study) -> list[tuple[str, bool]]:
     """Output and case of every curve of a sweep over one quantity."""
     outputs = [name for name in _AMPLITUDES if name in study.outputs] or study.outputs[:1]
+    if study.design.starts is not None:
+        outputs = [VIBRATES, *_INTERVAL_ROLES]
     return [(output, case) for case in sorted(study.cases, reverse=True) for output in outputs]
 
 
@@ -83,9 +90,9 @@ def sweep_chart(result: Sweep, present: float | None = None) -> Chart:
                 ),
                 rows.numbers[name][members],
                 rows.numbers[output][members],
-                look="marked",
+                look="line" if output in _INTERVAL_ROLES else "marked",
                 mark=_MARKS[outputs.index(output)][case],
-                role=_role(_ROLES.get(output, "output"), case),
+                role=_role((_ROLES | _INTERVAL_ROLES).get(output, "output"), case),
             )
         )
     guides = [] if present is None else [Guide(present, f"{present:g}")]
@@ -97,6 +104,8 @@ def sweep_chart(result: Sweep, present: float | None = None) -> Chart:
             value = float(rows.numbers[outputs[0]][row])
             label = Label(belt_text, f"belt that is {belt_text}")
             guides.append(Guide(value, label, vertical=False, role=_role("limit", case)))
+    if (name, outputs[0]) == ("mu", VIBRATES):
+        guides += _mu_guides(study.parameters, study.cases)
     y_label = _output_label(outputs[0])
     if outputs[0] in _AMPLITUDES:
         y_label = Label("|y| peak, ±y 2nd half (m)", "Amplitude (m)")
@@ -107,7 +116,7 @@ def sweep_chart(result: Sweep, present: float | None = None) -> Chart:
         guides=tuple(guides),
         x_margins=True,
         log=_log_axes(study, x=name),
-        legend="inside",
+        legend="inside" if study.design.starts is None else "below",
     )
 
 
@@ -164,3 +173,17 @@ def _log_axes(study: Study, **names: str) -> str:
 
 def _output_label(name: str) -> Label:
     return meaning_label(OUTPUTS[name].meaning, OUTPUTS[name].unit)
+
+
+@lru_cache(maxsize=8)
+def _mu_guides(p: Parameters, cases: tuple[bool, ...]) -> tuple[Guide, ...]:
+    # Lines at the critical μ in each case and, without a finite belt speed, at the safe μ.
+    names = ("critical_mu", "safe_mu")[: 2 if p.v_belt is None else 1]
+    rows = compute_rows(Study(Design({"mu": (0.0,)}), p, cases, outputs=names), 0, len(cases))
+    labels = Label("μ_c", math_symbol("μ_c")), Label("safe μ", "safe $μ$")
+    return tuple(
+        Guide(mu, Label(f"{label} {mu:.4g}", f"{label.math} = {mu:.4g}"), role=role)
+        for name, label, role in zip(names, labels, ("critical", "safe"), strict=False)
+        for mu in np.unique(rows.numbers[name]).tolist()
+        if not np.isnan(mu)
+    )

@@ -11,7 +11,7 @@ from typing import Final, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.model import ALL_PARAMETERS, InputError, ParameterSpec, check_known
+from fivtui.model import ALL_PARAMETERS, InputError, Interval, ParameterSpec, check_known
 from fivtui.ranges import log_spaced, parse_range
 from fivtui.transient import START_SPECS
 
@@ -27,6 +27,7 @@ DESIGN_KINDS: Final[Mapping[str, str]] = {
 MAX_MEMBERS: Final = 2**62
 # Seeds are below this.
 SEED_LIMIT: Final = 2**62
+_STARTS: Final = Interval(1, 100_000)
 # Bits of a coordinate of a Sobol point; they limit the number of points.
 SOBOL_BITS: Final = 32
 MAX_SOBOL: Final = 2**SOBOL_BITS
@@ -121,7 +122,10 @@ class Design:
     count : int, optional
         Number of points of a random or Sobol design.
     seed : int, optional
-        Seed of a random or Sobol design, 0 or more; 0 by default.
+        Seed of a random or Sobol design and of `starts`, 0 or more; 0 by default.
+    starts : int, optional
+        Number of random starts around the equilibrium at every point, in the box that the search
+        for safe friction uses: adds the share of them that ends in vibration, see `sweep`.
 
     Attributes
     ----------
@@ -144,6 +148,7 @@ class Design:
     kind: DesignKind = "product"
     count: int | None = None
     seed: int | None = None
+    starts: int | None = None
     size: int = field(init=False)
 
     def __post_init__(self) -> None:
@@ -153,15 +158,19 @@ class Design:
         axes = {name: _check_axis(name, axis) for name, axis in self.axes.items()}
         object.__setattr__(self, "axes", axes)
         sampled = self.kind in ("random", "sobol")
-        if sampled:
+        if self.starts is not None:
+            _STARTS.check("starts", self.starts)
+        if sampled or self.starts is not None:
             object.__setattr__(self, "seed", 0 if self.seed is None else self.seed)
+        if self.seed is not None and not 0 <= self.seed < SEED_LIMIT:
+            raise InputError(f"seed = {self.seed}: must be from 0 to {SEED_LIMIT - 1}")
         size = self._sampled_size() if sampled else self._listed_size()
         if size > MAX_MEMBERS:
             raise InputError(f"sweep: {size} members; must be at most {MAX_MEMBERS}")
         object.__setattr__(self, "size", size)
 
     def _listed_size(self) -> int:
-        if self.count is not None or self.seed is not None:
+        if self.count is not None or (self.seed is not None and self.starts is None):
             raise InputError(f"count and seed must not be given for the design {self.kind}")
         counts = {name: _value_count(name, axis) for name, axis in self.axes.items()}
         if self.kind == "list":
@@ -187,8 +196,6 @@ class Design:
             raise InputError(
                 f"count = {self.count}: must be from 1 to {limit} for the design {self.kind}"
             )
-        if self.seed is None or not 0 <= self.seed < SEED_LIMIT:
-            raise InputError(f"seed = {self.seed}: must be from 0 to {SEED_LIMIT - 1}")
         return self.count
 
     def columns(self, indices: NDArray[np.int64]) -> dict[str, NDArray[np.float64]]:
@@ -219,7 +226,7 @@ class Design:
             # Directions are slow to compute, so limit them to those that the points need.
             directions = sobol_directions(dimensions, seed, (self.size - 1).bit_length())
             return sobol_points(directions, first, stop)
-        return _random_points(seed, dimensions, first, stop)
+        return random_points(seed, dimensions, first, stop)
 
 
 def _axis_ends(axis: Axis) -> tuple[float, float]:
@@ -254,7 +261,8 @@ def _axis_values(axis: Axis, indices: NDArray[np.int64]) -> NDArray[np.float64]:
     return np.array([axis[index] for index in indices.tolist()])
 
 
-def _random_points(seed: int, dimensions: int, first: int, stop: int) -> NDArray[np.float64]:
+def random_points(seed: int, dimensions: int, first: int, stop: int) -> NDArray[np.float64]:
+    """Random points `first` to `stop` - 1 in the unit cube, a row each."""
     # Philox computes its numbers from a key and a counter, so it can skip to any point.
     generator = np.random.Philox(key=seed)
     blocks, skipped = divmod(first * dimensions, _PHILOX_BLOCK)
@@ -305,7 +313,11 @@ def sobol_points(directions: NDArray[np.uint64], first: int, stop: int) -> NDArr
 
 
 def parse_design(
-    texts: Sequence[str], kind: DesignKind, count: int | None = None, seed: int | None = None
+    texts: Sequence[str],
+    kind: DesignKind,
+    count: int | None = None,
+    seed: int | None = None,
+    starts: int | None = None,
 ) -> Design:
     """Parse the texts of ``--vary``.
 
@@ -318,7 +330,7 @@ def parse_design(
         if name in axes:
             raise InputError(f"--vary {text}: {name} is given twice")
         axes[name] = axis
-    return Design(axes, kind, count, seed)
+    return Design(axes, kind, count, seed, starts)
 
 
 def _parse_axis(text: str, *, sampled: bool) -> tuple[str, Axis]:

@@ -35,7 +35,8 @@ def _command(study: "Study") -> Command:
         varied=tuple(f"{name}={_axis_text(axis)}" for name, axis in design.axes.items()),
         design=design.kind,
         count=design.count,
-        seed=None if design.count is None else design.seed,
+        seed=design.seed,
+        starts=design.starts,
         both=has_both_cases,
         outputs=() if study.outputs == DEFAULT_OUTPUTS else study.outputs,
     )

@@ -97,10 +97,20 @@ class SweepOptions:
         "--count", "Number of points of random and sobol.", metavar="N", integers=ANY_INTEGER
     )
     seed: int | None = option(
-        "--seed", "Seed of random and sobol.  [default: 0]", metavar="S", integers=ANY_INTEGER
+        "--seed",
+        "Seed of random, sobol and --starts.  [default: 0]",
+        metavar="S",
+        integers=ANY_INTEGER,
     )
     # The flag turns the setting, which is on by default, off.
     ignore_separation: bool = setting("separation")
+    starts: int | None = option(
+        "--starts",
+        "Number of random starts around the equilibrium from which to compute vibrates, instead of "
+        "the start of the scene; adds its interval and the number of undecided starts.",
+        metavar="N",
+        integers=Interval(1),
+    )
     both: bool = flag(
         "--both", "Compute each member with separation considered and ignored.", group=SCENE
     )
@@ -125,8 +135,9 @@ class SweepOptions:
         "y_half_range (second half of the run), x_end, y_end; in m/s: vx_max, vx_end, vy_end; in "
         "N: P_min, P_max; in s: separated_time (off the belt, summed over the run), stick_time, "
         "final_stick (its beginning); in 1/s: growth_rate; numbers: separations, reattachments, "
-        "sticks, critical_mu (below it small disturbances die out), safe_mu (large ones too); yes "
-        "or no: stable.",
+        "sticks, critical_mu (below it small disturbances die out), safe_mu (large ones too), "
+        "vibrates (share of starts that end in vibration), vibrates_low, vibrates_high (its 95 % "
+        "interval), undecided (starts); yes or no: stable.",
         metavar="NAME",
         multiple=True,
     )

@@ -62,14 +62,17 @@ def _design_to_data(design: StudyDesign) -> dict[str, Any]:
             "indices": design.indices,
             "correlations": [list(correlation) for correlation in design.correlations],
         }
+    elif design.starts is not None:
+        data["starts"] = design.starts
     return data | {"axes": [[name, _axis_to_data(axis)] for name, axis in design.axes.items()]}
 
 
 def _design_from_data(data: Any) -> StudyDesign:
     axes = {str(name): _axis_from_data(axis) for name, axis in data["axes"]}
     if "repeats" not in data:
-        seed = data["seed"] if data["kind"] in ("random", "sobol") else None
-        return Design(axes, data["kind"], data["count"], seed)
+        has_seed = data["kind"] in ("random", "sobol") or "starts" in data
+        seed = data["seed"] if has_seed else None
+        return Design(axes, data["kind"], data["count"], seed, data.get("starts"))
     return Scatter(
         axes,
         data["kind"],

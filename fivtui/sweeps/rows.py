@@ -24,7 +24,8 @@ from fivtui.model import (
     System,
     spring_force,
 )
-from fivtui.safety import safe_mus
+from fivtui.orbits import Explorer, vibration_flags
+from fivtui.safety import START_DIMENSIONS, disturbed_states, safe_mus
 from fivtui.simulation import simulate
 from fivtui.transient import (
     MIN_DIVERGENCE,
@@ -35,6 +36,7 @@ from fivtui.transient import (
     resolve_start,
 )
 
+from .design import SEED_LIMIT, random_points
 from .study import (
     CRITICAL_MU_COLUMN,
     DONE,
@@ -44,6 +46,7 @@ from .study import (
     STABILITY_COLUMNS,
     STICK_COLUMNS,
     TRANSIENT_COLUMNS,
+    VIBRATION_COLUMNS,
     Study,
     SweepColumn,
 )
@@ -64,6 +67,8 @@ _FORCE: Final = "contact_force"
 _INTERVAL_COUNT: Final = 8
 # Number of members between two calls of `progress`.
 _CHUNK_MEMBERS: Final = 8192
+# The 97.5 % quantile of the normal distribution.
+_QUANTILE: Final = 1.959963984540054
 _FORCE_OVERFLOW: Final = (
     "the contact force grows beyond the floating-point range; consider separation or a shorter run"
 )
@@ -171,6 +176,8 @@ def compute_rows(study: Study, first: int, stop: int, progress: OnProgress | Non
         block.find_critical_mu(progress)
     if SAFE_MU_COLUMN.name in study.outputs:
         block.find_safe_mu(progress)
+    if study.has_vibration:
+        block.find_vibration(progress)
     return Rows({**block.varied, **block.results}, block.separation, tuple(block.reasons))
 
 
@@ -411,6 +418,41 @@ class _MemberBlock:
             columns = {name: column[chunk] for name, column in parameters.items()}
             yield chunk, columns, work.stage(first / size, stop / size)
 
+    def find_vibration(self, progress: OnProgress | None) -> None:
+        design, start = self.study.design, self._start()
+        count, explorers = design.starts or 1, {}
+        # Not the numbers of the points of a random design.
+        points = random_points((design.seed or 0) + SEED_LIMIT, START_DIMENSIONS, 0, count)
+        states = np.empty((len(self.reasons), count, 4))
+        for index, separation in enumerate(self.separation.tolist()):
+            system = System(self.parameters(index), separation)
+            try:
+                explorers[index] = Explorer(system)
+                if design.starts is None:
+                    state = start if isinstance(start, str) else start[index].tolist()
+                    states[index] = resolve_start(system, state)
+                else:
+                    states[index] = disturbed_states(system, points)
+            except ComputationError as error:
+                explorers.pop(index, None)
+                self.reasons[index] = self.reasons[index] or str(error)
+        members = list(explorers)
+        flags = vibration_flags(
+            [explorer for explorer in explorers.values() for _ in range(count)],
+            states[members].reshape(-1, 4),
+            t_end=self.study.t_end,
+            tol=self.study.tol,
+            progress=progress,
+        ).reshape(-1, count)
+        hits, undecided = np.nansum(flags, axis=1), np.isnan(flags).sum(axis=1)
+        decided = np.where(undecided < count, count - undecided, np.nan)
+        # Undecided starts are all at rest for the lower end, and all vibrate for the upper end.
+        low, high = wilson_end(hits, count, -1.0), wilson_end(hits + undecided, count, 1.0)
+        shares = (hits / decided, low, high, undecided)
+        for column, values in zip(VIBRATION_COLUMNS, shares, strict=True):
+            if column.name in self.results:
+                self.results[column.name][members] = values
+
     def find_critical_mu(self, progress: OnProgress | None) -> None:
         for chunk, parameters, _ in self._chunks(progress):
             self.results[CRITICAL_MU_COLUMN.name][chunk] = critical_mus(
@@ -441,6 +483,13 @@ class _MemberBlock:
             for name, values in (("growth_rate", growth), ("stable", verdicts)):
                 if name in self.results:
                     self.results[name][chunk] = values
+
+
+def wilson_end(hits: Floats, count: int, sign: float) -> Floats:
+    """The lower (sign -1) or upper end (1) of Wilson's 95 % interval of shares hits/count."""
+    centre, variance = hits + 0.5 * _QUANTILE**2, hits * (count - hits) / count
+    half_width = _QUANTILE * np.sqrt(variance + 0.25 * _QUANTILE**2)
+    return np.asarray(np.clip((centre + sign * half_width) / (count + _QUANTILE**2), 0.0, 1.0))
 
 
 def _observe(batch: Batch) -> dict[str, Floats]:

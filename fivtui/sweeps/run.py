@@ -166,6 +166,7 @@ def sweep(
     design: DesignKind = "product",
     count: int | None = None,
     seed: int | None = None,
+    starts: int | None = None,
     separation: bool | Literal["both"] = True,
     start: Start = "static",
     t_end: float = DEFAULT_T_END,
@@ -189,6 +190,10 @@ def sweep(
         Kind of design, see `Design`.
     count, seed : int, optional
         Number of points and seed of a random or Sobol design.
+    starts : int, optional
+        Number of random starts around the equilibrium of every member, see `Design`: adds
+        ``vibrates``, the share that ends in vibration, the ends of its 95 % interval and the number
+        of undecided starts. Other outputs are those of `start`.
     separation : bool or "both"
         Whether separation is considered; "both" gives two members per point.
     start, t_end, tol
@@ -229,7 +234,7 @@ def sweep(
     [[20.0, True, 68, 'done', ''], [80.0, True, 74, 'done', '']]
     """
     study = Study(
-        design=Design(dict(vary), design, count, seed),  # type: ignore[arg-type]
+        design=Design(dict(vary), design, count, seed, starts),  # type: ignore[arg-type]
         parameters=Parameters() if parameters is None else parameters,
         cases=(True, False) if separation == "both" else (separation,),
         start=start,

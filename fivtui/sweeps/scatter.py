@@ -6,12 +6,12 @@ A scrambling is one randomisation of the whole set of points.
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import lru_cache
-from typing import Any, Final, Literal
+from typing import Any, ClassVar, Final, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.distributions import Distribution
+from fivtui.distributions import Distribution, truncate_at_bounds
 from fivtui.model import InputError, check_known
 
 from .design import SEED_LIMIT, SOBOL_BITS, VARIABLES, Design, sobol_directions, sobol_points
@@ -83,6 +83,7 @@ class Scatter:
     repeats: int = 16
     indices: bool = True
     correlations: Correlations = ()
+    starts: ClassVar[None] = None
     size: int = field(init=False)
 
     def __post_init__(self) -> None:
@@ -92,7 +93,7 @@ class Scatter:
         object.__setattr__(
             self,
             "axes",
-            {name: _truncate(name, distribution) for name, distribution in self.axes.items()},
+            {name: truncate_at_bounds(name, axis, VARIABLES) for name, axis in self.axes.items()},
         )
         if not 1 <= self.count <= MOST_POINTS or self.count & (self.count - 1):
             raise InputError(f"count = {self.count}: must be a power of two, at most {MOST_POINTS}")
@@ -188,17 +189,6 @@ class Scatter:
 
 
 StudyDesign = Design | Scatter
-
-
-def _truncate(name: str, axis: object) -> Distribution:
-    check_known("name", name, VARIABLES)
-    if not isinstance(axis, Distribution):
-        raise InputError(f"{name} = {axis!r}: must be a distribution, such as normal:80:8")
-    spec = VARIABLES[name]
-    try:
-        return axis.truncate(spec.lower, spec.upper)
-    except InputError as error:
-        raise InputError(f"{name}: {error}") from None
 
 
 @lru_cache(maxsize=_CACHED_HYPERCUBES)

@@ -53,6 +53,8 @@ _MAX_LENGTH: Final = 100
 # Simulated time of a piece, s, in batches and in single runs: about a second of work.
 _BATCH_SIMULATED_S: Final = 1_000_000
 _SINGLE_SIMULATED_S: Final = 100
+# Runs that take as long as to find out whether a motion ends in vibration.
+_VIBRATION_RUNS: Final = 20
 # Bounds of the number of members per piece.
 _PIECE_MEMBER_BOUNDS: Final = (1, 20_000)
 
@@ -61,7 +63,8 @@ def default_piece_size(study: Study) -> int:
     """Default number of members per piece: about a second of work."""
     least, greatest = _PIECE_MEMBER_BOUNDS
     simulated_s = _SINGLE_SIMULATED_S if study.is_run_by_run else _BATCH_SIMULATED_S
-    return max(least, min(greatest, int(simulated_s / study.t_end)))
+    runs = (study.design.starts or 1) * _VIBRATION_RUNS if study.has_vibration else 1
+    return max(least, min(greatest, int(simulated_s / (study.t_end * runs))))
 
 
 class SweepStore:

@@ -83,6 +83,15 @@ STABILITY_COLUMNS: Final = (
 # cycle on the branch from the Hopf point, large ones do so too, unless another attractor exists.
 CRITICAL_MU_COLUMN: Final = SweepColumn("critical_mu", "", "critical friction coefficient")
 SAFE_MU_COLUMN: Final = SweepColumn("safe_mu", "", "safe friction coefficient")
+# A motion ends in vibration (share 1), at rest (0), or is undecided.
+VIBRATES: Final = "vibrates"
+VIBRATION_COLUMNS: Final = (
+    SweepColumn(VIBRATES, "", "share of starts that end in vibration"),
+    SweepColumn("vibrates_low", "", "lower end of its 95 % interval"),
+    SweepColumn("vibrates_high", "", "upper end of its 95 % interval"),
+    SweepColumn("undecided", "", "number of undecided starts", "count"),
+)
+_VIBRATION_OUTPUTS: Final = tuple(column.name for column in VIBRATION_COLUMNS)
 OUTPUTS: Final[Mapping[str, SweepColumn]] = {
     column.name: column
     for column in (
@@ -91,6 +100,7 @@ OUTPUTS: Final[Mapping[str, SweepColumn]] = {
         *STABILITY_COLUMNS,
         CRITICAL_MU_COLUMN,
         SAFE_MU_COLUMN,
+        *VIBRATION_COLUMNS,
     )
 }
 DEFAULT_OUTPUTS: Final = tuple(column.name for column in TRANSIENT_COLUMNS)
@@ -164,6 +174,11 @@ class Study:
             raise InputError("outputs: must be one or more names, each once")
         if self.method not in METHODS:
             raise InputError(f"method = {self.method}: must be {', '.join(METHODS)} for a sweep")
+        if self.design.starts is not None:
+            outputs = tuple(dict.fromkeys((*self.outputs, *_VIBRATION_OUTPUTS)))
+            object.__setattr__(self, "outputs", outputs)
+        if self.has_vibration and self.method != BATCH_METHOD:
+            raise InputError(f"output {VIBRATES}: must be left out with method = {self.method}")
         self._check_over_time()
         targets = self._checked_targets()
         object.__setattr__(self, "accuracy", tuple(targets.items()))
@@ -213,6 +228,11 @@ class Study:
                     f"output {name}: must be left out, as {_join_names(self.over_time)} over time "
                     "has no equilibrium"
                 )
+
+    @property
+    def has_vibration(self) -> bool:
+        """Whether motions are followed until they vibrate or come to rest."""
+        return not set(self.outputs).isdisjoint(_VIBRATION_OUTPUTS)
 
     @property
     def _single_run_outputs(self) -> list[str]:

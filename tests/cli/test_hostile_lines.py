@@ -1,4 +1,6 @@
-"""Any command line exits with 0, 2 or 3; a failure prints one line and leaves no files."""
+"""Any command line exits with 0, 2 or 3; a failure leaves no files and prints one line,
+below the warnings that were printed before it.
+"""
 
 import contextlib
 import io
@@ -40,6 +42,8 @@ def find_fault(code: int, message: str, changed: set[str]) -> str:
         return "unexpected error"
     if code == 0:
         return ""
+    while message.startswith("warning: "):
+        _, _, message = message.partition("\n")
     if message.count("\n") != 1 or not message.startswith("fivtui: "):
         return "not one line"
     if not message.rstrip("\n").isprintable() or len(message) > MAX_MESSAGE_LENGTH:

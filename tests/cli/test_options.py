@@ -9,9 +9,17 @@ from typing import Any
 import pytest
 
 from fivtui.cli import commands
+from fivtui.identification import IdentifyOptions
 from fivtui.maps import MapOptions
 from fivtui.measured import ValidateOptions
-from fivtui.options import Option, declared_options, declared_settings, option_arguments
+from fivtui.model import InputError
+from fivtui.options import (
+    Option,
+    declared_options,
+    declared_settings,
+    option_arguments,
+    read_arguments,
+)
 from fivtui.orbits import BranchOptions
 from fivtui.reliability import UncertaintyOptions
 from fivtui.sweeps import SweepOptions
@@ -21,6 +29,7 @@ from fivtui.transient import SETTINGS, SimulateOptions
 DECLARED = {
     "map": MapOptions,
     "validate": ValidateOptions,
+    "identify": IdentifyOptions,
     "branch": BranchOptions,
     "uncertainty": UncertaintyOptions,
     "sweep": SweepOptions,
@@ -36,7 +45,7 @@ def another_value(declared: Option, default: Any) -> Any:
     if declared.choices:
         return declared.choices[-1]
     if declared.multiple:
-        return ("a=1", "b=-2")
+        return (Path("a.csv"), Path("b.csv")) if declared.file else ("a=1", "b=-2")
     if declared.metavar is None:
         return not default
     return Path("a.csv") if declared.file else "-1,5"
@@ -66,3 +75,21 @@ def test_options_of_settings_have_the_flags_of_the_table() -> None:
             if declared.setting:
                 of_table = SETTINGS[declared.setting].option
                 assert (declared.flag, declared.metavar) == (of_table.flag, of_table.metavar)
+
+
+def test_arguments_are_read_with_and_without_an_equals_sign_among_others() -> None:
+    options, others = read_arguments(
+        IdentifyOptions, ["rig.csv", "--fit", "mu", "--fit=c1=0.1:2", "b.csv", "--noise=-1"]
+    )
+    assert others == ["rig.csv", "b.csv"]
+    assert option_arguments(options) == ["--noise", "-1", "--fit", "mu", "--fit", "c1=0.1:2"]
+    for arguments, message in (
+        (["--fits", "mu"], "unknown option '--fits'"),
+        (["--fit"], "--fit: must be followed by a value"),
+        (["--fit="], "--fit: must be followed by a value"),
+        # Settings and flags are set elsewhere.
+        (["--start", "static"], "unknown option '--start'"),
+        (["--ignore-separation"], "unknown option '--ignore-separation'"),
+    ):
+        with pytest.raises(InputError, match=message):
+            read_arguments(IdentifyOptions, arguments)

@@ -58,6 +58,7 @@ REQUIRED_ARGUMENTS: dict[tuple[str, ...], list[str]] = {
     ("sound",): [],
     # Any existing file: paths are checked before measured data are read.
     ("validate",): [f"--measured={__file__}"],
+    ("identify",): [f"--measured={__file__}", "--fit=mu"],
     ("fmu", "build"): [],
     ("fmu", "system"): [],
     ("fmu", "run"): [],
@@ -67,6 +68,7 @@ SUFFIXES: dict[tuple[str, ...], str] = {
     ("fmu", "system"): ".ssp",
     ("animate",): ".gif",
     ("sound",): ".wav",
+    ("identify",): ".toml",
 }
 
 

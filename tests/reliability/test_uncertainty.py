@@ -1,8 +1,10 @@
 """Uncertainty studies: against closed forms, stored and continued, on the command line."""
 
+import json
 import math
+import shlex
 import tomllib
-from collections.abc import Generator, Iterable
+from collections.abc import Generator, Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -14,6 +16,7 @@ from fivtui import (
     Parameters,
     Scene,
     find_scene,
+    load_scene,
     safe_friction,
     simulate,
     stability,
@@ -21,6 +24,7 @@ from fivtui import (
 )
 from fivtui.cli import run
 from fivtui.model.errors import Cancelled, ComputationError, InputError
+from fivtui.orbits import Explorer
 from fivtui.reliability.report import UncertaintyProgress, print_uncertainty, study_warning
 from fivtui.reliability.request import (
     add_safe_table,
@@ -35,13 +39,14 @@ from fivtui.reliability.statistics import mark_sampling_error
 from fivtui.safety.table import safe_mus
 from fivtui.scene.files import scene_from_dict
 from fivtui.studies import build_command, kind_of, load_study
-from fivtui.sweeps import run as run_of_sweeps
+from fivtui.sweeps import rows as rows_of_sweeps, run as run_of_sweeps
 from fivtui.sweeps.pieces import SweepPiece
 from fivtui.sweeps.rows import Rows
 from fivtui.sweeps.run import Engine, local_engine, sweep
 from fivtui.sweeps.scatter import Scatter
 from fivtui.sweeps.study import Study
-from fivtui.tui.tabs.requests.uncertainty import index_remark
+from fivtui.tui.session.command_lines import Origin, study_command
+from fivtui.tui.tabs.requests.uncertainty import index_remark, uncertainty_request
 
 # Critical and safe friction coefficient of the base set. Safe μ is the least μ of a limit cycle:
 # between the two a stable equilibrium and a limit cycle coexist.
@@ -389,6 +394,102 @@ def test_a_correlated_scene_says_why_there_are_no_indices(
     assert "inputs are correlated: no Sobol indices" in capsys.readouterr().err
     assert run([*line, "--indices"]) == 2
     assert "must be independent" in capsys.readouterr().err
+
+
+def scattered_scene(folder: Path, text: str = "") -> Path:
+    """A scene file that scatters mu and F."""
+    path = folder / "scattered.toml"
+    lines = "fivtui_scene = 1\n[scatter]\nmu = 'normal:0.42:0.01'\nF = 'uniform:78:82'\n"
+    path.write_text(lines + text, encoding="utf-8")
+    return path
+
+
+def test_a_scene_gives_its_distributions_and_vary_adds_or_replaces(tmp_path: Path) -> None:
+    scene = load_scene(scattered_scene(tmp_path))
+    study = scattered_study(scene, {}, samples=64)
+    assert {name: str(axis) for name, axis in study.design.axes.items()} == {
+        "mu": "normal:0.42:0.01",
+        "F": "uniform:78:82",
+    }
+    inputs = parse_inputs(["mu~uniform:0.1:0.2", "k_nl~normal:100:5"])
+    changed = scattered_study(scene, inputs, samples=64).design.axes
+    assert {name: str(axis) for name, axis in changed.items()} == {
+        "mu": "uniform:0.1:0.2",
+        "F": "uniform:78:82",
+        "k_nl": "normal:100:5",
+    }
+
+
+def test_the_command_line_takes_the_distributions_of_the_scene(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    scene = str(scattered_scene(tmp_path, "[correlation]\nmu.F = -0.5\n"))
+    line = ["uncertainty", scene, "--samples", "64", "--output", "critical_mu", "--json"]
+    assert run([*line, "--set", "mu=0.3"]) == 0
+    out, err = capsys.readouterr()
+    data = json.loads(out)
+    assert data["inputs"] == {"mu": "normal:0.42:0.01", "F": "uniform:78:82"}
+    assert data["correlations"] == [["mu", "F", -0.5]]
+    assert "--set mu has no effect: mu varies" in err
+    assert run(["uncertainty", "--samples", "64"]) == 2
+    message = capsys.readouterr().err
+    assert "--vary NAME~DISTRIBUTION" in message
+    assert "[scatter]" in message
+
+
+def test_a_shown_command_does_not_scatter_what_its_scene_scatters_besides(tmp_path: Path) -> None:
+    path = scattered_scene(tmp_path)
+    scene = load_scene(path)
+    origin = Origin(scene, str(path))
+    command = study_command("uncertainty", scattered_study(scene, {}, samples=64), origin)
+    assert shlex.split(command)[1:5] == ["uncertainty", str(path), "--vary", "mu~normal:0.42:0.01"]
+    # The file would also scatter F.
+    only_mu = uncertainty_request(scene, "mu~normal:0.42:0.01")
+    command = study_command("uncertainty", only_mu, origin)
+    assert shlex.split(command)[1:4] == ["uncertainty", "--vary", "mu~normal:0.42:0.01"]
+
+
+def test_the_probability_of_vibration_is_that_of_mu_above_a_threshold() -> None:
+    # From the static start the base scene vibrates above a μ between safe and critical μ.
+    result = uncertainty(vary={"mu": "uniform:0.2:0.6"}, samples=512, outputs=["vibrates"])
+    vibrates = result.probabilities["vibrates"]
+    mu, flags = result.samples("mu"), result.samples("vibrates")
+    assert SAFE_MU < mu[flags == 1.0].min() < CRITICAL_MU
+    assert mu[flags == 0.0].max() < mu[flags == 1.0].min()
+    assert vibrates.value > result.probabilities["unstable"].value
+    assert vibrates.low < np.mean(flags) < vibrates.high
+    assert result.missing == {}
+    assert result.indices["vibrates"]["mu"].total.value > 0.9
+    assert "vibrates" not in result.quantiles
+
+
+def test_undecided_members_widen_the_interval_and_are_reported(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def flags_of(explorers: Sequence[Explorer], *_args: object, **_kwargs: object) -> np.ndarray:
+        mus = np.array([explorer.system.parameters.mu for explorer in explorers])
+        return np.where(mus < 0.3, 0.0, np.where(mus < 0.4, np.nan, 1.0))
+
+    monkeypatch.setattr(rows_of_sweeps, "vibration_flags", flags_of)
+    study = scattered_study(
+        BASE, parse_inputs(["mu~uniform:0.2:0.6"]), samples=256, indices=False,
+        outputs=("vibrates",),
+    )  # fmt: skip
+    result = compute_uncertainty(study, local_engine(1))
+    estimate = result.probabilities["vibrates"]
+    assert estimate.value == pytest.approx(2.0 / 3.0, abs=0.01)
+    # All undecided members at rest, and all vibrating.
+    assert estimate.low == pytest.approx(0.5, abs=0.02)
+    assert estimate.low < 0.5
+    assert estimate.high == pytest.approx(0.75, abs=0.02)
+    assert estimate.high > 0.75
+    assert result.missing == {"vibrates": 64}
+    assert result.to_dict()["missing"] == {"vibrates": 64}
+    assert str(study_warning(result)).startswith("64 members are undecided between rest and")
+    print_uncertainty(result)
+    assert "the run ends in vibration" in capsys.readouterr().out
+    with pytest.raises(ComputationError, match="64 of 256 members are undecided"):
+        compute_uncertainty(study, local_engine(1), until=0.01)
 
 
 def test_a_scene_keeps_its_table_of_correlations() -> None:

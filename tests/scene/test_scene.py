@@ -4,10 +4,12 @@ import dataclasses
 import json
 import re
 from pathlib import Path
+from typing import Any
 
 import pytest
 from hypothesis import given, strategies as st
 
+from fivtui.distributions import Distribution
 from fivtui.equilibrium.eigenvalues import stability
 from fivtui.model.errors import InputError
 from fivtui.model.parameters import PARAMETERS, Parameters
@@ -22,6 +24,11 @@ from fivtui.transient.result import Transient
 from fivtui.transient.settings.checks import MAX_T_END, Start
 
 VERSION = "fivtui_scene = 1\n"
+SCATTER = (
+    ("mu", Distribution("normal", (0.42, 0.1 / 3.0))),
+    ("v_belt", Distribution("gamma", (2.0, 0.0, 1.5))),
+    ("y0", Distribution("uniform", (-1.0, 0.0))),
+)
 
 
 def run(scene: Scene) -> Transient:
@@ -64,6 +71,7 @@ def scenes(draw: st.DrawFn) -> Scene:
         step=draw(steps) if takes_step(method) and not accuracy else None,
         accuracy=accuracy,
         outputs=tuple(draw(st.lists(st.sampled_from(sorted(OUTPUTS)), unique=True))),
+        scatter=draw(st.sampled_from([(), SCATTER])),
         correlation=draw(st.sampled_from([(), (("mu", "F", -0.25), ("mu", "y0", 0.5))])),
     )
 
@@ -104,6 +112,25 @@ def test_a_scene_file_is_replaced_only_with_force(tmp_path: Path) -> None:
     assert load_scene(path) == PRESETS["linear"]
 
 
+def test_a_scene_with_scatter_is_computed_at_its_values() -> None:
+    scene = dataclasses.replace(PRESETS["base"], scatter=SCATTER)
+    assert run(scene).final == run(PRESETS["base"]).final
+    assert scene.with_values({"mu": 0.3}).scatter == SCATTER
+
+
+@pytest.mark.parametrize(
+    ("scatter", "message"),
+    [
+        ((SCATTER[0], SCATTER[0]), "every name must be given once"),
+        ((("mu", Distribution("normal", (0.4, 0.1), low=0.3)),), "mu: must not be truncated"),
+        ((("mu", "normal:0.4:0.1"),), "must be a distribution, such as normal:80:8"),
+    ],
+)
+def test_scatter_that_a_file_cannot_hold_is_refused(scatter: Any, message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        dataclasses.replace(PRESETS["base"], scatter=scatter)
+
+
 def test_keys_missing_in_a_file_have_defaults(tmp_path: Path) -> None:
     path = tmp_path / "brake.toml"
     path.write_text(VERSION + "[parameters]\nF = 120\n", encoding="utf-8")
@@ -139,6 +166,11 @@ def test_keys_missing_in_a_file_have_defaults(tmp_path: Path) -> None:
         (VERSION + "start = [0, 0, 0]", "start = (0.0, 0.0, 0.0): must be static"),
         (VERSION + "start = [0, 0, inf, 0]", "start = inf: not a finite number"),
         (VERSION + "start = [0, 0, '1', 0]", "start[2] = '1': not a number"),
+        (VERSION + "scatter = 3", "scatter = 3: must be a table such as {mu = "),
+        (VERSION + "[scatter]\nmu = 3", "scatter.mu = 3: must be text in quotes"),
+        (VERSION + "[scatter]\nmu = 'normal:1'", "normal:1: must be normal:MEAN:SD"),
+        (VERSION + "[scatter]\nf = 'normal:1:2'", "unknown name 'f'; did you mean F?"),
+        (VERSION + "[scatter]\nmu = 'uniform:-2:-1'", "mu: uniform:-2:-1: must have values from 0"),
         (VERSION + "t_end = -1", "t_end = -1: must be above 0 and at most 1e+07 s"),
         (VERSION + "tol = 1.0", "tol = 1: must be from 1e-13 to 0.01"),
         (VERSION + "method = 'rk5'", "unknown method 'rk5'; did you mean rk4?"),

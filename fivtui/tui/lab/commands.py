@@ -73,6 +73,7 @@ _SEARCH_TERMS: Final = {
     "samples": "scatter points",
     "result": "numbers values table peak summary compare",
     "log": "messages errors history",
+    "identification": "identify fit measured data parameters least squares estimate calibrate",
     "branch": "bifurcation continuation limit cycles hopf fold attractors coexistence",
 }
 # Search terms of the commands of every Textual application, by title.

@@ -45,6 +45,8 @@ def _fields_without_option(scene: Scene, base: Scene, command: Command) -> list[
     # separation, so that the slider may leave the belt, or removes error targets.
     required_values = {"over_time": (), **command.scene_only}
     fields = [name for name, value in required_values.items() if getattr(base, name) != value]
+    if command.scattered is not None and not {*dict(base.scatter)} <= {*command.scattered}:
+        fields.append("scatter")
     if "separation" in command.settable and scene.separation and not base.separation:
         fields.append("separation")
     if "accuracy" in command.settable and not scene.accuracy and base.accuracy:

@@ -58,7 +58,8 @@ TABS: Final = (
     TabSpec("uncertainty", "Risk", "alt+7", "studies.uncertainty", "UncertaintyPane"),
     TabSpec("result", "Result", "alt+8", "result", "ResultPane"),
     TabSpec("log", "Log", "alt+9", "log", "LogPane"),
-    TabSpec("branch", "Branches", "alt+0", "studies.branches", "BranchesPane"),
+    TabSpec("branch", "Branch", "alt+0", "studies.branches", "BranchesPane"),
+    TabSpec("identification", "Fit", "alt+minus", "studies.identification", "IdentificationPane"),
 )
 
 # Columns of the border at both ends of the titles, and of the blanks around a title.

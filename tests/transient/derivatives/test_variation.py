@@ -88,6 +88,8 @@ def test_compiled_and_interpreted_kernels_give_the_same_derivatives(
         for kernel in KERNELS
     )
     assume(interpreted.switch_times.size == compiled.switch_times.size)
+    # Where a motion touches y = 0 and turns back, the time of the switch is known to few digits.
+    assume(not separation or abs(compiled.extremes[EXTREMES.index("y_max")]) > 1e-6)
     scale = np.abs(compiled.derivatives).max()
     assert np.abs(interpreted.derivatives - compiled.derivatives).max() < 1e-10 * scale
     assert interpreted.final_rate == pytest.approx(compiled.final_rate, rel=1e-9, abs=1e-9)

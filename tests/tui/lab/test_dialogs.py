@@ -150,9 +150,10 @@ TITLE_BY_QUERY = {
     "fft": "Transient: Spectrum", "film": "Transient: Belt", "wav": "Transient: Belt",
     "measured": "Transient: Measured", "validate": "Transient: Measured", "log": "Logarithmic x",
     "compare": "Transient: Difference", "tolerance": "Edit tol", "speed": "Edit v_belt",
-    "preload": "Edit F", "bifurcation": "Tab Branches", "probability": "Tab Risk",
+    "calibrate": "Tab Fit",
+    "preload": "Edit F", "bifurcation": "Tab Branch", "probability": "Tab Risk",
     "zoom": "Zoom in", "cursor": "First cursor", "clipboard": "Copy the command",
-    "remove": "Delete run", "keymap": "Help: keys", "limit cycle": "Tab Branches",
+    "remove": "Delete run", "keymap": "Help: keys", "limit cycle": "Tab Branch",
     "abort": "", "ffff": "",
 }  # fmt: skip
 

@@ -14,6 +14,7 @@ from textual.widgets import Input
 
 from fivtui.charts import charts_figure
 from fivtui.charts.chart import Chart, View
+from fivtui.identification import identify
 from fivtui.orbits import branch
 from fivtui.reliability import uncertainty
 from fivtui.scene.presets import PRESETS
@@ -32,7 +33,7 @@ from tests.support.laboratory import app_of, lab_of, show_tab, until
 
 BASE = PRESETS["base"]
 # Views that are tables: they have no charts with which a figure could agree.
-TABLE_VIEWS = {"facts", "settings", "indices", "figures", "claims"}
+TABLE_VIEWS = {"facts", "settings", "indices", "figures", "claims", "fitted-values"}
 
 
 def svg_texts(path: Path) -> list[str]:
@@ -110,6 +111,8 @@ def add_studies(session: Any) -> None:
         vary={"mu": "uniform:0.2:0.8", "F": "normal:80:8"}, samples=64, indices=False
     )
     session.studies["uncertainty"] = DisplayedStudy(uncertainty_result, "base")
+    fit = identify(measured="measured.csv", fit=["mu"])
+    session.studies["identification"] = DisplayedStudy(fit, "base")
     session.settings["sweep"] = {"vary": "F=60,80,100"}
     session.settings["map"] = {"over": "F=60:120:4 k_nl=80:120:3"}
     session.settings["paper"] = {"figure": "2a", "view": "figure"}

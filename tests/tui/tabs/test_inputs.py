@@ -55,6 +55,7 @@ INPUTS = (
     ("alt+4", "over", "mu=0:1:5 F=5:x:3", "F = 'x': not a number; must be", "mu=0:1:5 F=5:9:3"),
     # The message of the third one repeats the text, which the input shows, too.
     ("alt+7", "scattered", "F~normal:80:-8", "F~normal:80:-8", "F~normal:80:8"),
+    ("alt+minus", "fitted", "a.csv --fit q", "unknown parameter 'q'", "a,1.csv --fit mu=0.1:1"),
     ("alt+0", "along", "mu=0,1", "must be NAME or NAME=LOW:HIGH", "mu=0.1:0.9"),
 )
 

@@ -13,14 +13,16 @@ from textual.pilot import Pilot
 from textual.widgets import Input
 
 from fivtui.charts.chart import View
+from fivtui.distributions import parse_distribution
 from fivtui.model.errors import InputError
 from fivtui.reliability.charts import histogram_chart, quantity_name, samples_chart
 from fivtui.reliability.result import Uncertainty
 from fivtui.reliability.run import compute_uncertainty
+from fivtui.scene.files import load_scene, save_scene
 from fivtui.scene.presets import PRESETS
 from fivtui.sweeps.run import local_engine
 from fivtui.tui.chart.picture import draw
-from fivtui.tui.session.session import DisplayedStudy
+from fivtui.tui.session.session import DisplayedStudy, Session
 from fivtui.tui.tabs.requests import uncertainty as requests
 from fivtui.tui.tabs.studies.uncertainty import UncertaintyPane
 from fivtui.tui.tabs.tab_book import TabBook
@@ -122,6 +124,24 @@ async def test_f10_starts_the_study_and_the_views_show_its_results(
     app_of(pilot).session.studies["uncertainty"] = loaded_study
     pane.scene_changed()
     await until_shown(pilot, "256 samples, read from rows.csv")
+
+
+def test_the_input_begins_with_the_distributions_of_the_scene(tmp_path: Path) -> None:
+    assert UncertaintyPane(Session()).initial_text == requests.EXAMPLE
+    scatter = tuple(
+        (name, parse_distribution(text))
+        for name, text in (("mu", "normal:0.42:0.01"), ("y0", "uniform:-1:0"))
+    )
+    session = Session(replace(PRESETS["base"], scatter=scatter))
+    text = UncertaintyPane(session).initial_text
+    assert text == "μ~normal:0.42:0.01 y0~uniform:-1:0"
+    study = requests.uncertainty_request(session.scene(), text)
+    assert [str(axis) for axis in study.design.axes.values()] == [str(axis) for _, axis in scatter]
+    # A name that is left out of the input does not scatter.
+    assert list(requests.uncertainty_request(session.scene(), DISTRIBUTION).design.axes) == ["mu"]
+    session.set_text("F", "90")
+    save_scene(session.scene(), tmp_path / "saved.toml")
+    assert load_scene(tmp_path / "saved.toml").scatter == scatter
 
 
 def load_result(path: Path) -> Uncertainty:

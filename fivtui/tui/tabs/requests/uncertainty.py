@@ -1,6 +1,7 @@
 """The parser of the uncertainty tab's input, and the rows of its table. Imports no Textual."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
 from fivtui.model import InputError
@@ -30,12 +31,12 @@ _BAR_LENGTH: Final = 12
 
 
 def uncertainty_request(scene: Scene, text: str) -> "Study":
-    """The study of a scene with distributions such as ``μ~uniform:0.2:0.8 F~normal:80:8``."""
+    """The study of a scene with distributions such as ``μ~uniform:0.2:0.8``, not with its own."""
     from fivtui.reliability import parse_inputs, scattered_study
 
     inputs = parse_inputs(replace_symbols(text).split())
     try:
-        return scattered_study(scene, inputs, samples=SAMPLES)
+        return scattered_study(replace(scene, scatter=()), inputs, samples=SAMPLES)
     except InputError as error:
         # An FMU, which a scene may choose as its method, cannot compute a study.
         advice = "; F4 switches the engine" if str(error).startswith("method =") else ""

@@ -14,7 +14,7 @@ from textual.widgets import Static
 from fivtui.charts import Heading
 from fivtui.scene import Scene
 from fivtui.tui.chart import ChartView
-from fivtui.tui.session import DisplayedStudy, Job, Session
+from fivtui.tui.session import DisplayedStudy, Job, Session, symbol_of
 from fivtui.tui.tabs.requests.uncertainty import (
     COLUMNS,
     EXAMPLE,
@@ -59,6 +59,12 @@ class UncertaintyPane(StudyPane):
         super().__init__(session)
         # The probabilities estimated from the samples so far, as text.
         self._estimate = ""
+
+    @property
+    def initial_text(self) -> str:
+        """The stored text of the input, or else the distributions of the scene or the example."""
+        texts = [f"{symbol_of(name)}~{axis}" for name, axis in self.session.loaded.scatter]
+        return self.stored_setting(self.input_setting, " ".join(texts) or self.EXAMPLE)
 
     def compose_bar(self) -> ComposeResult:
         """The distributions."""

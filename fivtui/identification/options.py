@@ -1,0 +1,73 @@
+"""Options of ``fivtui identify``."""
+
+from pathlib import Path
+from typing import Final
+
+from fivtui.model import ALL_PARAMETERS
+from fivtui.options import option, options_class
+from fivtui.transient import START_SPECS, setting
+
+_DATA: Final = "Measured data"
+
+
+@options_class
+class IdentifyOptions:
+    """Options of ``fivtui identify``."""
+
+    measured: tuple[Path, ...] = option(
+        "--measured",
+        "A measured record; may be repeated.",
+        metavar="FILE.csv",
+        multiple=True,
+        file=True,
+        group=_DATA,
+    )
+    signal: tuple[str, ...] = option(
+        "--signal",
+        "Measured quantity, x, vx, y, vy or P, and its column; may be repeated.  [default: y]",
+        metavar="NAME[=COLUMN]",
+        multiple=True,
+        group=_DATA,
+    )
+    time: str = option(
+        "--time",
+        "Time column, by name or number; by default t, time or the first.",
+        "",
+        metavar="NAME|N",
+        group=_DATA,
+    )
+    scale: str | None = option(
+        "--scale", "Factor from the signals to SI units.", metavar="N", group=_DATA
+    )
+    time_scale: str | None = option(
+        "--time-scale", "Factor from the time column to seconds.", metavar="N", group=_DATA
+    )
+    noise: str | None = option(
+        "--noise",
+        "Standard deviation of the noise, SI unit; by default estimated from the residuals.",
+        metavar="S",
+        group=_DATA,
+    )
+    target: tuple[str, ...] = option(
+        "--target",
+        "A measured feature and its standard deviation: frequency, growth-rate, critical-mu, "
+        "half-range or cycle-frequency; may be repeated.",
+        metavar="NAME=VALUE±SD",
+        multiple=True,
+        group=_DATA,
+    )
+    fit: tuple[str, ...] = option(
+        "--fit",
+        "A parameter, or x0, vx0, y0, vy0 of the start, within bounds; may be repeated.",
+        metavar="NAME[=LOW:HIGH]",
+        multiple=True,
+        completions=lambda: (*ALL_PARAMETERS, *START_SPECS),
+    )
+    own: tuple[str, ...] = option(
+        "--own",
+        "As --fit, with a value for each record.",
+        metavar="NAME[=LOW:HIGH]",
+        multiple=True,
+    )
+    ignore_separation: bool = setting("separation")
+    start: str | None = setting("start")

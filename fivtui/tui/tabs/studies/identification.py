@@ -1,0 +1,135 @@
+"""The fit tab: parameters fitted to measured signals and features."""
+
+import shlex
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar
+
+from textual.app import ComposeResult
+from textual.binding import Binding, BindingType
+from textual.containers import Vertical
+from textual.widgets import Static
+
+from fivtui.charts import Heading
+from fivtui.identification import IdentifyOptions, fit_charts, prepare_fit
+from fivtui.model import InputError
+from fivtui.options import read_arguments
+from fivtui.scene import Scene
+from fivtui.studies import study
+from fivtui.tui.chart import ChartView
+from fivtui.tui.session import DisplayedStudy, Job, Session, replace_symbols, symbol_of
+from fivtui.tui.tabs.messages import PointRunRequested
+from fivtui.tui.tabs.requests.sweep import point_texts
+from fivtui.tui.tabs.tables import RowsView
+
+from .study_pane import StudyPane
+
+if TYPE_CHECKING:
+    from fivtui.identification import Identification
+
+_Request = tuple[Scene, IdentifyOptions]
+
+
+class IdentificationPane(StudyPane):
+    """Parameters of the edited scene fitted to measured records and features."""
+
+    NAME: ClassVar[str] = "identification"
+    VERB: ClassVar[str] = "Fit"
+    HINT: ClassVar[str] = "F10: fit, Enter: fitted values into the form"
+    INPUT: ClassVar[str] = "fitted"
+    EXAMPLE: ClassVar[str] = "rig.csv --signal y --fit mu"
+    INPUT_FORMAT: ClassVar[str] = "FILE.csv --signal NAME --fit NAME=LOW:HIGH --target NAME=N±SD"
+    VIEWS: ClassVar[Mapping[str, str]] = {"fit": "Signals", "fitted-values": "Values"}
+    LINKED: ClassVar[Sequence[Sequence[str]]] = (("fit-signals", "fit-residuals"),)
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("enter", "apply_values", "Apply", key_display="⏎", tooltip="Run the fitted values"),
+        Binding("n", "next_signal", "Next signal"),
+    ]
+
+    def __init__(self, session: Session) -> None:
+        super().__init__(session)
+        self._signal_index = 0
+        # What the displayed result was computed from, for the command line.
+        self._fitted_request: _Request | None = None
+
+    def compose_bar(self) -> ComposeResult:
+        """Files, and what is fitted."""
+        yield Static("identify", classes="bar-text")
+        yield from self.compose_input()
+
+    def compose_views(self) -> ComposeResult:
+        """Both signals and the residuals; the fitted values."""
+        with Vertical(id="fit"):
+            yield ChartView("fit-signals", empty_text="no fitted signal: press F10")
+            yield ChartView("fit-residuals")
+        yield RowsView(id="fitted-values")
+
+    def parse(self, scene: Scene, text: str) -> _Request:
+        """The scene and the options of the input."""
+        options = fit_options(text)
+        prepare_fit(scene, options)
+        return scene, options
+
+    def compute(self, request: _Request, job: Job) -> "tuple[_Request, Identification]":
+        """Fit the parameters of a scene."""
+        return request, prepare_fit(*request)(progress=job.report)
+
+    def show_result(self, result: "tuple[_Request, Identification]") -> None:
+        """Display a fit."""
+        self._fitted_request, identification = result
+        self._signal_index = 0
+        super().show_result(identification)
+
+    def result_status(self, displayed: "DisplayedStudy[Identification]") -> str:
+        """What the data leave unknown, or else the fitted values."""
+        result = displayed.value
+        values = (f"{symbol_of(name)} {value.value:.5g}" for name, value in result.fit.items())
+        return result.warning or f"{' '.join(values)}"
+
+    def draw_result(self, result: "Identification") -> None:
+        """Draw both signals and the residuals of a record, or list the values."""
+        if self.view != "fit":
+            self.query_one(RowsView).show(study(self.NAME).rows(result), "")
+            return
+        pairs = fit_charts(result)
+        charts = pairs[self._signal_index % len(pairs)] if pairs else (None, None)
+        for chart_view, chart in zip(self.query(ChartView), charts, strict=True):
+            chart_view.show(chart)
+
+    def action_next_signal(self) -> None:
+        """Show the next measured signal."""
+        self._signal_index += 1
+        self.fit_axes()
+        self.draw()
+
+    def action_apply_values(self) -> None:
+        """Take the fitted values into the form, and run them."""
+        if self.displayed is not None:
+            result: Identification = self.displayed.value
+            report = f"opened the fit; {self.result_status(self.displayed)}"
+            self.post_message(PointRunRequested(point_texts(result.scene), report))
+
+    def heading(self, result: "Identification") -> Heading:
+        """The fitted parameters."""
+        return Heading([result.parameters], ignores_separation=not result.scene.separation)
+
+    def request_for(self, result: "Identification") -> Any:  # noqa: ARG002
+        """The scene and the options of the displayed fit."""
+        return self._fitted_request
+
+
+def fit_options(text: str) -> IdentifyOptions:
+    """The options of `fivtui identify` in a text: files, then options as on the command line."""
+    try:
+        # Backslashes separate the folders of a path on Windows.
+        words = shlex.split(text.replace("\\", r"\\"))
+    except ValueError as error:
+        raise InputError(f"{text}: {error}") from None
+    options, files = read_arguments(IdentifyOptions, words)
+    return replace(
+        options,
+        measured=(*(Path(file).expanduser() for file in files), *map(Path, options.measured)),
+        fit=tuple(map(replace_symbols, options.fit)),
+        own=tuple(map(replace_symbols, options.own)),
+    )
