@@ -3,8 +3,9 @@
 from pathlib import Path
 from typing import Final
 
+from fivtui.measured import SCALE, TIME, TIME_SCALE
 from fivtui.model import ALL_PARAMETERS
-from fivtui.options import option, options_class
+from fivtui.options import option, option_field, options_class
 from fivtui.transient import START_SPECS, setting
 
 _DATA: Final = "Measured data"
@@ -29,19 +30,9 @@ class IdentifyOptions:
         multiple=True,
         group=_DATA,
     )
-    time: str = option(
-        "--time",
-        "Time column, by name or number; by default t, time or the first.",
-        "",
-        metavar="NAME|N",
-        group=_DATA,
-    )
-    scale: str | None = option(
-        "--scale", "Factor from the signals to SI units.", metavar="N", group=_DATA
-    )
-    time_scale: str | None = option(
-        "--time-scale", "Factor from the time column to seconds.", metavar="N", group=_DATA
-    )
+    time: str = option_field(TIME, "")
+    scale: str | None = option_field(SCALE)
+    time_scale: str | None = option_field(TIME_SCALE)
     noise: str | None = option(
         "--noise",
         "Standard deviation of the noise, SI unit; by default estimated from the residuals.",

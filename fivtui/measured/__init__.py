@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from .charts import overlay_chart, overlay_spectra
     from .comparison import QUANTITIES, Validation, prepare_comparison, read_shift, validate
-    from .options import ValidateOptions
+    from .options import SCALE, TIME, TIME_SCALE, ValidateOptions
     from .reading import has_column_name, read_measurement
     from .tolerances import Tolerances, read_tolerances
 else:

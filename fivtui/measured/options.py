@@ -6,10 +6,23 @@ Quantities are columns of a trajectory: displacements, velocities, and the conta
 from pathlib import Path
 from typing import Final
 
-from fivtui.options import option, options_class
+from fivtui.options import Option, option, option_field, options_class
 from fivtui.transient import RunOptions
 
 _DATA: Final = "Measured data"
+# Options of all commands that read measured data.
+TIME: Final = Option(
+    flag="--time",
+    help="Time column, by name or number; by default t, time or the first.",
+    metavar="NAME|N",
+    group=_DATA,
+)
+SCALE: Final = Option(
+    flag="--scale", help="Factor from the signal to SI units.", metavar="N", group=_DATA
+)
+TIME_SCALE: Final = Option(
+    flag="--time-scale", help="Factor from the time column to seconds.", metavar="N", group=_DATA
+)
 _TOLERANCES: Final = "Tolerances"
 
 
@@ -20,13 +33,7 @@ class ValidateOptions(RunOptions):
     measured: Path | None = option(
         "--measured", "The measured data.", metavar="FILE.csv", file=True, group=_DATA
     )
-    time: str = option(
-        "--time",
-        "Time column, by name or number; by default t, time or the first.",
-        "",
-        metavar="NAME|N",
-        group=_DATA,
-    )
+    time: str = option_field(TIME, "")
     signal: str = option(
         "--signal",
         "Column of the signal; by default the column named as --quantity, else the second.",
@@ -42,15 +49,11 @@ class ValidateOptions(RunOptions):
         show_default=True,
         group=_DATA,
     )
-    scale: str | None = option(
-        "--scale", "Factor from the signal to SI units.", metavar="N", group=_DATA
-    )
+    scale: str | None = option_field(SCALE)
     offset: str | None = option(
         "--offset", "Added to the scaled signal, in SI units.", metavar="N", group=_DATA
     )
-    time_scale: str | None = option(
-        "--time-scale", "Factor from the time column to seconds.", metavar="N", group=_DATA
-    )
+    time_scale: str | None = option_field(TIME_SCALE)
     shift: str = option(
         "--shift",
         "Added to the measured times, s; auto: the shift of highest correlation.",
