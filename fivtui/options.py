@@ -103,10 +103,10 @@ def read_arguments(
         if entry.metavar is not None and not entry.setting
     }
     values: dict[str, Any] = {}
-    others, rest = [], iter(arguments)
+    positional, rest = [], iter(arguments)
     for argument in rest:
         if not argument.startswith("--"):
-            others.append(argument)
+            positional.append(argument)
             continue
         flag_name, _, text = argument.partition("=")
         check_known("option", flag_name, declared)
@@ -114,7 +114,7 @@ def read_arguments(
             raise InputError(f"{flag_name}: must be followed by a value")
         name, is_multiple = declared[flag_name]
         values[name] = (*values.get(name, ()), text) if is_multiple else text
-    return options(**values), others
+    return options(**values), positional
 
 
 def declared_settings(options: Any) -> list[str]:

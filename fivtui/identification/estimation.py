@@ -207,6 +207,11 @@ def _assess(problem: Problem, fitted: Fit, *, known_noise: bool) -> Identificati
     low, high = problem.bounds()
     span = _BOUND_TOL * problem.spreads()
     is_at_bound = (solution.z <= low + span) | (solution.z >= high - span)
+    reaches_bound = (intervals.low <= low) | (intervals.high >= high)
+    for index in np.flatnonzero(reaches_bound & ~is_at_bound).tolist():
+        key = problem.unknowns[index].key
+        directions[f"{key} is hardly determined: its interval reaches a bound"] = frozenset({index})
+    undetermined = frozenset().union(*directions.values())
     values: dict[str, FittedValue] = {}
     for index, unknown in enumerate(problem.unknowns):
         value = unknown.value_at(float(solution.z[index]))

@@ -159,9 +159,9 @@ class Problem:
         `ComputationError` if those of z are such.
         """
         free = [index for index in range(z.size) if index != fixed]
-        size = self.evaluate(z, t_end)[0].size
-        impossible = np.full(size, _IMPOSSIBLE), np.zeros((size, z.size))
-        latest: dict[bytes, tuple[Floats, Floats]] = {}
+        first = self.evaluate(z, t_end)
+        impossible = np.full(first[0].size, _IMPOSSIBLE), np.zeros_like(first[1])
+        latest = {z[free].tobytes(): first}
 
         def evaluate(free_z: Floats) -> tuple[Floats, Floats]:
             key = free_z.tobytes()
@@ -177,7 +177,7 @@ class Problem:
             return latest[key]
 
         if not free:
-            return Solution(z, *self.evaluate(z, t_end), converged=True)
+            return Solution(z, *first, converged=True)
         low, high = self.bounds()
         tie = np.zeros(z.size) if near is None else 1.0 / self.spreads()
         tie_rows, center = np.diag(tie)[np.ix_(free, free)], (z if near is None else near)[free]

@@ -119,8 +119,8 @@ def compute_intervals(
 def _profile_shift(
     problem: Problem, fitted: tuple[Solution, float], index: int, step: Floats, target: float
 ) -> float:
-    # By how much an end of the interval of an unknown moves if it is where the norm of the
-    # residuals, at the best values of all others, grows by `target`. `step` leads to the end.
+    # By how much the end of an interval moves. The end is where the norm of the residuals, at the
+    # best values of all other unknowns, grows by `target`; `step` leads there from the solution.
     solution, t_end = fitted
     least, scale = float(solution.residuals @ solution.residuals), 1.0
     low, high = problem.bounds()

@@ -230,6 +230,13 @@ def test_a_value_at_its_bound_has_no_interval(tmp_path: Path) -> None:
         result.fitted_scene()
 
 
+def test_an_interval_that_reaches_a_bound_is_not_given() -> None:
+    targets = ["half-range=3.5±0.1", "cycle-frequency=0.8±0.05"]
+    result = identify(fit=["mu", "c1"], targets=targets)
+    assert "c1 is hardly determined: its interval reaches a bound" in result.unknown
+    assert result.fit["c1"].low is None
+
+
 def test_a_run_that_leaves_the_record_is_not_called_fitted(tmp_path: Path) -> None:
     result = identify(Parameters(k1=130.0), record(tmp_path), fit=["mu"])
     assert result.warning is not None

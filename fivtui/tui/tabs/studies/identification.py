@@ -123,10 +123,10 @@ def fit_options(text: str) -> IdentifyOptions:
     """The options of `fivtui identify` in a text: files, then options as on the command line."""
     try:
         # Backslashes separate the folders of a path on Windows.
-        words = shlex.split(text.replace("\\", r"\\"))
+        arguments = shlex.split(text.replace("\\", r"\\"))
     except ValueError as error:
         raise InputError(f"{text}: {error}") from None
-    options, files = read_arguments(IdentifyOptions, words)
+    options, files = read_arguments(IdentifyOptions, arguments)
     return replace(
         options,
         measured=(*(Path(file).expanduser() for file in files), *map(Path, options.measured)),
