@@ -27,7 +27,7 @@ from .options import IdentifyOptions
 from .problem import Problem, Record
 from .result import FittedValue, Identification
 from .signals import scene_at
-from .statistics import compute_intervals, find_unknown, runs_test
+from .statistics import compute_intervals, find_unknown, residual_runs_test
 from .unknowns import parse_unknowns
 
 _NUMBERS: Final = ("scale", "time_scale", "noise")
@@ -238,7 +238,7 @@ def _assess(problem: Problem, fitted: Fit, *, known_noise: bool) -> Identificati
             name: float(np.sqrt(np.mean(np.concatenate(parts) ** 2)))
             for name, parts in residuals.items()
         },
-        runs_test=runs_test([part for parts in residuals.values() for part in parts]),
+        runs_test=residual_runs_test(problem, solution.residuals, t_end),
         fitted_until=t_end,
         measured_until=max((float(record.t[-1]) for record in problem.records), default=t_end),
         misfit=fitted.misfit,

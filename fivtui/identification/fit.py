@@ -15,7 +15,7 @@ from fivtui.model import ComputationError
 from fivtui.orbits import slowest_period
 
 from .problem import COARSE_TOL, Problem, Solution
-from .statistics import runs_test
+from .statistics import residual_runs_test
 
 Floats = NDArray[np.float64]
 
@@ -117,9 +117,10 @@ def _is_poor(problem: Problem, fitted: Fit) -> bool:
     # Whether residuals are large and not just noise, whose signs follow each other at random.
     if fitted.misfit <= _POOR:
         return False
-    residuals = problem.signal_residuals(fitted.solution.residuals, fitted.t_end)
-    parts = [part for quantity_parts in residuals.values() for part in quantity_parts]
-    return not parts or runs_test(parts) < _LEAST_RUNS_PROBABILITY
+    if not problem.records:
+        return True
+    residuals = fitted.solution.residuals
+    return residual_runs_test(problem, residuals, fitted.t_end) < _LEAST_RUNS_PROBABILITY
 
 
 def _estimate_noise(problem: Problem, fitted: Fit) -> None:

@@ -29,6 +29,8 @@ _PROFILE_STEPS: Final = 4
 _PROFILE_TOL: Final = 0.02
 # Relative standard deviations below this need no profile: residuals are linear over them.
 _LEAST_PROFILED: Final = 1e-6
+# Residuals below this, relative to the signal, are rounding errors.
+_ROUNDING: Final = 1e-9
 
 
 class Intervals(NamedTuple):
@@ -135,6 +137,18 @@ def _profile_shift(
             break
         scale *= min(max(target / max(growth, _PROFILE_TOL), 0.5), 2.0)
     return (scale - 1.0) * float(step[index])
+
+
+def residual_runs_test(problem: Problem, residuals: Floats, t_end: float) -> float:
+    """`runs_test` of the residuals of a fit, without those of signals that are fitted exactly."""
+    return runs_test(
+        [
+            part
+            for quantity, parts in problem.signal_residuals(residuals, t_end).items()
+            for record, part in zip(problem.records, parts, strict=True)
+            if part.std() > _ROUNDING * record.signals[quantity].std()
+        ]
+    )
 
 
 def runs_test(residuals: Sequence[Floats]) -> float:

@@ -345,3 +345,9 @@ def test_the_command_prints_json_and_draws_the_fit(
     assert data["fit"]["mu"]["low"] < 0.6 < data["fit"]["mu"]["high"]
     assert data["not_known"] == []
     assert plot.stat().st_size > 10_000
+
+
+def test_rounding_errors_of_an_exact_signal_are_not_called_dependent(tmp_path: Path) -> None:
+    result = identify(measured=record(tmp_path, 0.01), fit=FIT, signals=["x", "y"])
+    assert result.residual_sd["x"] < 1e-9
+    assert result.warning is None
