@@ -4,9 +4,8 @@ from pathlib import Path
 from typing import Final
 
 from fivtui.measured import SCALE, TIME, TIME_SCALE
-from fivtui.model import ALL_PARAMETERS
 from fivtui.options import option, option_field, options_class
-from fivtui.transient import START_SPECS, setting
+from fivtui.transient import VARIABLES, setting
 
 _DATA: Final = "Measured data"
 
@@ -52,7 +51,7 @@ class IdentifyOptions:
         "A parameter, or x0, vx0, y0, vy0 of the start, within bounds; may be repeated.",
         metavar="NAME[=LOW:HIGH]",
         multiple=True,
-        completions=lambda: (*ALL_PARAMETERS, *START_SPECS),
+        completions=lambda: VARIABLES,
     )
     own: tuple[str, ...] = option(
         "--own",

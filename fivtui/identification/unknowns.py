@@ -1,22 +1,20 @@
 """Unknowns of a fit: parameters and components of the start, each within bounds."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Final
 
 from fivtui.model import (
     ALL_PARAMETERS,
     InputError,
-    ParameterSpec,
     check_known,
     check_varied_are_used,
     parse_number,
 )
 from fivtui.scene import Scene
-from fivtui.transient import START_SPECS, resolve_start
+from fivtui.transient import START_SPECS, VARIABLES, resolve_start
 
-_SPECS: Final[Mapping[str, ParameterSpec]] = {**ALL_PARAMETERS, **START_SPECS}
 # Bounds of a positive value without bounds: its value in the scene divided and multiplied by this.
 _DEFAULT_FACTOR: Final = 100.0
 
@@ -81,8 +79,8 @@ def parse_unknowns(
 
 def _parse_unknown(scene: Scene, flag: str, text: str) -> Unknown:
     name, equals, bounds = (part.strip() for part in text.partition("="))
-    check_known("parameter", name, _SPECS)
-    spec, value = _SPECS[name], _first_value(scene, name)
+    check_known("parameter", name, VARIABLES)
+    spec, value = VARIABLES[name], _first_value(scene, name)
     if value is None:
         raise InputError(
             f"{flag} {name}: must have a value in the scene, from which the fit begins"

@@ -26,7 +26,8 @@ from fivtui.charts import (
     meaning_label,
     parameter_text,
 )
-from fivtui.sweeps import OUTPUTS, VARIABLES
+from fivtui.sweeps import OUTPUTS
+from fivtui.transient import VARIABLES
 
 from .result import Uncertainty
 from .statistics import rank_inputs

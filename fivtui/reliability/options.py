@@ -5,10 +5,10 @@ A piece (`PIECE`) is the number of members that are computed and written at once
 
 from typing import TYPE_CHECKING
 
-from fivtui.model import ALL_PARAMETERS, Interval
+from fivtui.model import Interval
 from fivtui.options import ANY_INTEGER, option, option_field, options_class
 from fivtui.sweeps import PIECE, SCHEDULER, WORKERS
-from fivtui.transient import START_SPECS, setting
+from fivtui.transient import VARIABLES, setting
 
 if TYPE_CHECKING:
     from fivtui.sweeps import ScatterKind
@@ -27,7 +27,7 @@ class UncertaintyOptions:
         "replaces an entry.",
         metavar="NAME~DISTRIBUTION:…",
         multiple=True,
-        completions=lambda: (f"{name}~" for name in (*ALL_PARAMETERS, *START_SPECS)),
+        completions=lambda: (f"{name}~" for name in VARIABLES),
     )
     samples: int | None = option(
         "--samples",

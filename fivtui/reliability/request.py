@@ -21,13 +21,13 @@ from fivtui.safety import MAX_FOLDS, safe_table
 from fivtui.scene import Scene
 from fivtui.sweeps import (
     OUTPUTS as SWEEP_OUTPUTS,
-    VARIABLES,
     Correlations,
     Scatter,
     ScatterKind,
     Study,
     scene_study,
 )
+from fivtui.transient import VARIABLES
 
 DEFAULT_SAMPLES: Final = 1 << 14
 # First number of samples of a study that doubles them until the required error is reached.

@@ -7,7 +7,6 @@ from typing import Any, Final, Self
 
 from fivtui.distributions import Distribution, truncate_at_bounds
 from fivtui.model import (
-    ALL_PARAMETERS,
     InputError,
     Parameters,
     System,
@@ -20,7 +19,7 @@ from fivtui.transient import (
     ALL_METHODS,
     DEFAULT_T_END,
     DEFAULT_TOL,
-    START_SPECS,
+    VARIABLES,
     Accuracy,
     Request,
     Start,
@@ -45,9 +44,6 @@ _MAX_DESCRIPTION: Final = 2000
 
 # Fields that a scene shares with a request for a transient.
 _REQUEST_FIELDS: Final = ("t_end", "tol", "start", "method", "step")
-
-# Quantities that a scene can scatter and correlate.
-_SCATTERED: Final = {**ALL_PARAMETERS, **START_SPECS}
 
 # Outputs that a scene can require, with their meanings.
 OUTPUTS: Final = {
@@ -143,7 +139,7 @@ class Scene:
             "accuracy": tuple(check_accuracy(dict(self.accuracy)).items()),
         }
         for name, distribution in self.scatter:
-            truncate_at_bounds(name, distribution, _SCATTERED)
+            truncate_at_bounds(name, distribution, VARIABLES)
             if distribution != Distribution(distribution.name, distribution.numbers):
                 raise InputError(f"scatter of {name}: must not be truncated; its bounds do that")
         if len(dict(self.scatter)) < len(self.scatter):
@@ -183,7 +179,7 @@ class Scene:
 
 def _check_correlation(first: str, second: str, value: float) -> None:
     for name in (first, second):
-        check_known("correlated name", name, _SCATTERED)
+        check_known("correlated name", name, VARIABLES)
     if first == second or not -1.0 < value < 1.0:
         raise InputError(
             f"correlation of {first} and {second} = {value:g}: must be of two names, between "

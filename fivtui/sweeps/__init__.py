@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from .charts import check_drawable, grid_chart, sweep_chart, sweep_curves
     from .cluster import cluster_engine
-    from .design import VARIABLES, Design, Range, parse_design
+    from .design import Design, Range, parse_design
     from .files import read_stored_studies, read_sweep, save_sweep
     from .options import PIECE, SCHEDULER, SWEEP_PRESETS, WORKERS, SweepOptions, varied_texts
     from .pieces import SweepPiece

@@ -24,8 +24,9 @@ from fivtui.charts import (
     meaning_label,
 )
 from fivtui.model import InputError, Parameters
+from fivtui.transient import VARIABLES
 
-from .design import VARIABLES, Design, Range
+from .design import Design, Range
 from .rows import compute_rows
 from .run import Sweep
 from .study import OUTPUTS, VIBRATES, Study

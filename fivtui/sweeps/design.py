@@ -11,9 +11,9 @@ from typing import Final, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.model import ALL_PARAMETERS, InputError, Interval, ParameterSpec, check_known
+from fivtui.model import InputError, Interval, check_known
 from fivtui.ranges import log_spaced, parse_range
-from fivtui.transient import START_SPECS
+from fivtui.transient import VARIABLES
 
 DesignKind = Literal["product", "list", "random", "sobol"]
 DESIGN_KINDS: Final[Mapping[str, str]] = {
@@ -38,9 +38,6 @@ _CACHED_SEQUENCES: Final = 128
 _WORD_BITS: Final = 64
 _PHILOX_BLOCK: Final = 4
 _MANTISSA_BITS: Final = 53
-
-# Everything that can vary: parameters and the components of the start.
-VARIABLES: Final[Mapping[str, ParameterSpec]] = {**ALL_PARAMETERS, **START_SPECS}
 
 
 @dataclass(frozen=True, slots=True)

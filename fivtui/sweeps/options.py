@@ -9,7 +9,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Final
 
-from fivtui.model import ALL_PARAMETERS, InputError, Interval, check_known
+from fivtui.model import InputError, Interval, check_known
 from fivtui.options import (
     ANY_INTEGER,
     COMPUTATION,
@@ -20,7 +20,7 @@ from fivtui.options import (
     option_field,
     options_class,
 )
-from fivtui.transient import OVER_TIME, START_SPECS, setting
+from fivtui.transient import OVER_TIME, VARIABLES, setting
 
 if TYPE_CHECKING:
     from .design import DesignKind
@@ -77,7 +77,7 @@ class SweepOptions:
         "single values; designs random and sobol take NAME=START:STOP[:log].",
         metavar="NAME=START:STOP:COUNT[:log]",
         multiple=True,
-        completions=lambda: (f"{name}=" for name in (*ALL_PARAMETERS, *START_SPECS)),
+        completions=lambda: (f"{name}=" for name in VARIABLES),
     )
     preset: str | None = option(
         "--preset",

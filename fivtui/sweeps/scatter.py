@@ -13,8 +13,9 @@ from numpy.typing import NDArray
 
 from fivtui.distributions import Distribution, truncate_at_bounds
 from fivtui.model import InputError, check_known
+from fivtui.transient import VARIABLES
 
-from .design import SEED_LIMIT, SOBOL_BITS, VARIABLES, Design, sobol_directions, sobol_points
+from .design import SEED_LIMIT, SOBOL_BITS, Design, sobol_directions, sobol_points
 
 Floats = NDArray[np.float64]
 ScatterKind = Literal["sobol", "lhs"]

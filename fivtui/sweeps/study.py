@@ -26,6 +26,7 @@ from fivtui.transient import (
     DEFAULT_TOL,
     FMU_FLAVOURS,
     QUANTITIES,
+    VARIABLES,
     Start,
     check_accuracy,
     check_horizon,
@@ -33,7 +34,6 @@ from fivtui.transient import (
     check_tolerance,
 )
 
-from .design import VARIABLES
 from .scatter import Scatter, StudyDesign
 
 ColumnKind = Literal["number", "count", "truth", "text"]

@@ -62,6 +62,7 @@ if TYPE_CHECKING:
         QUANTITIES,
         START_SPECS,
         START_THRESHOLD,
+        VARIABLES,
         Start,
         check_accuracy,
         check_horizon,

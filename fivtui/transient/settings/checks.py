@@ -5,6 +5,7 @@ from functools import cache
 from typing import Final, Literal
 
 from fivtui.model import (
+    ALL_PARAMETERS,
     InputError,
     Interval,
     ParameterSpec,
@@ -34,6 +35,8 @@ START_SPECS: Final[Mapping[str, ParameterSpec]] = {
         _start_spec("vy0", "vy_0", "m/s", "vertical velocity at the start"),
     )
 }
+# Quantities that studies vary: parameters and components of the start.
+VARIABLES: Final[Mapping[str, ParameterSpec]] = {**ALL_PARAMETERS, **START_SPECS}
 STATIC: Final = "static"
 # Components of a start below this size are set to zero: their products would underflow.
 START_THRESHOLD: Final = 1e-150
