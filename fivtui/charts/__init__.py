@@ -24,6 +24,7 @@ if TYPE_CHECKING:
         View,
         VisibleCharts,
         reduce_trace,
+        trace_band,
         trace_mark,
         trace_style,
     )

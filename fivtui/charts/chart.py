@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from fivtui.model import Parameters
 
 from .axis import Axis, axis_for
-from .plot_data import envelope
+from .plot_data import dense_band, envelope
 from .shades import ColourScale, Shades
 
 FloatArray = NDArray[np.float64]
@@ -455,9 +455,16 @@ def reduce_trace(trace: Trace, x: Axis, columns: int) -> tuple[FloatArray, Float
     """Reduce an ordered trace to the points that `columns` columns can resolve."""
     if not trace.ordered:
         return trace.x, trace.y
-    positions = np.linspace(0.0, 1.0, columns + 1).tolist()
-    column_edges = np.array([x.value(position) for position in positions])
-    return envelope(trace.x, trace.y, column_edges)
+    return envelope(trace.x, trace.y, _column_edges(x, columns))
+
+
+def trace_band(trace: Trace, x: Axis, columns: int) -> tuple[FloatArray, FloatArray]:
+    """Lower and upper edge of an ordered trace in each column; NaN where it is not dense."""
+    return dense_band(trace.x, trace.y, _column_edges(x, columns))
+
+
+def _column_edges(x: Axis, columns: int) -> FloatArray:
+    return np.array([x.value(position) for position in np.linspace(0.0, 1.0, columns + 1).tolist()])
 
 
 def trace_style(trace: Trace, index: int) -> str:

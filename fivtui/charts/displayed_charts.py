@@ -37,7 +37,7 @@ from .chart import (
 )
 from .figure_style import STYLE
 from .labels import parameter_text
-from .readout import NearestPoint, crosshair, cursor_texts, heading_spans, points_at
+from .readout import NearestPoint, crosshair, cursor_texts, points_at, readout_spans
 from .shades import ColourScale, Shade
 from .sheet import sheet_figure
 
@@ -283,12 +283,9 @@ def _cursor_points(chart: Chart, view: View) -> list[list[NearestPoint]]:
 
 def _cursor_text(chart: Chart, view: View, *, first: bool) -> str:
     """Values at the cursors; for the first chart, also the distance between the cursors."""
-    points = _cursor_points(chart, view)
-    if not any(points):
+    texts = [text.strip() for text, _ in readout_spans(chart, view, *_cursor_points(chart, view))]
+    if not texts:
         return ""
-    # The values at the cursors come first; the notes on the limits after them are omitted.
-    spans, value_count = heading_spans(chart, view, *points)
-    texts = [text.strip() for text, _ in spans[:value_count]]
     label, start, end = chart.cursor_label, view.cursors.first, view.cursors.second
     if first and label and start is not None and end is not None:
         texts = [*cursor_texts(label, start[0], end[0]), *texts]

@@ -9,10 +9,13 @@ from itertools import pairwise
 from typing import Final
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
 
+# Longest period, in columns, of an oscillation that is too dense for a line; odd.
+_MAX_DENSE_PERIOD: Final = 5
 # Characters for the covered share of a column, from 0 to 1.
 _SHADE_CHARACTERS: Final = " ░▒▓█"
 # Share above which a column counts as fully covered: the shares have rounding errors.
@@ -44,6 +47,54 @@ def envelope(x: FloatArray, values: FloatArray, edges: FloatArray) -> tuple[Floa
             {begin, begin + int(column.argmin()), begin + int(column.argmax()), end - 1}
         )
     return x[selected], values[selected]
+
+
+def dense_band(
+    x: FloatArray, values: FloatArray, edges: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Lower and upper edge of a signal in the columns between `edges`, shape (columns,).
+
+    They are NaN where a line shows the signal well: where a period is longer than
+    `_MAX_DENSE_PERIOD` columns, or samples are few.
+    """
+    starts = np.searchsorted(x, edges)
+    if starts[-1] - starts[0] < edges.size:
+        return np.full(edges.size - 1, np.nan), np.full(edges.size - 1, np.nan)
+    rises, falls = values[1:] > values[:-1], values[1:] < values[:-1]
+    maxima, minima = x[1:-1][rises[:-1] & ~rises[1:]], x[1:-1][falls[:-1] & ~falls[1:]]
+    is_dense = _is_dense(maxima, edges) & _is_dense(minima, edges)
+    window = values[starts[0] : starts[-1]]
+    crossings = np.count_nonzero(np.diff(window > window.mean()))
+    # A period has two crossings.
+    width = 3 if crossings >= edges.size else _MAX_DENSE_PERIOD
+    starts = np.minimum(starts[:-1], x.size - 1)
+    high = _joined_peaks(np.maximum.reduceat(values, starts), width)
+    low = -_joined_peaks(-np.minimum.reduceat(values, starts), width)
+    return np.where(is_dense, low, np.nan), np.where(is_dense, high, np.nan)
+
+
+def _is_dense(extrema: FloatArray, edges: FloatArray) -> NDArray[np.bool_]:
+    # Whether the extrema around the middle of each column are close to each other.
+    centres, widths = 0.5 * (edges[1:] + edges[:-1]), np.diff(edges)
+    if extrema.size < 2:
+        return np.zeros(centres.size, dtype=bool)
+    after = np.clip(np.searchsorted(extrema, centres), 1, extrema.size - 1)
+    gaps = np.maximum(extrema[after], centres) - np.minimum(extrema[after - 1], centres)
+    return gaps <= _MAX_DENSE_PERIOD * widths
+
+
+def _joined_peaks(values: FloatArray, width: int) -> FloatArray:
+    # Lines over the valleys that are narrower than `width`, which is odd.
+    # The minimum of the maxima of windows fills these valleys and leaves the rest.
+    closed = values
+    for function, padding in ((np.max, -np.inf), (np.min, np.inf)):
+        padded = np.pad(closed, width // 2, constant_values=padding)
+        closed = function(sliding_window_view(padded, width), axis=1)
+    peaks = np.flatnonzero(values == closed)
+    if not peaks.size:
+        return values
+    joined: FloatArray = np.interp(np.arange(values.size), peaks, values[peaks])
+    return joined
 
 
 def covered_shares(

@@ -4,7 +4,7 @@ A chart may be a plane: y is not a function of x, as for maps and phase portrait
 the values of a map on a grid (x, y), drawn as shades. The level of a grid point is the index of its
 shade.
 
-The heading has the values at the cursors; without cursors, the label and the legend. It consists of
+The heading has the label, then the values at the cursors or else the legend. It consists of
 spans, which are texts with the names of their styles.
 """
 
@@ -169,20 +169,21 @@ def heading_spans(
 ) -> tuple[list[Span], int]:
     """The texts above a plot, and the number of leading texts that must not be omitted.
 
-    Values at the points of both cursors, or else label and legend; then notes on the limits.
+    The label; values at the points of both cursors, or else note and legend; notes on the limits.
     """
     limit_spans = [*_outside_spans(chart, view), *_zoom_spans(chart, view)]
     if first or second:
-        readout_spans = _readout_spans(chart, view, first, second)
-        return [*readout_spans, *limit_spans], len(readout_spans)
+        title = [(f"{chart.y_label} ", "label"), *readout_spans(chart, view, first, second)]
+        return [*title, *limit_spans], len(title)
     notes = [f" {part}" for part in _NOTE_SEPARATOR.split(chart.note) if part]
     title = [(part, "label") for part in (chart.y_label, *notes)]
     return [*title, *limit_spans, *_legend_spans(chart, view)], len(title) + len(limit_spans)
 
 
 def has_long_heading(chart: Chart, view: View) -> bool:
-    """Whether a heading is long: with two cursors, or with traces outside the limits."""
-    return view.cursors.second is not None or bool(_outside_spans(chart, view))
+    """Whether a heading is long: with a cursor, or with traces outside the limits."""
+    cursors = view.cursors
+    return (cursors.first or cursors.second) is not None or bool(_outside_spans(chart, view))
 
 
 def _legend_spans(chart: Chart, view: View) -> list[Span]:
@@ -259,10 +260,12 @@ def cursor_texts(label: str, first: float, second: float) -> list[str]:
     return phrases
 
 
-def _readout_spans(
+def readout_spans(
     chart: Chart, view: View, first: Sequence[NearestPoint], second: Sequence[NearestPoint]
 ) -> list[Span]:
-    # The values at the points of both cursors.
+    """The values at the points of both cursors; empty without points."""
+    if not (first or second):
+        return []
     at_cursors = (first, second)
     if chart.backdrop is not None:
         labels: list[tuple[str, Coordinate]] = [

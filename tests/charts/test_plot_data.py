@@ -14,6 +14,7 @@ from hypothesis import given, strategies as st
 from fivtui.charts.plot_data import (
     axis_limits,
     covered_shares,
+    dense_band,
     envelope,
     round_ticks,
     shade_text,
@@ -122,3 +123,27 @@ def test_ticks_are_round_and_inside_the_limits_and_at_most_the_maximum_number(
 )
 def test_tick_labels_are_short_and_distinct(ticks: list[float], labels: list[str]) -> None:
     assert tick_labels(ticks) == labels
+
+
+def test_the_edges_of_a_dense_signal_follow_its_amplitude_where_it_is_dense() -> None:
+    x = np.linspace(0.0, 100.0, 10_001)
+    edges = np.linspace(0.0, 100.0, 161)
+    centres = 0.5 * (edges[1:] + edges[:-1])
+    amplitude = 2.0 + np.sin(0.3 * x)
+    # A second, smaller wave has extrema inside of the edges.
+    signal = amplitude * (np.sin(5.0 * x) + 0.6 * np.sin(10.0 * x + 1.0))
+    period = 2.0 * np.pi / 5.0
+    low, high = dense_band(x, signal, edges)
+    for centre, bottom, top in list(zip(centres, low, high, strict=True))[6:-6]:
+        # In one and a half periods, in which the edges move by up to 0.6.
+        values = signal[np.abs(x - centre) <= 0.75 * period]
+        assert top == pytest.approx(values.max(), abs=0.6)
+        assert bottom == pytest.approx(values.min(), abs=0.6)
+    # At rest from half of the time.
+    low, high = dense_band(x, np.where(x < 50.0, signal, 0.0), edges)
+    assert np.isfinite(high[6:75]).all()
+    assert np.isnan(low[85:]).all()
+    assert np.isnan(high[85:]).all()
+    # Long periods, and few samples.
+    assert np.isnan(dense_band(x, np.sin(0.5 * x), edges)[1]).all()
+    assert np.isnan(dense_band(x[::100], signal[::100], edges)[1]).all()

@@ -30,6 +30,7 @@ from fivtui.charts import (
     points_at,
     reduce_trace,
     shade_text,
+    trace_band,
     trace_mark,
     trace_style,
 )
@@ -46,10 +47,9 @@ _MIN_ROWS_BELOW_LEGEND: Final = 7
 _MIN_ROWS_BELOW_NEEDED: Final = 2
 # Where traces share cells, each is drawn in stripes of this many columns.
 _STRIPE_WIDTH: Final = 2
-# A cell with this many Braille dots or more is dense. Of a dense cell of a lower trace, only the
-# dots in this mask are drawn.
-_DENSE_DOTS: Final = 5
-_SPARSE_MASK: Final = 0b10010101
+# Bits of the Braille dots that fill a cell inside a dense trace.
+_FILLING_MASK: Final = 0b10010101
+_ALL_DOTS: Final = 0b11111111
 _BLANK: Final = ord(" ")
 _VERTICAL: Final = ord("│")
 _HORIZONTAL: Final = ord("─")
@@ -134,6 +134,8 @@ class _Canvas:
         self._characters = np.full((rows, columns), _BLANK, dtype=np.uint32)
         self._styles = np.zeros((rows, columns), dtype=np.intp)
         self._style_names = ["plot"]
+        # Bits of the dots at the edges of each trace with lines or dots, by its index.
+        self._edges: dict[int, NDArray[np.uint32]] = {}
         # Row, first column and text of the labels of guides.
         self._guide_labels: list[tuple[int, int, str]] = []
 
@@ -200,32 +202,34 @@ class _Canvas:
         return self._x_axis.positions(x), self._y_axis.positions(y)
 
     def draw_curves(self, traces: Sequence[tuple[int, Trace]]) -> None:
-        """Draw lines and dots; cells that several traces share alternate in stripes."""
-        lines = [(index, trace) for index, trace in traces if trace.look != "points"]
-        rasters = [self._raster(trace, *self._trace_positions(trace)) for _, trace in lines]
-        if not rasters:
+        """Draw lines and dots; of several traces only the top one is filled where it is dense."""
+        lines = [(index, trace) for index, trace in reversed(traces) if trace.look != "points"]
+        if not lines:
             return
-        # Bits of the dots by trace, row and column; the topmost trace is first.
-        dots = np.array([raster.cells for raster in reversed(rasters)])
-        styles = [self._style_id(trace_style(trace, index)) for index, trace in reversed(lines)]
+        # The topmost trace is first. Bits of its dots by row and column, all and inside.
+        rasters = [self._raster(trace, *self._trace_positions(trace)) for _, trace in lines]
+        cells = np.array([raster.cells for raster in rasters])
+        inner_cells = np.array([raster.inner_cells for raster in rasters])
+        styles = np.array([self._style_id(trace_style(trace, index)) for index, trace in lines])
+        filling = inner_cells[0] & (_FILLING_MASK if lines[0][1].ordered else _ALL_DOTS)
+        self._characters[filling > 0] = Raster.BLANK + filling[filling > 0]
+        self._styles[filling > 0] = styles[0]
+        # Curves of a plane are outlines only where they meet.
+        is_alone = (cells > 0).sum(axis=0) == 1
+        is_complete = np.array([not trace.ordered for _, trace in lines])[:, None, None] & is_alone
+        dots = np.where(is_complete, cells, cells & ~inner_cells)
         has_dots = dots > 0
         counts = has_dots.sum(axis=0)
-        # Rank of a trace among those with dots in a cell; 0 for the topmost. Successive stripes
-        # show traces of ranks 0, 1, … in turn.
+        # In cells that several edges share, successive stripes show the style of each in turn.
         ranks = np.cumsum(has_dots, axis=0) - 1
         stripes = np.arange(self._columns)[None, :] // _STRIPE_WIDTH
-        shown_rank = stripes % np.maximum(counts, 1)
-        is_shown = has_dots & (ranks == shown_rank)
-        is_dense = np.bitwise_count(dots) >= _DENSE_DOTS
-        # Fewer dots distinguish the stripes of lower traces without colour.
-        is_thinned = is_shown[1:] & is_dense[1:] & (shown_rank > 0)
-        thinned_dots = np.where(is_thinned, dots[1:] & _SPARSE_MASK, 0).sum(axis=0)
-        # Other cells have the dots of all traces, in the style of the one shown.
-        all_dots = np.bitwise_or.reduce(dots, axis=0)
-        cell_dots = np.where(thinned_dots > 0, thinned_dots, all_dots)
+        is_shown = has_dots & (ranks == stripes % np.maximum(counts, 1))
+        cell_dots = np.bitwise_or.reduce(dots, axis=0)
+        cell_dots |= np.where(has_dots[0] & (counts == 1), filling, 0)
         is_drawn = counts > 0
         self._characters[is_drawn] = Raster.BLANK + cell_dots[is_drawn]
-        self._styles[is_drawn] = np.array(styles)[is_shown.argmax(axis=0)][is_drawn]
+        self._styles[is_drawn] = styles[is_shown.argmax(axis=0)][is_drawn]
+        self._edges = {index: edge for (index, _), edge in zip(lines, dots, strict=True)}
 
     def draw_points(self, index: int, trace: Trace) -> None:
         """Draw the marks of a trace."""
@@ -243,6 +247,8 @@ class _Canvas:
             raster.draw_dots(x, y)
         elif trace.ordered:
             raster.draw_lines(x, y)
+            band = trace_band(trace, self._x_axis, DOTS_X * self._columns)
+            raster.fill_columns(*map(self._y_axis.positions, band))
         else:
             # Unordered traces are not reduced to what the plot resolves. To limit the time, lines
             # join the last samples only.
@@ -272,7 +278,11 @@ class _Canvas:
             x = float(self._x_axis.positions([trace.x[sample]])[0])
             y = float(self._y_axis.positions([trace.y[sample]])[0])
             if 0.0 <= x <= 1.0 and 0.0 <= y <= 1.0:
-                row, column = self._cells_at(np.array([x]), np.array([y]))
+                (row,), (column,) = self._cells_at(np.array([x]), np.array([y]))
+                # A dense trace has its number at its nearest edge.
+                edge_rows = np.flatnonzero(self._edges[index][:, column])
+                if edge_rows.size:
+                    row = edge_rows[np.abs(edge_rows - row).argmin()]
                 self._characters[row, column] = ord(trace_mark(trace, index))
                 self._styles[row, column] = self._style_id(trace_style(trace, index))
 

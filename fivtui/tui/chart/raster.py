@@ -15,17 +15,28 @@ _BITS: Final = np.array([[0x01, 0x08], [0x02, 0x10], [0x04, 0x20], [0x40, 0x80]]
 
 
 class Raster:
-    """A grid of character cells with Braille dots.
-
-    `cells`, shape (rows, columns), has the dots of each cell as bits; the character of a cell is
-    the code point `BLANK` plus its bits.
-    """
+    """A grid of character cells with Braille dots; the first row of dots is at the top."""
 
     BLANK: Final = 0x2800
 
     def __init__(self, columns: int, rows: int) -> None:
-        self._shape = rows * DOTS_Y, columns * DOTS_X
-        self.cells = np.zeros((rows, columns), dtype=np.uint32)
+        self._dots = np.zeros((rows * DOTS_Y, columns * DOTS_X), dtype=bool)
+
+    @property
+    def cells(self) -> NDArray[np.uint32]:
+        """The dots of each cell as bits; its character is the code point `BLANK` plus its bits."""
+        return _pack(self._dots)
+
+    @property
+    def inner_cells(self) -> NDArray[np.uint32]:
+        """As `cells`, only the dots whose neighbours left, right, above and below are set.
+
+        Neighbours outside the grid count as set.
+        """
+        dots = np.pad(self._dots, 1, constant_values=True)
+        return _pack(
+            dots[1:-1, 1:-1] & dots[:-2, 1:-1] & dots[2:, 1:-1] & dots[1:-1, :-2] & dots[1:-1, 2:]
+        )
 
     def draw_lines(self, x: FloatArray, y: FloatArray) -> None:
         """Join points by lines, clipped to [0, 1]² (origin bottom left); NaN is a gap."""
@@ -34,7 +45,7 @@ class Raster:
             return
         # Columns and rows of the dots at both ends of every line.
         ends = _clip_lines(x, y)
-        height, width = self._shape
+        height, width = self._dots.shape
         columns, rows = ends[:, ::2] * (width - 1), (1.0 - ends[:, 1::2]) * (height - 1)
         # A line has a dot per column, or per row if it is steep.
         lengths = np.maximum(np.abs(np.diff(columns)), np.abs(np.diff(rows)))[:, 0]
@@ -49,16 +60,26 @@ class Raster:
     def draw_dots(self, x: FloatArray, y: FloatArray) -> None:
         """Draw dots at points; coordinates as in `draw_lines`."""
         inside = (x >= 0.0) & (x <= 1.0) & (y >= 0.0) & (y <= 1.0)
-        height, width = self._shape
+        height, width = self._dots.shape
         self._set_dots(x[inside] * (width - 1), (1.0 - y[inside]) * (height - 1))
 
+    def fill_columns(self, low: FloatArray, high: FloatArray) -> None:
+        """Set the dots of each column from `low` to `high`, as fractions of the height, or NaN."""
+        height = self._dots.shape[0]
+        rows = np.arange(height)[:, None]
+        top, bottom = np.rint((1.0 - high) * (height - 1)), np.rint((1.0 - low) * (height - 1))
+        self._dots |= (top <= rows) & (rows <= bottom)
+
     def _set_dots(self, columns: FloatArray, rows: FloatArray) -> None:
-        is_set = np.zeros(self._shape, dtype=bool)
-        is_set[np.rint(rows).astype(int), np.rint(columns).astype(int)] = True
-        height, width = self.cells.shape
-        dots_by_cell = is_set.reshape(height, DOTS_Y, width, DOTS_X)
-        # Add the bits of the dots (row y, column x) in every cell (row r, column c).
-        self.cells |= np.einsum("rycx,yx->rc", dots_by_cell.astype(np.uint32), _BITS)
+        self._dots[np.rint(rows).astype(int), np.rint(columns).astype(int)] = True
+
+
+def _pack(dots: NDArray[np.bool_]) -> NDArray[np.uint32]:
+    # Add the bits of the dots (row y, column x) in every cell (row r, column c).
+    rows, columns = dots.shape
+    dots_by_cell = dots.reshape(rows // DOTS_Y, DOTS_Y, columns // DOTS_X, DOTS_X)
+    cells: NDArray[np.uint32] = np.einsum("rycx,yx->rc", dots_by_cell.astype(np.uint32), _BITS)
+    return cells
 
 
 def _interpolate(ends: FloatArray, line: NDArray[np.intp], fraction: FloatArray) -> FloatArray:

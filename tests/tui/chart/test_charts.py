@@ -1,7 +1,7 @@
 """Axes, views and cursors of charts, and their pictures in characters."""
 
 import dataclasses
-from collections import Counter
+import itertools
 
 import numpy as np
 import pytest
@@ -126,7 +126,7 @@ def test_the_cursor_reads_the_nearest_sample_of_every_trace() -> None:
     readings = points_at(SINE, view, view.cursors.first)
     assert [(point.trace, point.x) for point in readings] == [(0, 3.0), (1, 3.0)]
     assert readings[0].y == pytest.approx(np.sin(3.0))
-    assert draw(SINE, view, 80, 20).text().startswith("t 3 s  y one 0.14112 m two -1.98 m")
+    assert draw(SINE, view, 80, 20).text().startswith("y (m) t 3 s  y one 0.14112 m two -1.98 m")
     plane = Chart("a", "b", (Trace("", np.cos(T), np.sin(T), ordered=False),))
     (point,) = points_at(plane, View(), (0.0, 0.9))
     assert (point.x, point.y) == pytest.approx((0.0, 1.0), abs=0.01)
@@ -144,41 +144,49 @@ def test_a_function_is_never_panned_off_its_data() -> None:
 
 
 @pytest.mark.parametrize("ordered", [True, False], ids=["over time", "in a plane"])
-def test_several_dense_curves_stay_visible(ordered: bool) -> None:
+def test_of_several_dense_curves_the_top_one_is_filled_and_the_others_are_outlines(
+    ordered: bool,
+) -> None:
     t = np.linspace(0.0, 100.0, 20_001)
-    x = t if ordered else np.sin(8.0 * t)
-    y = np.cos(8.0 * t) * np.cos(0.1 * t)
+    # In a plane, ellipses that fill the area between the smallest and the largest one.
+    x, y = (t, np.cos(8.0 * t)) if ordered else (np.sin(8.0 * t), np.cos(8.0 * t) * np.cos(0.1 * t))
     amplitudes = (1.0, 2.0, 3.0)
-    runs = [
-        Trace(
-            f"run {amplitude:g}",
-            x,
-            amplitude * y,
-            # A style that identifies the characters of the run.
-            colour=f"#{amplitude:.0f}",
-            ordered=ordered,
-        )
-        for amplitude in amplitudes
+    # A style that identifies the characters of the curve.
+    curves = [
+        Trace(f"{a:g}", x, a * y, colour=f"#{a:.0f}", ordered=ordered, mark="●") for a in amplitudes
     ]
-    for drawing_order in (runs, runs[::-1]):
-        picture = draw(Chart("x", "y", tuple(drawing_order)), View(), 100, 40)
-        counts = Counter[str]()
-        sparse_counts = Counter[str]()
-        # Rows that all curves fill.
-        for line in picture.lines[17:23]:
-            for text, style in line[1:]:
-                counts[style] += len(text)
-                # Curves below the top one are thinned to some of these dots where they share cells.
-                sparse_counts[style] += sum(character in "⢕⢔⢅⢑⠕⢐" for character in text)
-        for run in runs:
-            assert counts[run.colour] > 0.15 * sum(counts.values())
-        # Also without colour: the top curve has all of its dots.
-        bottom, middle, top = (run.colour for run in drawing_order)
-        assert sparse_counts[top] < 0.1 * counts[top]
-        assert (
-            min(sparse_counts[bottom] / counts[bottom], sparse_counts[middle] / counts[middle])
-            > 0.4
-        )
+    for top in (2, 0):
+        drawing_order = [curve for curve in curves if curve is not curves[top]] + [curves[top]]
+        chart = Chart("x", "y", tuple(drawing_order), y_range=(-3.2, 3.2))
+        picture = draw(chart, View(), 108, 33)
+        # Characters and styles by row, in columns without numbers of curves.
+        rows = [
+            [(character, style) for text, style in line for character in text][MARGIN + 40 :][:8]
+            for line in picture.lines[1:-1]
+        ]
+        upper_rows = [round((0.5 - a / 6.4) * len(rows) - 0.5) for a in amplitudes]
+        for curve, upper_row in zip(curves, upper_rows, strict=True):
+            near_edge = itertools.chain(*rows[max(upper_row - 1, 0) : upper_row + 2])
+            assert curve.colour in {style for _, style in near_edge}
+        # In a plane, gaps between the ellipses show what is below, also outside of the top one.
+        if ordered:
+            inside = itertools.chain(*rows[upper_rows[0] + 2 : len(rows) // 2])
+            assert {style for _, style in inside} == {curves[top].colour}
+            between = itertools.chain(*rows[upper_rows[1] + 2 : upper_rows[0] - 1])
+            assert all((character == " ") == (top == 0) for character, _ in between)
+
+
+def test_a_curve_of_many_periods_is_drawn_without_gaps_between_its_edges() -> None:
+    t = np.linspace(0.0, 100.0, 10_001)
+    for frequency in np.linspace(0.5, 4.0, 15):
+        chart = Chart("t", "y", (Trace("", t, np.sin(2.0 * np.pi * frequency * t)),))
+        lines = draw(chart, View(), 80, 20).text().splitlines()[1:-1]
+        columns = list(zip(*(line[MARGIN + 3 : -3] for line in lines), strict=True))
+        # The same rows in every column, up to their dots at the edges.
+        drawn_rows = {tuple(cell != " " for cell in column) for column in columns}
+        assert len(drawn_rows) == 1, frequency
+        (is_drawn,) = drawn_rows
+        assert sum(is_drawn) >= 16
 
 
 def test_guides_shades_and_marks_are_drawn() -> None:
@@ -204,7 +212,7 @@ def test_guides_shades_and_marks_are_drawn() -> None:
     assert "◆" in text
     assert all("▒" not in line[:18] and line.endswith("▒") for line in plot_area)
     heading = draw(chart, View(cursors=Cursors((2.9, 0.2))), 48, 12).text()
-    assert heading.startswith("μ 3  F 0 N  growth 1 1/s")
+    assert heading.startswith("F (N) μ 3  F 0 N  growth 1 1/s")
 
 
 @pytest.mark.parametrize(
@@ -333,7 +341,7 @@ def test_two_cursors_read_both_values_their_difference_and_the_unit() -> None:
     # A trace is not read at a cursor outside its range.
     short_and_long = Chart("t (s)", "y (m)", (Trace("a", T[:400], T[:400]), Trace("b", T, T)))
     heading = draw(short_and_long, view, 80, 20).text().splitlines()[0]
-    assert heading.strip() == "y a ◆3 m b ◆3 ◇5 Δ2 m"
+    assert heading.strip() == "y (m)  y a ◆3 m b ◆3 ◇5 Δ2 m"
 
 
 def test_cursors_of_a_chart_along_curves_are_on_the_curves() -> None:
@@ -355,7 +363,7 @@ def test_cursors_of_a_chart_along_curves_are_on_the_curves() -> None:
     # No vertical lines at the cursors.
     assert "│ │" not in text
     single_text = draw(chart, View(cursors=Cursors((0.0, 0.0))), 60, 20).text()
-    assert single_text.startswith("t 0 s x 1 m y 0 m")
+    assert single_text.startswith("y (m) t 0 s x 1 m y 0 m")
 
 
 def test_a_long_note_continues_in_parts_on_the_next_lines() -> None:

@@ -117,7 +117,7 @@ def test_shades_agree_with_their_axes() -> None:
     assert max(y for _, y in shaded) == pytest.approx(160.0, abs=8.0 + reading.y_per_row)
     assert min(y for _, y in shaded) == pytest.approx(100.0, abs=8.0 + reading.y_per_row)
     heading = draw(chart, View(cursors=Cursors((7.6, 199.0))), 80, 30).text()
-    assert heading.startswith("a 7.5 m  b 200 kg  sum 207.5 N")
+    assert heading.startswith("b (kg) a 7.5 m  b 200 kg  sum 207.5 N")
 
 
 def test_coarse_shades_fill_their_range_to_its_ends_and_nothing_beyond() -> None:
@@ -177,7 +177,7 @@ def test_a_cursor_is_drawn_at_the_sample_whose_values_it_displays() -> None:
     view = View(cursors=Cursors((16.0, 0.0)))
     picture = draw(chart, view, 70, 24)
     reading = Reading(picture)
-    assert picture.text().startswith("x 16 s  y 37 m")
+    assert picture.text().startswith("y (m) x 16 s  y 37 m")
     (mark,) = reading.marks("◆")
     assert reading.near(mark, (16.0, 37.0))
     # The centre of the mark's cell maps back to the cursor's position.

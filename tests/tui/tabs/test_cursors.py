@@ -38,7 +38,7 @@ async def test_two_cursors_are_on_all_plots_with_differences_and_units(
     assert motion is not None
     chart_of(pilot, "plot-x").focus()
     await pilot.press("c")
-    await until_shown(pilot, "t 50 s x ")
+    await until_shown(pilot, "x (m) t 50 s x ")
     await until_shown(pilot, "C: second cursor")
     await pilot.press("C")
     await until_shown(pilot, "t ◆50 ◇75 s Δt 25 s 1/Δt 0.04 Hz")
@@ -46,7 +46,7 @@ async def test_two_cursors_are_on_all_plots_with_differences_and_units(
     for quantity, unit in (("y", "m"), ("x", "m"), ("P", "N")):
         a, b = (float(getattr(motion, quantity)[index]) for index in sample_indices)
         heading, *plot_lines = chart_lines(pilot, f"plot-{quantity}")
-        reading = f"{quantity} ◆{a:.5g} ◇{b:.5g} Δ{b - a:.5g} {unit}"
+        reading = f"{quantity} ({unit})  {quantity} ◆{a:.5g} ◇{b:.5g} Δ{b - a:.5g} {unit}"
         assert heading.strip() == reading
         assert any("◆" in line for line in plot_lines)
         assert any("◇" in line for line in plot_lines)
