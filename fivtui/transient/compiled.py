@@ -23,6 +23,7 @@ from fivtui.kernel import (
 )
 from fivtui.model import Parameters, Progress
 from fivtui.taylor import (
+    Extremes,
     follows_law,
     local_tolerance,
     order_for,
@@ -31,7 +32,6 @@ from fivtui.taylor import (
     unbounded_error,
 )
 
-from .extremes import Extremes
 from .request import OnSamples, Request
 from .result import NO_CHANGES, Stats, Transient, build_transient, contact_switch_times
 from .stiffness import step_limit_error

@@ -26,10 +26,10 @@ from fivtui.io import (
 )
 from fivtui.model import InputError, Mode, Parameters, State, System, time_tables
 from fivtui.results import check_finite, not_finite_error
+from fivtui.taylor import Extremes
 
 from .derivatives.digits import final_digits
 from .derivatives.sensitivity import Sensitivities
-from .extremes import Extremes
 from .methods import FMU_FLAVOURS, uses_step
 from .request import Request
 from .result import (

@@ -10,9 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fivtui.model import IN_CONTACT, Progress, State
-from fivtui.taylor import Segment, Stepper
+from fivtui.taylor import Extremes, Segment, Stepper
 
-from .extremes import Extremes
 from .request import Kernel, OnSamples, Request
 from .result import NO_CHANGES, Stats, Transient, build_transient
 from .stiffness import step_limit_error

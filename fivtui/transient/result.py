@@ -27,9 +27,8 @@ from fivtui.model import (
     transition_name,
 )
 from fivtui.results import Plottable, SystemResult, Table, Tabular, scene_text
-from fivtui.taylor import overflow_error
+from fivtui.taylor import Extremes, overflow_error
 
-from .extremes import Extremes
 from .request import Kernel, Request
 from .trajectory import DenseSolution, Trajectory
 

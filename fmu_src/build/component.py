@@ -29,7 +29,8 @@ Results do not depend on the communication step.</p>
 <p>Model exchange: the importer integrates, and finds switches as zeros of the event
 indicators. The first is y. A belt of finite speed adds v_belt - vx in slip, and in stick mu_s P - f
 and mu_s P + f, where P is the contact force and f the friction that holds the slider. An indicator
-that does not apply to the mode is 1. At every switch the states are reported as changed. While the
+that does not apply to the mode is 1. At every switch the states are reported as changed. Outputs
+"so far", such as x_peak, include the states at completed integrator steps. While the
 slider sticks, f depends on the rate of v_belt. The FMU does not know this rate; therefore v_belt
 can then be set only in event mode. Directional derivatives are exact at constant mode.</p>
 <p>A refused call returns fmi2Discard (an invalid value or step) or fmi2Error (a call that is not

@@ -36,6 +36,7 @@ _MODEL_MODULES: Final[Mapping[str, tuple[str, ...]]] = {
     "fivtui.taylor": (
         "belt",
         "expression",
+        "extremes",
         "polynomial",
         "recurrence",
         "segment",

@@ -75,7 +75,7 @@ _CAPABILITIES: Final = {
     "providesAdjointDerivatives": "true",
 }
 _INTERFACES: Final[Mapping[str, Mapping[str, str]]] = {
-    "ModelExchange": {**_CAPABILITIES, "needsCompletedIntegratorStep": "false"},
+    "ModelExchange": {**_CAPABILITIES, "needsCompletedIntegratorStep": "true"},
     "CoSimulation": {
         **_CAPABILITIES,
         "canHandleVariableCommunicationStepSize": "true",
@@ -190,9 +190,14 @@ _FROM_STATES: Final = {
     "friction_slider": ("x", "vx", "y"),
     "friction_belt": ("x", "vx", "y"),
     "switching": ("y",),
+    "x_peak": ("x",),
+    "y_peak": ("y",),
+    "vx_max": ("vx",),
+    "P_min": ("y",),
+    "P_max": ("y",),
 }
 _FROM_PARAMETERS: Final = {
-    "P": ("k2", "k_nl"),
+    **dict.fromkeys(("P", "P_min", "P_max"), ("k2", "k_nl")),
     "friction_slider": ("k1", "k2", "k3", "c1", "k_nl", "mu_s", "v_s"),
     "friction_belt": ("k1", "k2", "k3", "c1", "k_nl", "mu_s", "v_s"),
     "ax": ("m", "k1", "k2", "k3", "c1", "k_nl", "mu_s", "v_s"),

@@ -53,7 +53,7 @@ _CAPABILITIES: Final = {
 }
 # The two interfaces of a native FMU, with their capability flags.
 _INTERFACES: Final[Mapping[str, Mapping[str, str]]] = {
-    "ModelExchange": {**_CAPABILITIES, "completedIntegratorStepNotNeeded": "true"},
+    "ModelExchange": {**_CAPABILITIES, "completedIntegratorStepNotNeeded": "false"},
     "CoSimulation": {
         **_CAPABILITIES,
         "canHandleVariableCommunicationStepSize": "true",

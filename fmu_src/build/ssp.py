@@ -9,6 +9,7 @@ from typing import BinaryIO, Final
 from xml.etree import ElementTree as ET
 
 from fivtui.io import check_output, check_suffix, output_path, temporary_folder, write_atomically
+from fmu_src.slave import Role, Type
 
 from .builder import PYTHON, ZIP_DATE, build_fmu
 from .components import COMPONENTS
@@ -18,14 +19,11 @@ _NAMESPACE: Final = "http://ssp-standard.org/SSP1/SystemStructure"
 # ElementTree writes the namespace of an element in braces before its name.
 _SSD: Final = "{" + _NAMESPACE + "Description}"
 _SSC: Final = "{" + _NAMESPACE + "Common}"
-# Ports of each component: variables that are connected or shown. The actuator's command is not a
-# port, so that it keeps its start value: hosts overwrite that of an input port, and not every host
-# can connect it. The actuator comes first: its initial preload does not depend on the contact
-# force, so hosts that initialize in this order start the slider under that preload.
-_PORTS: Final = {
-    "brake-actuator": ("P", "F"),
-    "slider-belt": ("F", "x", "y", "P", "friction_slider", "mode", "separations"),
-}
+# The connected input of each component; its other ports are all outputs of type Real. Other inputs
+# are no ports, so that they keep their start values: hosts overwrite that of an input port. The
+# actuator comes first: its initial preload does not depend on the contact force, so hosts that
+# initialize in this order start the slider under that preload.
+_INPUTS: Final = {"brake-actuator": "P", "slider-belt": "F"}
 _CONNECTIONS: Final = (
     ("brake-actuator", "F", "slider-belt", "F"),
     ("slider-belt", "P", "brake-actuator", "P"),
@@ -100,7 +98,7 @@ def _system_structure() -> bytes:
     )
     system = ET.SubElement(root, f"{_SSD}System", name="brake")
     elements = ET.SubElement(system, f"{_SSD}Elements")
-    for component, ports in _PORTS.items():
+    for component, connected_input in _INPUTS.items():
         element = ET.SubElement(
             elements,
             f"{_SSD}Component",
@@ -109,11 +107,12 @@ def _system_structure() -> bytes:
             source=_fmu_path(component),
         )
         connectors = ET.SubElement(element, f"{_SSD}Connectors")
-        table = COMPONENTS[component].variable_table
-        for port in ports:
-            variable = table.variables[table.references[port]]
+        for variable in COMPONENTS[component].variable_table.variables:
+            is_output = variable.role is Role.OUTPUT and variable.type is Type.REAL
+            if not is_output and variable.name != connected_input:
+                continue
             connector = ET.SubElement(
-                connectors, f"{_SSD}Connector", name=port, kind=variable.role.value
+                connectors, f"{_SSD}Connector", name=variable.name, kind=variable.role.value
             )
             ET.SubElement(connector, f"{_SSC}{variable.type.value}")
     connections = ET.SubElement(system, f"{_SSD}Connections")

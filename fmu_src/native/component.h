@@ -66,6 +66,8 @@ typedef struct {
        changed. */
     void (*event_indicators)(const struct Instance *i, double *indicators);
     int (*update_mode)(struct Instance *i);
+    /* Model exchange: includes the states in totals, such as peaks. Optional. */
+    void (*complete_step)(struct Instance *i);
     /* Directional derivatives; `changes` has the change of each variable, by value reference.
        `differentiate` computes the changes of outputs and state derivatives from those of
        parameters, inputs and states; `differentiate_start` computes those of the initial states. */
@@ -77,7 +79,7 @@ typedef struct {
 } Component;
 
 /* Room for the motion in a saved state, in numbers. */
-#define MOTION_NUMBERS 40
+#define MOTION_NUMBERS 64
 
 extern const Component COMPONENT;
 

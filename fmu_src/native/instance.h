@@ -23,7 +23,7 @@
 
 /* Sizes of arrays, enough for both models; MOTION_SIZE is in numbers, TEXT_SIZE in characters. */
 enum {
-    MAX_VARIABLES = 48, MAX_STATES = 4, MAX_INDICATORS = 4, MOTION_SIZE = 288, TEXT_SIZE = 320
+    MAX_VARIABLES = 48, MAX_STATES = 4, MAX_INDICATORS = 4, MOTION_SIZE = 304, TEXT_SIZE = 320
 };
 /* The range of tolerances: `TOL_RANGE` in `fivtui.taylor.stepper`. */
 #define LEAST_TOLERANCE 1e-13

@@ -318,6 +318,20 @@ static double friction_on_slider(const Instance *i, const double *p, double forc
     return mode == BACKWARD ? -friction : friction;
 }
 
+/* Model exchange: the totals up to the current time, from those at completed steps. */
+static Totals exchange_totals(const Instance *i)
+{
+    const State *s = &i->s;
+    const MotionRecord *record = const_record(i);
+    const double *v = s->values;
+    const int is_off = record->mode == SEPARATED;
+    const Totals part = {vabs(v[V_x]), vabs(v[V_y]), v[V_vx], v[V_P], v[V_P],
+                         is_off ? s->t - record->last_event : 0.0};
+    Totals totals = record->motion.past;
+    extend_totals(&totals, &part);
+    return totals;
+}
+
 static void compute_outputs(Instance *i)
 {
     if (i->type == fmi2CoSimulation) {
@@ -345,6 +359,25 @@ static void compute_outputs(Instance *i)
     v[V_separations] = record->separations, v[V_reattachments] = record->reattachments;
     v[V_switches] = record->switches, v[V_sticks] = record->sticks;
     v[V_last_event] = record->last_event;
+    Totals totals;
+    if (i->type == fmi2CoSimulation)
+        get_stepping(i)->totals(&record->motion, i->s.t, &totals);
+    else
+        totals = exchange_totals(i);
+    v[V_x_peak] = totals.x_peak, v[V_y_peak] = totals.y_peak, v[V_vx_max] = totals.vx_max;
+    v[V_P_min] = totals.P_min, v[V_P_max] = totals.P_max;
+    v[V_separated_time] = totals.separated_time;
+}
+
+/* Include the states of model exchange in the totals at completed steps. */
+static void complete_step(Instance *i)
+{
+    Motion *m = &motion_record(i)->motion;
+    /* The time off the belt is added where that ends, by `update_mode`. */
+    const double separated_time = m->past.separated_time;
+    compute_outputs(i);
+    m->past = exchange_totals(i);
+    m->past.separated_time = separated_time;
 }
 
 /* The value; if it is zero, the least normal number with the sign of `side`. */
@@ -410,6 +443,7 @@ static int update_mode(Instance *i)
 {
     State *s = &i->s;
     MotionRecord *record = motion_record(i);
+    complete_step(i);
     double p[BELT_PARAMETERS];
     double state[STATE] = {s->states[X], s->states[VX], s->states[Y], s->states[VY]};
     Block w;
@@ -435,6 +469,8 @@ static int update_mode(Instance *i)
         return 0;
     record->separations += mode == SEPARATED, record->reattachments += record->mode == SEPARATED;
     record->switches += 1.0, record->sticks += mode == STICK;
+    if (record->mode == SEPARATED)
+        record->motion.past.separated_time += s->t - record->last_event;
     record->mode = mode, record->last_event = s->t;
     s->states[VX] = state[S_VX], s->states[Y] = state[S_Y];
     return 1;
@@ -478,6 +514,12 @@ static void differentiate(const Instance *i, double *d)
                                                              friction);
     d[V_ay] = vertical_acceleration_change(p, q, v[V_x], d[V_x], y, d[V_y], v[V_vy], d[V_vy],
                                            v[V_P] - load_of(p), force - load_of_change(p, q));
+    /* A total changes if the motion takes it at this instant. */
+    d[V_x_peak] = v[V_x_peak] == vabs(v[V_x]) ? __builtin_copysign(1.0, v[V_x]) * d[V_x] : 0.0;
+    d[V_y_peak] = v[V_y_peak] == vabs(y) ? __builtin_copysign(1.0, y) * d[V_y] : 0.0;
+    d[V_vx_max] = v[V_vx_max] == v[V_vx] ? d[V_vx] : 0.0;
+    d[V_P_min] = v[V_P_min] == v[V_P] ? force : 0.0;
+    d[V_P_max] = v[V_P_max] == v[V_P] ? force : 0.0;
 }
 
 /* Changes of the initial states: as `static_start_change` in `fivtui.model.slider_belt`. */
@@ -513,7 +555,10 @@ enum {
     N_STEP_START, N_REMAINDER, N_STEP_SIDE, N_STALLED, N_STEP_SEPARATIONS, N_STEP_REATTACHMENTS,
     N_LAST_SWITCH, N_X, N_VX, N_Y, N_VY,
     N_STEP_MODE, N_STEP_STICKS, N_SLIPS, N_REVERSALS, N_BELT_SWITCHES, N_LAST_BELT_SWITCH,
-    N_HAS_STEP, N_RAMP_START, N_F, N_F_SLOPE, N_MU, N_MU_SLOPE, N_SPEED, N_SPEED_SLOPE, NUMBERS
+    N_HAS_STEP, N_RAMP_START, N_F, N_F_SLOPE, N_MU, N_MU_SLOPE, N_SPEED, N_SPEED_SLOPE,
+    N_SEPARATED_TIME, N_SEPARATED_REMAINDER, N_EXTREMES,
+    N_PAST = N_EXTREMES + sizeof(Extremes) / sizeof(double),
+    NUMBERS = N_PAST + sizeof(Totals) / sizeof(double)
 };
 _Static_assert(NUMBERS <= MOTION_NUMBERS, "there is no room for the numbers");
 
@@ -542,6 +587,10 @@ static void pack(const Instance *i, double *numbers)
     numbers[N_F] = m->force.value, numbers[N_F_SLOPE] = m->force.slope;
     numbers[N_MU] = m->friction.value, numbers[N_MU_SLOPE] = m->friction.slope;
     numbers[N_SPEED] = m->speed.value, numbers[N_SPEED_SLOPE] = m->speed.slope;
+    numbers[N_SEPARATED_TIME] = w->separated_time;
+    numbers[N_SEPARATED_REMAINDER] = w->separated_remainder;
+    memcpy(numbers + N_EXTREMES, &w->extremes, sizeof w->extremes);
+    memcpy(numbers + N_PAST, &m->past, sizeof m->past);
 }
 
 /* Whether the system can be in a mode: it depends on separation and on the belt. */
@@ -609,6 +658,10 @@ static int unpack(Instance *i, const double *numbers)
     m->last_belt_switch = numbers[N_LAST_BELT_SWITCH];
     m->ramp_start = numbers[N_RAMP_START], m->force.slope = numbers[N_F_SLOPE];
     m->friction.slope = numbers[N_MU_SLOPE], m->speed.slope = numbers[N_SPEED_SLOPE];
+    w->separated_time = numbers[N_SEPARATED_TIME];
+    w->separated_remainder = numbers[N_SEPARATED_REMAINDER];
+    memcpy(&w->extremes, numbers + N_EXTREMES, sizeof w->extremes);
+    memcpy(&m->past, numbers + N_PAST, sizeof m->past);
     if (i->type == fmi2ModelExchange)
         return 1;
     if (numbers[N_HAS_STEP] == 0.0)
@@ -633,6 +686,7 @@ const Component COMPONENT = {
     .compute_outputs = compute_outputs,
     .event_indicators = event_indicators,
     .update_mode = update_mode,
+    .complete_step = complete_step,
     .differentiate = differentiate,
     .differentiate_start = differentiate_start,
     .pack = pack,

@@ -82,9 +82,7 @@ NOINLINE int compute_motion_step(Motion *m)
         evaluate_end_y(w, groups);
         if (may_reach_zero_height(w) && cut_at_zero_height(w, groups))
             cut = CUT_AT_ZERO_HEIGHT;
-        /* x needs no bound: its extremes are not searched, and no guard of this belt reads it. */
-        const int bounded = 0;
-        evaluate_end_x(w, groups, bounded);
+        evaluate_end_x(w, groups, 1);
     }
     if (!is_finite_step(w))
         return OVERFLOW;
@@ -126,6 +124,14 @@ static StepFlags finish_belt_step(Motion *m, const StepEnd *step_end)
     return accept_driven_step(&m->belt, &m->w, step_end, cut, next_mode, speed, &course, at_row);
 }
 
+/* Extend the extremes by the step, or by the part of it that ends after `w->h`. */
+static void observe_step(const Motion *m, Block *w)
+{
+    const double limit = m->belt.finite ? speed_limit(&m->belt, w->h) : INFINITE;
+    /* The motion has no end here, hence no second half. */
+    observe_extremes(w, (int)m->order / GROUP_SIZE, INFINITE, limit);
+}
+
 /* Advance to the end of the step; returns a status: STALLED after many steps in a row without
    progress. */
 static int finish_motion_step(Motion *m)
@@ -133,6 +139,7 @@ static int finish_motion_step(Motion *m)
     Block *w = &m->w;
     const StepEnd step_end = {m->end, m->end_remainder, 0};
     m->has_step = 0.0;
+    observe_step(m, w);
     if (m->belt.finite) {
         const int64_t before = m->belt.mode;
         const StepFlags flags = finish_belt_step(m, &step_end);
@@ -160,6 +167,32 @@ static void state_at(const Motion *m, double t, double *state)
     state[S_X] = x.value, state[S_VX] = x.slope, state[S_Y] = y.value, state[S_VY] = y.slope;
 }
 
+static void totals_at(const Motion *m, double t, Totals *totals)
+{
+    /* A copy of the step that ends at t. */
+    Block w = m->w;
+    const int groups = (int)m->order / GROUP_SIZE;
+    w.h = m->has_step != 0.0 ? (t - w.t) - w.remainder : 0.0;
+    evaluate_end_y(&w, groups);
+    evaluate_end_x(&w, groups, 1);
+    observe_step(m, &w);
+    const Extremes *extremes = &w.extremes;
+    /* The force falls with y; it is zero off the belt. */
+    const double highest = w.separation > 0.0 ? 0.0 : INFINITE;
+    const Totals part = {
+        .x_peak = maximum(extremes->x_high, -extremes->x_low),
+        .y_peak = maximum(extremes->y_high, -extremes->y_low),
+        .vx_max = extremes->vx_high,
+        /* Adding 0.0 makes −0.0 positive. */
+        .P_min = spring_force(m->p, minimum(extremes->y_high, highest)) + 0.0,
+        .P_max = spring_force(m->p, minimum(extremes->y_low, highest)) + 0.0,
+        .separated_time =
+            w.separated_time + ((w.side > 0.0 ? w.h : 0.0) + w.separated_remainder),
+    };
+    *totals = m->past;
+    extend_totals(totals, &part);
+}
+
 /* The order of the polynomials, as `order_for` in `fivtui.taylor.stepper`. By measurement, order n
    is the cheapest down to the tolerance e^(−n/0.655). The numbers are e^(−8/0.655), e^(−12/0.655)
    and so on. Only a friction law needs order 24. */
@@ -177,6 +210,8 @@ static void start_step(Motion *m, const double *state, double t)
 {
     begin_problem(&m->w, ONLY_LANE, m->p, m->separation != 0.0, state);
     m->w.t = m->w.last_switch = t;
+    m->w.extremes = (Extremes){.x_low = state[S_X], .x_high = state[S_X], .y_low = state[S_Y],
+                               .y_high = state[S_Y], .vx_high = state[S_VX]};
     m->has_step = 0.0;
     m->order = order_for(m->tol, 0);
     if (!m->belt.finite)
@@ -213,6 +248,8 @@ static void begin_motion(Motion *m, const double *p, int separation, int finite_
     begin_problem(&m->w, ONLY_LANE, m->p, m->separation != 0.0, state);
     begin_belt(&m->belt, &m->w, ONLY_LANE, m->p, finite_belt);
     start_step(m, state, t);
+    m->past = (Totals){.vx_max = -INFINITE, .P_min = INFINITE, .P_max = -INFINITE};
+    totals_at(m, t, &m->past);
 }
 
 /* Whether the slider has the new speed of the belt, up to rounding. */
@@ -231,7 +268,10 @@ static void change_inputs(Motion *m, double t, Ramp force, Ramp friction, Ramp s
     double state[STATE];
     const Block before = m->w;
     const int64_t mode = m->belt.mode;
+    Totals past;
     state_at(m, t, state);
+    totals_at(m, t, &past);
+    m->past = past;
     if (m->belt.finite && moves_with_belt(m, state[S_VX], speed.value))
         state[S_VX] = speed.value;
     m->p[P_F] = force.value, m->p[P_MU] = friction.value, m->p[P_V_BELT] = speed.value;
@@ -302,5 +342,5 @@ static int advance(Motion *m, double from, double *t, int *switched, Ramp force,
     return RUNNING;
 }
 
-const Stepping VARIANT_NAME(stepping, VARIANT) = {begin_motion, advance, state_at,
+const Stepping VARIANT_NAME(stepping, VARIANT) = {begin_motion, advance, state_at, totals_at,
                                                   compute_motion_step};

@@ -20,11 +20,29 @@
 /* A block of the kernel has one lane here, for one run. */
 #define ONLY_LANE 0
 
+/* Greatest |x| and |y|, m, greatest ẋ, m/s, range of the contact force, N, and time off the belt, s,
+   over a part of the motion. */
+typedef struct {
+    double x_peak, y_peak, vx_max, P_min, P_max, separated_time;
+} Totals;
+
+/* Extend totals by those of another part of the motion. */
+INLINE void extend_totals(Totals *totals, const Totals *part)
+{
+    totals->x_peak = maximum(totals->x_peak, part->x_peak);
+    totals->y_peak = maximum(totals->y_peak, part->y_peak);
+    totals->vx_max = maximum(totals->vx_max, part->vx_max);
+    totals->P_min = minimum(totals->P_min, part->P_min);
+    totals->P_max = maximum(totals->P_max, part->P_max);
+    totals->separated_time += part->separated_time;
+}
+
 /* The motion and its current Taylor step; a copy is a complete state. Flags and counts are doubles:
    a saved state consists of doubles.
 
    To restore a saved motion: call `begin` with `p` and the state at the start of the step, write
-   back the saved numbers of `w`, slopes, `ramp_start`, `belt.mode` and counts, call `recompute`. */
+   back the saved numbers of `w`, slopes, `ramp_start`, `belt.mode`, counts and `past`, call
+   `recompute`. */
 typedef struct {
     /* The kernel's state of the run at the start of the step, and the polynomials of the step. */
     Block w;
@@ -48,6 +66,8 @@ typedef struct {
        and w.reattachments: on other belts they are those of all switches. */
     double sticks, slips, reversals, belt_switches, last_belt_switch;
     double p[BELT_PARAMETERS];
+    /* Totals until the inputs last changed; `w` has the extremes since then. */
+    Totals past;
 } Motion;
 
 /* The mode of the step, as in `fivtui.model.modes`: CONTACT or SEPARATED on a belt that is always
@@ -77,6 +97,8 @@ typedef struct {
                    Ramp speed);
     /* Evaluates the state at a time within the step. */
     void (*state)(const Motion *m, double t, double *state);
+    /* Computes the totals from the beginning of the motion to a time within the step. */
+    void (*totals)(const Motion *m, double t, Totals *totals);
     /* Computes the step again from its start, because saved states contain no polynomials. */
     int (*recompute)(Motion *m);
 } Stepping;

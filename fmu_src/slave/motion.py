@@ -5,7 +5,9 @@ its end or a change of inputs, so the result does not depend on the communicatio
 are the values of the FMU's variables by value reference.
 """
 
+import math
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Final, NamedTuple
 
 from fivtui.model.errors import ComputationError, InputError
@@ -21,6 +23,7 @@ from fivtui.model.slider_belt import (
 )
 from fivtui.model.system import System
 from fivtui.taylor.belt import taylor_stepper
+from fivtui.taylor.extremes import Extremes
 from fivtui.taylor.segment import Segment
 from fivtui.taylor.stepper import StepperSnapshot, TaylorStepper
 
@@ -34,6 +37,34 @@ _BELT_NAMES: Final = ("v_belt", "mu_s", "v_s")
 _FIXED_REFERENCES: Final = [
     reference for reference, variable in enumerate(VARIABLES) if variable.role is Role.PARAMETER
 ]
+
+
+class Totals(NamedTuple):
+    """Peaks of |x| and |y|, m, greatest ẋ, m/s, range of contact force, N, time off the belt, s.
+
+    They are over a part of the motion. The order is that of `variables.TOTALS`.
+    """
+
+    x_peak: float
+    y_peak: float
+    vx_max: float
+    P_min: float
+    P_max: float
+    separated_time: float
+
+    def joined(self, part: "Totals") -> "Totals":
+        """The totals over this part of the motion and another one."""
+        return Totals(
+            max(self.x_peak, part.x_peak),
+            max(self.y_peak, part.y_peak),
+            max(self.vx_max, part.vx_max),
+            min(self.P_min, part.P_min),
+            max(self.P_max, part.P_max),
+            self.separated_time + part.separated_time,
+        )
+
+
+_NO_TOTALS: Final = Totals(0.0, 0.0, -math.inf, math.inf, -math.inf, 0.0)
 
 
 class MotionState(NamedTuple):
@@ -54,6 +85,11 @@ class MotionState(NamedTuple):
     switches: int
     sticks: int
     last_event: float
+    # Totals until the inputs last changed; extremes and time off the belt, s, from then until the
+    # start of the segment. `extremes` are never changed.
+    past: Totals
+    extremes: Extremes
+    separated_time: float
     # The integrator at the end of the segment that contains `t`; the segment is None just after a
     # change of inputs.
     stepper: StepperSnapshot
@@ -77,8 +113,10 @@ class SliderBeltMotion:
         self._stepper = self._create_stepper(state, t)
         snapshot = self._stepper.snapshot
         sticks = int(snapshot.mode is Mode.STICK)
+        counts = (0, 0, 0, sticks)
+        totals = (_NO_TOTALS, _extremes_at(state), 0.0)
         self.current = MotionState(
-            t, state, snapshot.mode, *self._inputs, 0, 0, 0, sticks, t, snapshot, None
+            t, state, snapshot.mode, *self._inputs, *counts, t, *totals, snapshot, None
         )
 
     def state_at(self, t: float) -> State:
@@ -112,6 +150,31 @@ class SliderBeltMotion:
     def contact_force(self, y: float) -> float:
         """Contact force P, N, at a height y, m, in the current mode; never -0.0."""
         return contact_force(self._p, y, self.current.mode) + 0.0
+
+    def totals_at(self, t: float) -> Totals:
+        """Totals from the beginning to a time up to `computed_until`, s."""
+        current, segment = self.current, self.current.segment
+        extremes, separated_time = current.extremes, current.separated_time
+        if segment is not None:
+            extremes = replace(extremes)
+            extremes.include_part(segment, -math.inf, t)
+            if segment.mode not in IN_CONTACT:
+                separated_time += (t - segment.start) - segment.start_remainder
+        # P falls with y; it is zero off the belt. Adding zero turns -0.0 into 0.0.
+        highest = 0.0 if self._separation else math.inf
+        P_min, P_max = (
+            contact_force(self._p, min(y, highest), Mode.CONTACT) + 0.0
+            for y in (extremes.y_max, extremes.y_min)
+        )
+        part = Totals(
+            max(extremes.x_max, -extremes.x_min),
+            max(extremes.y_max, -extremes.y_min),
+            extremes.vx_max,
+            P_min,
+            P_max,
+            separated_time,
+        )
+        return current.past.joined(part)
 
     @property
     def computed_until(self) -> float:
@@ -156,11 +219,20 @@ class SliderBeltMotion:
         current = self.current
         p = self._replace_inputs(F, mu, v_belt)
         state = self._project_on_switch(current.state, p)
+        past = self.totals_at(current.t)
         self._p, self._inputs = p, (F, mu, v_belt)
         self._stepper = self._create_stepper(state, current.t)
         snapshot = self._stepper.snapshot
         self.current = _count_switch(current, snapshot.mode, current.t)._replace(
-            state=state, F=F, mu=mu, v_belt=v_belt, stepper=snapshot, segment=None
+            state=state,
+            F=F,
+            mu=mu,
+            v_belt=v_belt,
+            past=past,
+            extremes=_extremes_at(state),
+            separated_time=0.0,
+            stepper=snapshot,
+            segment=None,
         )
 
     def _with_belt_speed(self, state: State, mode: Mode) -> State:
@@ -202,6 +274,7 @@ class SliderBeltMotion:
             if segment is not None:
                 # None if the state must be evaluated within the last segment.
                 state = segment.final if segment.end == t else None
+                current = _include_segment(current, segment)
                 current = _count_switch(current, next_segment.mode, segment.end)
             segment = next_segment
             current = current._replace(stepper=self._stepper.snapshot, segment=segment)
@@ -210,6 +283,19 @@ class SliderBeltMotion:
         # A slice, because it is faster than `_replace`.
         mode_to_stepper = current[2:-1]
         self.current = MotionState(t, state, *mode_to_stepper, segment)
+
+
+def _extremes_at(state: State) -> Extremes:
+    x, vx, y, _ = state
+    return Extremes(x_min=x, y_min=y, x_max=x, y_max=y, vx_max=vx)
+
+
+def _include_segment(current: MotionState, segment: Segment) -> MotionState:
+    # The state with the extremes and the time off the belt of a segment that has ended.
+    extremes = replace(current.extremes)
+    extremes.include(segment)
+    duration = segment.duration if segment.mode not in IN_CONTACT else 0.0
+    return current._replace(extremes=extremes, separated_time=current.separated_time + duration)
 
 
 def _count_switch(current: MotionState, mode: Mode, t: float) -> MotionState:

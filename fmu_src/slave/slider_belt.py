@@ -1,11 +1,13 @@
 """The instance of the slider-belt model in the Python FMU, for co-simulation."""
 
+from collections.abc import Sequence
 from dataclasses import astuple
-from typing import Any
+from typing import Any, Final
 
 from pythonfmu.default_experiment import DefaultExperiment
 
 from fivtui.model.modes import Mode
+from fivtui.taylor.extremes import Extremes
 from fivtui.taylor.segment import Segment
 from fivtui.taylor.stepper import DEFAULT_TOL, StepperSnapshot
 
@@ -15,6 +17,7 @@ from .instance_state import Phase
 from .motion import (
     MotionState,
     SliderBeltMotion,
+    Totals,
     Values,
     check_friction,
     describe_unused_values,
@@ -23,7 +26,7 @@ from .motion import (
     start_state,
 )
 from .variable import Type
-from .variables import INPUTS, REFERENCES, SLIDER_BELT_TABLE, STATES, SUMMARY
+from .variables import INPUTS, REFERENCES, SLIDER_BELT_TABLE, STATES, SUMMARY, TOTALS
 
 # Value references of the variables.
 _F, _MU, _V_BELT = (REFERENCES[name] for name in INPUTS)
@@ -38,6 +41,7 @@ _SEPARATIONS, _REATTACHMENTS, _SWITCHES, _STICKS, _LAST_EVENT = (
     REFERENCES[name]
     for name in ("separations", "reattachments", "switches", "sticks", "last_event")
 )
+_TOTAL_REFERENCES: Final = tuple(REFERENCES[name] for name in TOTALS)
 
 
 class SliderBeltInstance(Instance):
@@ -87,6 +91,14 @@ class SliderBeltInstance(Instance):
         values[_SWITCHES], values[_STICKS] = current.switches, current.sticks
         values[_LAST_EVENT] = current.last_event
 
+    def _read(self, references: Sequence[int]) -> list[float | bool]:
+        values = super()._read(references)
+        if self._needs_motion or not any(r in _TOTAL_REFERENCES for r in references):
+            return values
+        # Computed only if a host reads them, because the search for extremes takes time.
+        totals = dict(zip(_TOTAL_REFERENCES, self._motion.totals_at(self._t), strict=True))
+        return [totals.get(r, value) for r, value in zip(references, values, strict=True)]
+
     def _check_value(self, reference: int, kind: Type, value: object) -> float | bool:
         checked = super()._check_value(reference, kind, value)
         if reference == _MU and self._phase is Phase.STEPPING:
@@ -111,7 +123,11 @@ class SliderBeltInstance(Instance):
     @staticmethod
     def _to_json(motion_state: MotionState) -> Any:
         segment = motion_state.segment
-        return {**motion_state._asdict(), "segment": None if segment is None else astuple(segment)}
+        return {
+            **motion_state._asdict(),
+            "extremes": astuple(motion_state.extremes),
+            "segment": None if segment is None else astuple(segment),
+        }
 
     @staticmethod
     def _from_json(content: Any) -> MotionState:
@@ -121,6 +137,8 @@ class SliderBeltInstance(Instance):
         restored = {
             "state": tuple(content["state"]),
             "mode": Mode(content["mode"]),
+            "past": Totals(*content["past"]),
+            "extremes": Extremes(*content["extremes"]),
             "stepper": stepper._replace(state=tuple(stepper.state), mode=Mode(stepper.mode)),
             "segment": None if segment is None else _segment_from_json(segment),
         }

@@ -129,20 +129,26 @@ def _acceleration(
     )
 
 
-def _mode(kind: Type, value_names: Sequence[str] = ()) -> Variable:
-    # The mode again, in another type. Local, so that hosts do not record it by default: each type
-    # costs them one more call per sample.
+def _mode(role: Role, kind: Type, value_names: Sequence[str] = ()) -> Variable:
+    # The mode again, in another type. The integer is local, so that hosts do not record it by
+    # default: each type costs them one more call per sample.
     name = kind.value.lower()
     return Variable(
         f"mode_{name}",
-        Role.LOCAL,
+        role,
         f"mode as an {name}: {_COLUMNS['mode'].meaning}",
         type=kind,
         lower=int(min(Mode)),
         upper=int(max(Mode)),
         discrete=True,
         value_names=value_names,
+        depends_on=("mu", "v_belt"),
+        start_depends_on=_INITIAL_MODE,
     )
+
+
+def _total(name: str, initial_names: Sequence[str], meaning: str, unit: str) -> Variable:
+    return _output(name, initial_names, f"{meaning} so far", unit)
 
 
 # Add new variables at the end: value references are indices in the table.
@@ -193,8 +199,8 @@ SLIDER_BELT_TABLE: Final = VariableTable(
             "s",
             discrete=True,
         ),
-        _mode(Type.INTEGER),
-        _mode(Type.ENUMERATION, tuple(mode.name.lower() for mode in Mode)),
+        _mode(Role.LOCAL, Type.INTEGER),
+        _mode(Role.OUTPUT, Type.ENUMERATION, tuple(mode.name.lower() for mode in Mode)),
         _acceleration(
             "x",
             "horizontal",
@@ -221,7 +227,15 @@ SLIDER_BELT_TABLE: Final = VariableTable(
             "number of times that the slider began to stick so far, including a start in stick",
             _INITIAL_MODE,
         ),
+        _total("x_peak", (*_STATIC_START, "x_start"), "greatest |x|", "m"),
+        _total("y_peak", (*_STATIC_START, "y_start"), "greatest |y|", "m"),
+        # A belt that is always faster than the slider (finite_belt = false) is faster than this.
+        _total("vx_max", ("start_static", "vx_start"), "greatest horizontal velocity", "m/s"),
+        _total("P_min", _INITIAL_FORCE, "least contact force", "N"),
+        _total("P_max", _INITIAL_FORCE, "greatest contact force", "N"),
+        _total("separated_time", (), "time for which the slider was off the belt", "s"),
     ]
 )
+TOTALS: Final = ("x_peak", "y_peak", "vx_max", "P_min", "P_max", "separated_time")
 VARIABLES: Final = SLIDER_BELT_TABLE.variables
 REFERENCES: Final = SLIDER_BELT_TABLE.references

@@ -52,6 +52,12 @@ reattachments   output discrete   1     0 - 1   - number of reattachments
 last_event      output discrete   s     - - 1   - time of the last change of the mode
 switches        output discrete   1     0 - 1   - number of changes of the mode
 sticks          output discrete   1     0 - 1   - began to stick
+x_peak          output continuous m     - - 1   - greatest |x| so far
+y_peak          output continuous m     - - 1   - greatest |y| so far
+vx_max          output continuous m/s   - - 10  - greatest horizontal velocity so far
+P_min           output continuous N     - - 100 - least contact force so far
+P_max           output continuous N     - - 100 - greatest contact force so far
+separated_time  output continuous s     - - 1   - off the belt so far
 ax              local  continuous m/s^2 - - 50  - horizontal acceleration
 ay              local  continuous m/s^2 - - 50  - vertical acceleration
 """  # noqa: E501

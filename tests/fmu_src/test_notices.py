@@ -96,6 +96,8 @@ def test_a_refused_start_is_printed_and_its_outputs_are_nan(
     (runs, _), errors = script_output
     # fmpy samples the start, and again the time at which the refused first step ends the run.
     assert runs[run_index].pop("time") == [0.0, 0.0]
+    # An integer cannot be NaN.
+    assert runs[run_index].pop("mode_enumeration") == [0, 0]
     assert all(math.isnan(value) for column in runs[run_index].values() for value in column)
     for line, prefix in zip(errors[run_index], prefixes, strict=True):
         assert line.startswith(f"SliderBelt: {prefix}{reason}")

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fivtui.model import ComputationError, Progress
-from fivtui.transient.extremes import Extremes
+from fivtui.taylor import Extremes
 
 from .exponential import DEGREE, LinearMotion
 

@@ -9,8 +9,10 @@ from dataclasses import dataclass
 from functools import lru_cache
 from operator import mul
 
-from fivtui.model import State
-from fivtui.taylor import Segment, derivative, minimum_maximum, restrict
+from fivtui.model.slider_belt import State
+
+from .polynomial import derivative, minimum_maximum, restrict
+from .segment import Segment
 
 
 @dataclass(slots=True)
