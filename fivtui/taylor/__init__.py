@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from .belt import taylor_stepper
     from .extremes import Extremes
-    from .polynomial import derivative, evaluate, first_root, minimum_maximum, restrict, roots
+    from .polynomial import derivative, evaluate, first_root, roots
     from .segment import Segment, Stepper
     from .stepper import (
         DEFAULT_TOL,
