@@ -50,6 +50,7 @@ from .notices import NoticeView
 from .run_actions import RunActions
 from .run_list import NO_RUN_TEXT, RunBar, RunsPane
 from .search_control import SearchController
+from .verdict.gauge import GaugeView
 from .verdict.gauge_control import GaugeController
 from .verdict.view import VerdictView
 
@@ -140,6 +141,16 @@ class LabScreen(EditActions, RunActions):
         self.session.close_undo_step()
         self._gauges.focus(event.name)
         self.show_verdict()
+
+    @on(GaugeView.MarkerMoved)
+    def _move_marker(self, event: GaugeView.MarkerMoved) -> None:
+        session = self.session
+        if not (event.held and self._gauges.is_dragged):
+            # A drag is one undo step.
+            session.close_undo_step()
+        self._gauges.is_dragged = event.held
+        session.set_text(event.name, event.text)
+        self.show_inputs()
 
     def show_inputs(self) -> None:
         """Display the fields, their errors and the verdict."""

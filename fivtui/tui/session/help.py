@@ -17,6 +17,11 @@ HINTS: Final = (
     Row("Escape", "stop typing; then j k select a field, h l decrease or increase it, Enter types"),
     Row(
         "mouse",
+        "on the gauge: drag the dot, or click where it is to go; a click on a bound or its number "
+        "goes to the bound, rounded to the safer side",
+    ),
+    Row(
+        "mouse",
         "in a plot: hover to read, drag to pan, wheel to zoom, double-click to run a point's "
         "parameters",
     ),

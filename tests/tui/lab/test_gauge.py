@@ -1,18 +1,28 @@
 """The gauge of safe and unsafe values: its drawing, and its updates after edits."""
 
 import threading
+from itertools import pairwise
 from typing import Any
 from unittest.mock import Mock
 
 import pytest
+from hypothesis import example, given, strategies as st
 from textual.pilot import Pilot
 
 from fivtui.safety import SafeFriction, Zone, Zones, linear_zones, safety_zones
 from fivtui.tui.lab.screen import LabScreen
-from fivtui.tui.lab.verdict.gauge import Gauge, StyledTexts, round_range
+from fivtui.tui.lab.verdict.gauge import Gauge, GaugeView, StyledTexts, round_range
 from fivtui.tui.lab.verdict.gauge_control import GaugeController
 from fivtui.tui.session import Attractors, Session
-from tests.support.laboratory import focus, text_of, type_into, until, until_screen, until_shown
+from tests.support.laboratory import (
+    app_of,
+    focus,
+    text_of,
+    type_into,
+    until,
+    until_screen,
+    until_shown,
+)
 
 SIZE = (80, 24)
 OVER_MU = Zones("mu", (0.0, 0.278, 0.439, 1.5), (Zone.SAFE, Zone.KNOCK, Zone.SQUEALS))
@@ -84,18 +94,82 @@ def test_a_value_from_a_computation_is_rounded() -> None:
     assert "0.61567" in numbers.split()
 
 
-@pytest.mark.parametrize("width", [30, 40, 76])
-def test_numbers_ascend_where_bounds_are_close(width: int) -> None:
+@st.composite
+def gauges(draw: st.DrawFn) -> Gauge:
+    """Gauges over ranges of any magnitude, whose bounds and value may nearly coincide."""
+    low = draw(st.sampled_from([0.0, -150.0, 0.7, 5e-12]))
+    span = draw(st.sampled_from([1.5, 150.0, 3e-5, 7.5e8]))
+    shares = st.one_of(st.floats(0.0, 1.0), st.sampled_from([0.3, 0.3001, 0.30000001, 0.5]))
+    bounds = sorted(
+        {low, low + span, *(low + span * share for share in draw(st.lists(shares, max_size=6)))}
+    )
+    zones = draw(st.lists(st.sampled_from(Zone), min_size=6, max_size=6))[: len(bounds) - 1]
+    zones += [Zone.SAFE] * (len(bounds) - 1 - len(zones))
+    value = draw(st.one_of(st.sampled_from(bounds), shares.map(lambda share: low + span * share)))
+    text = draw(st.sampled_from([f"{value:.3g}", repr(value)]))
+    over_range = Zones("mu", tuple(bounds), tuple(zones))
+    return Gauge("F (N)", over_range, float(text), text, searching=False, basis="")
+
+
+def gauge_over(bounds: tuple[float, ...], value: float) -> Gauge:
     # SMALL: small disturbances die out, large ones were not searched.
     zones = (Zone.SAFE, Zone.KNOCK, Zone.SMALL, Zone.SQUEALS)
-    for value in (0.5, 15.0, 16.001, 17.04, 17.12, 30.0):
-        for bounds in ((16.0, 17.1, 17.149), (15.3, 16.0, 16.4), (1.0, 29.0, 29.5)):
-            over_mu = Zones("mu", (0.0, *bounds, 30.0), zones)
-            gauge = Gauge("μ", over_mu, value, f"{value:g}", searching=False, basis="")
-            _, numbers = draw_gauge(gauge, width)
-            values = [float(number) for number in numbers.split()]
-            assert values == sorted(values)
-            assert value in values
+    over_mu = Zones("mu", (0.0, *bounds, 30.0), zones)
+    return Gauge("μ", over_mu, value, f"{value:g}", searching=False, basis="")
+
+
+@example(gauge_over((16.0, 17.1, 17.149), 17.12), 40)
+@example(gauge_over((15.3, 16.0, 16.4), 16.001), 30)
+@example(gauge_over((17.1, 17.149, 29.5), 0.5), 76)
+@given(gauges(), st.integers(20, 200))
+def test_numbers_ascend_and_stay_apart(gauge: Gauge, width: int) -> None:
+    bar, line = draw_gauge(gauge, width)
+    assert len(bar) == len(line) == width
+    numbers = [float(number) for number in line.split()]
+    assert all(low < high for low, high in pairwise(numbers))
+    # The numbers are the value and bounds, rounded.
+    exact_values = (gauge.value, *gauge.zones.bounds)
+    for number in numbers:
+        assert any(abs(number - exact) <= 0.01 * abs(exact) for exact in exact_values)
+    if width >= 40:
+        shown_value = pytest.approx(gauge.value, rel=1e-4)
+        assert any(number == shown_value for number in numbers)
+
+
+@given(gauges(), st.integers(20, 200), st.data())
+def test_the_mouse_moves_the_marker_to_a_short_number_in_its_column(
+    gauge: Gauge, width: int, data: st.DataObject
+) -> None:
+    first = len("F (N) ")
+    column = data.draw(st.integers(first, width - 1))
+    text = gauge.text_at(column, 0, width)
+    value = float(text)
+    bounds = gauge.zones.bounds
+    assert text == gauge.text or value in bounds or len(text) <= 12
+    tolerance = 1.0 + 1e-3 * width
+    bar_width = width - first
+    share = (value - bounds[0]) / (bounds[-1] - bounds[0])
+    assert abs(share * (bar_width - 1) - (column - first)) <= tolerance
+    # Outside the bar, the mouse moves the marker to its ends.
+    for outside, end in ((-50, bounds[0]), (width + 50, bounds[-1])):
+        assert float(gauge.text_at(outside, 0, width)) in (end, gauge.value)
+
+
+def test_a_click_on_a_bound_moves_to_its_safer_side() -> None:
+    # 0.27788 is displayed as 0.278, where a knock is enough to squeal.
+    over_mu = Zones("mu", (0.0, 0.27788, 0.43941, 1.5), (Zone.SAFE, Zone.KNOCK, Zone.SQUEALS))
+    gauge = Gauge("μ", over_mu, 0.7, "0.7", searching=False, basis="")
+    bar, numbers = draw_gauge(gauge, 76)
+    for label, text in (("0.278", "0.2778"), ("0.439", "0.4394"), ("1.5", "1.5"), ("0.7", "0.7")):
+        assert gauge.text_at(numbers.index(label), 1, 76) == text
+    assert gauge.text_at(bar.index("┼"), 0, 76) == "0.2778"
+    assert gauge.text_at(bar.rindex("┼"), 0, 76) == "0.4394"
+    assert gauge.text_at(bar.index("●"), 0, 76) == "0.7"
+    # On this bar the value of a load falls from squeal to safety.
+    over_load = Zones("F", (0.0, 85.1234, 150.0), (Zone.SQUEALS, Zone.SAFE))
+    load_gauge = Gauge("F (N)", over_load, 80.0, "80", searching=False, basis="")
+    bar, _ = draw_gauge(load_gauge, 76)
+    assert load_gauge.text_at(bar.index("┼"), 0, 76) == "85.13"
 
 
 def test_unknown_and_impossible_values_are_labelled() -> None:
@@ -149,6 +223,48 @@ async def test_the_gauge_follows_the_edited_field(
     await until_screen(pilot, lambda text: "F (N) " in gauge_line(text))
     await focus(pilot, "t_end")
     await until_screen(pilot, lambda text: gauge_line(text).startswith("│ μ "))
+
+
+async def test_the_mouse_drags_the_value_in_one_undo_step(pilot: Pilot[None]) -> None:
+    session, gauge = app_of(pilot).session, pilot.app.screen.query_one(GaugeView)
+    await pilot.press("up")
+    marker = gauge_line(text_of(pilot)).index("●") - gauge.region.x
+    await pilot.mouse_down(gauge, offset=(marker, 0))
+    # The marker does not move before the mouse does.
+    assert session.texts["mu"] == "0.71"
+    for column in (30, 22, 60):
+        await pilot.hover(gauge, offset=(column, 1))
+        await pilot.pause()
+        line = gauge_line(text_of(pilot))
+        assert line.index("●") == gauge.region.x + column
+        assert f" {session.texts['mu']} " in text_of(pilot)
+        assert f"•μ     {session.texts['mu']}" in text_of(pilot)
+    assert session.texts["mu"] == "1.2"
+    assert "growth rate +1.061" in text_of(pilot)
+    await pilot.mouse_up(gauge, offset=(60, 0))
+    # After the release, the mouse only hovers.
+    await pilot.hover(gauge, offset=(20, 0))
+    await pilot.press("up")
+    assert session.texts["mu"] == "1.3"
+    for text in ("1.2", "0.71", "0.7"):
+        await pilot.press("ctrl+z")
+        await until(pilot, lambda: session.texts["mu"] == text)  # noqa: B023
+
+
+async def test_the_range_stays_while_the_marker_is_dragged(pilot: Pilot[None]) -> None:
+    def last_number() -> str:
+        lines = text_of(pilot).splitlines()
+        return lines[lines.index(gauge_line(text_of(pilot))) + 1].strip("│ ").split()[-1]
+
+    await focus(pilot, "F")
+    await until_screen(pilot, lambda text: "F (N) " in gauge_line(text))
+    gauge = pilot.app.screen.query_one(GaugeView)
+    await pilot.mouse_down(gauge, offset=(20, 0))
+    await pilot.hover(gauge, offset=(8, 0))
+    await until(pilot, lambda: app_of(pilot).session.texts["F"] == "4")
+    assert last_number() == "150"
+    await pilot.mouse_up(gauge, offset=(8, 0))
+    await until_screen(pilot, lambda _: last_number() == "7.5")
 
 
 def gauge_line(text: str) -> str:

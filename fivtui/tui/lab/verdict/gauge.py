@@ -6,14 +6,19 @@ there is no equilibrium.
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from decimal import ROUND_CEILING, ROUND_FLOOR, Context
 from itertools import pairwise
 from typing import Final
 
 from rich.cells import cell_len
+from textual import on
 from textual.content import Content
+from textual.events import MouseDown, MouseMove, MouseUp
+from textual.message import Message
 from textual.widget import Widget
 
+from fivtui.ranges import number_text
 from fivtui.safety import Zone, Zones
 
 _MARKER_GLYPH: Final = "●"
@@ -35,6 +40,13 @@ _RANGE_ENDS: Final = (1.0, 1.5, 2.0, 3.0, 5.0, 7.5, 10.0)
 _MIN_END_RATIO: Final = 1.5
 # Relative rounding error of the end of a range.
 _ROUNDING: Final = 1e-12
+# A dragged value is a multiple of one of these times a power of ten.
+_STEPS: Final = (5.0, 2.0, 1.0)
+# Significant digits of a bound that is clicked, as in the facts beside the gauge.
+_CLICKED_DIGITS: Final = 4
+_LEFT_BUTTON: Final = 1
+# Zones from the safest on.
+_ZONES_BY_RISK: Final = (Zone.SAFE, Zone.SMALL, Zone.KNOCK, Zone.SQUEALS, Zone.NONE)
 _STYLES: Final = {
     Zone.SAFE: "$text-success",
     Zone.KNOCK: "$text-warning",
@@ -88,19 +100,60 @@ class Gauge:
     searching: bool
     basis: str
 
-    def lines(self, width: int) -> tuple[StyledTexts, StyledTexts]:
+    def lines(self, width: int, marker_style: str = "bold") -> tuple[StyledTexts, StyledTexts]:
         """Two lines: the bar of zones, and below it the numbers at bounds and value."""
-        margin = f"{self.label} "
-        width = max(width - len(margin), _MIN_WIDTH)
-        bar, tick_labels = self._bar(width), self._tick_labels(width)
-        return [(margin, "bold"), *bar], [(" " * len(margin), ""), *tick_labels]
+        margin, width = self._margin, self._bar_width(width)
+        cells: StyledTexts = [(" ", "")] * width
+        for value, first, text in self._tick_labels(width):
+            style = "bold" if value == self.value else ""
+            cells[first : first + len(text)] = [(letter, style) for letter in text]
+        bar = [(margin, "bold"), *self._bar(width, marker_style)]
+        return bar, [(" " * len(margin), ""), *_join_cells(cells)]
+
+    def text_at(self, column: int, row: int, width: int) -> str:
+        """Text of the value to which the mouse moves the marker at a cell of the two lines.
+
+        At a bound or its number, this is the bound, rounded to four digits towards its safer side.
+        Elsewhere it is a round number within the column, and at the marker the edited text.
+        """
+        column, width = column - len(self._margin), self._bar_width(width)
+        labels = self._tick_labels(width) if row == 1 else []
+        targets = [value for value, first, text in labels if 0 <= column - first < len(text)]
+        column = min(max(column, 0), width - 1)
+        low, *bounds, high = self.zones.bounds
+        values = (self.value, low, high, *bounds)
+        targets += [value for value in values if self._column(value, width) == column]
+        if targets and targets[0] == self.value:
+            return self.text
+        if targets:
+            return number_text(self._safe_bound(self.zones.bounds.index(targets[0])))
+        column_width = (high - low) / (width - 1)
+        decade = 10.0 ** math.floor(math.log10(column_width))
+        step = next(digit * decade for digit in _STEPS if digit * decade <= column_width)
+        value = round((low + column * column_width) / step) * step
+        return number_text(float(f"{value:.12g}"))
+
+    def _safe_bound(self, index: int) -> float:
+        bounds, zones = self.zones.bounds, self.zones.zones
+        if not 0 < index < len(zones):
+            return bounds[index]
+        below, above = map(_ZONES_BY_RISK.index, zones[index - 1 : index + 1])
+        context = Context(_CLICKED_DIGITS, ROUND_FLOOR if below < above else ROUND_CEILING)
+        return float(context.create_decimal_from_float(bounds[index]))
+
+    @property
+    def _margin(self) -> str:
+        return f"{self.label} "
+
+    def _bar_width(self, width: int) -> int:
+        return max(width - len(self._margin), _MIN_WIDTH)
 
     def _column(self, value: float, width: int) -> int:
         low, high = self.zones.bounds[0], self.zones.bounds[-1]
         share = (value - low) / (high - low)
         return min(max(round(share * (width - 1)), 0), width - 1)
 
-    def _bar(self, width: int) -> StyledTexts:
+    def _bar(self, width: int, marker_style: str) -> StyledTexts:
         marker = self._column(self.value, width)
         bound_columns = [self._column(bound, width) for bound in self.zones.bounds]
         cells: StyledTexts = []
@@ -121,7 +174,7 @@ class Gauge:
                 cells.append((_BOUND_GLYPH, "bold"))
         # A zone that is narrower than a column still adds its bound: cut what is too wide.
         del cells[width:]
-        cells[marker] = (_MARKER_GLYPH, "bold")
+        cells[marker] = (_MARKER_GLYPH, marker_style)
         return _join_cells(cells)
 
     def _write_label(self, zone: Zone, glyphs: list[str], first: int, stop: int) -> None:
@@ -132,31 +185,31 @@ class Gauge:
         start = first + (stop - first - len(label)) // 2
         glyphs[start : start + len(label)] = label
 
-    def _tick_labels(self, width: int) -> StyledTexts:
-        cells: StyledTexts = [(" ", "")] * width
-        # Value, first column and end column of every label in the line.
-        labels: list[tuple[float, int, int]] = []
+    def _tick_labels(self, width: int) -> list[tuple[float, int, str]]:
+        # Value, first column and text of the labels: ascending, and separated by blanks.
+        labels: list[tuple[float, int, str]] = []
 
-        def write(value: float, text: str, style: str) -> None:
-            # Keep the labels in ascending order, separated by blanks.
-            lower = max((stop + 1 for number, _, stop in labels if number < value), default=0)
-            upper = min((first - 1 for number, first, _ in labels if number > value), default=width)
+        def add(value: float, text: str) -> None:
+            below = [label for label in labels if label[0] < value]
+            above = [label for label in labels if label[0] > value]
+            lower = max((first + len(text) + 1 for _, first, text in below), default=0)
+            upper = min((first - 1 for _, first, _ in above), default=width)
             first = _label_column(self._column(value, width), len(text), (lower, upper), width)
-            if first is not None:
-                stop = first + len(text)
-                cells[first:stop] = [(letter, style) for letter in text]
-                labels.append((value, first, stop))
+            # Close bounds may have the same text.
+            is_repeated = any(float(label) == float(text) for _, _, label in labels)
+            if first is not None and not is_repeated:
+                labels.append((value, first, text))
 
         text = self.text
         if len(text) > _MAX_TEXT_LENGTH:
             text = f"{self.value:.{_VALUE_DIGITS}g}"
-        write(self.value, text, "bold")
+        add(self.value, text)
         bounds = self.zones.bounds
         # The ends of the range take precedence over other bounds.
         for bound in (bounds[0], bounds[-1], *bounds[1:-1]):
             if bound != self.value:
-                write(bound, _bound_text(bound, self.value), "")
-        return _join_cells(cells)
+                add(bound, _bound_text(bound, self.value))
+        return labels
 
 
 def _bound_text(bound: float, value: float) -> str:
@@ -191,11 +244,22 @@ def _join_cells(cells: StyledTexts) -> StyledTexts:
 
 
 class GaugeView(Widget):
-    """Draws a gauge in two lines, or a text in its place."""
+    """Draws a gauge in two lines, or a text in its place; the mouse drags the marker."""
+
+    @dataclass
+    class MarkerMoved(Message):
+        """The mouse pressed, dragged or, if not `held`, released the marker of a parameter."""
+
+        name: str
+        text: str
+        held: bool
 
     def __init__(self, *, id: str) -> None:  # noqa: A002
         super().__init__(id=id)
         self._content: Gauge | str = ""
+        # The last message and column of the mouse, while it holds the marker.
+        self._held: GaugeView.MarkerMoved | None = None
+        self._column = 0
 
     def show(self, gauge: Gauge | str) -> None:
         """Display a gauge, or the reason for its absence."""
@@ -207,8 +271,39 @@ class GaugeView(Widget):
         """The two lines."""
         if isinstance(self._content, str):
             return Content(self._content)
-        lines = self._content.lines(self.size.width)
+        marker_style = "bold reverse" if self._held or self.mouse_hover else "bold"
+        lines = self._content.lines(self.size.width, marker_style)
         return Content("\n").join(Content.assemble(*line) for line in lines)
+
+    def watch_mouse_hover(self) -> None:
+        """Highlight the marker below the mouse."""
+        self.refresh()
+
+    @on(MouseDown)
+    def _grab(self, event: MouseDown) -> None:
+        if event.button == _LEFT_BUTTON:
+            self.capture_mouse()
+            self._move_to(event.x, event.y)
+
+    @on(MouseMove)
+    def _drag(self, event: MouseMove) -> None:
+        # The numbers of the second row are targets of clicks only.
+        if self._held and event.x != self._column:
+            self._move_to(event.x, 0)
+
+    @on(MouseUp)
+    def _release(self) -> None:
+        if self._held:
+            self.release_mouse()
+            self.post_message(replace(self._held, held=False))
+            self._held = None
+
+    def _move_to(self, column: int, row: int) -> None:
+        if isinstance(self._content, Gauge):
+            self._column = column
+            text = self._content.text_at(column, row, self.size.width)
+            self._held = self.MarkerMoved(self._content.zones.name, text, held=True)
+            self.post_message(self._held)
 
 
 def round_range(value: float, lower: float, upper: float) -> tuple[float, float]:

@@ -51,6 +51,8 @@ class GaugeController:
         self._ranges: dict[str, tuple[float, float]] = {}
         self._queue: list[_GaugeRange] = []
         self._running: tuple[_GaugeRange, Job] | None = None
+        # Whether the mouse drags the marker of a gauge: ranges then stay.
+        self.is_dragged = False
 
     def focus(self, name: str) -> None:
         """Show the gauge of a focused field, or that of μ if the field is no parameter."""
@@ -119,9 +121,10 @@ class GaugeController:
             low, high = 0.0, mu_scan_end(stability)
         else:
             low, high = round_range(value, spec.lower, spec.upper)
-        # Keep a range that is wide enough but not too wide.
+        # Keep a range that is wide enough but not too wide, and that of a dragged marker.
         old_low, old_high = self._ranges.get(name, (low, high))
-        if old_low <= low and _MIN_USED_SHARE * old_high <= high <= old_high:
+        is_similar = old_low <= low and _MIN_USED_SHARE * old_high <= high <= old_high
+        if is_similar or (self.is_dragged and old_low <= value <= old_high):
             low, high = old_low, old_high
         self._ranges[name] = low, high
         # Static friction is at least the sliding friction.
