@@ -205,7 +205,7 @@ async def test_plots_are_copied_as_text_and_as_pictures(
     # `when_ready`: as soon as the pane of the tab exists.
     lab.tab_book.when_ready(lab.files.copy_plot)
     await until(pilot, lambda: "off belt" in pilot.app.clipboard)
-    assert "⣿" in pilot.app.clipboard
+    assert "⣄" in pilot.app.clipboard
     assert "t (s)" in pilot.app.clipboard
     lab.tab_book.when_ready(lab.files.copy_picture)
     await until_notice(pilot, "a picture cannot be copied without a desktop")
