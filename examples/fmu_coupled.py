@@ -1,7 +1,4 @@
-"""A co-simulation master: slider-belt and brake actuator coupled through fmpy, step by step.
-
-Run it as ``python examples/fmu_coupled.py``.
-"""
+"""A co-simulation master for slider-belt and brake actuator: ``python examples/fmu_coupled.py``."""
 
 import tempfile
 from pathlib import Path
@@ -12,31 +9,39 @@ from fmpy import extract, instantiate_fmu, read_model_description
 from fmu_src.build.builder import build_fmu
 
 
-def initialized_instance(component: str, folder: Path) -> tuple[Any, dict[str, int]]:
+def initialized_instance(component: str, folder: Path) -> tuple[Any, dict[str, list[int]]]:
     """An initialized instance, and value references by name."""
-    files = extract(build_fmu(folder / f"{component}.fmu", component=component), folder / component)
+    fmu = build_fmu(folder / f"{component}.fmu", component=component, flavour="native")
+    files = extract(fmu, folder / component)
     description = read_model_description(files)
     instance = instantiate_fmu(files, description)
     instance.setupExperiment(startTime=0.0)
     instance.enterInitializationMode()
     instance.exitInitializationMode()
-    return instance, {v.name: v.valueReference for v in description.modelVariables}
+    return instance, {v.name: [v.valueReference] for v in description.modelVariables}
 
 
-def main() -> None:
-    """Exchange preload and contact force every 10 ms for 20 s."""
+def coupled(steps: int, t_end: float, *, extrapolate: bool) -> tuple[float, float]:
+    """Exchange F and P, held or extrapolated, at each step; y and separations at the end."""
+    h = t_end / steps
     with tempfile.TemporaryDirectory() as folder:
-        slider, slider_references = initialized_instance("slider-belt", Path(folder))
-        actuator, actuator_references = initialized_instance("brake-actuator", Path(folder))
-        for count in range(2000):
-            slider.setReal([slider_references["F"]], actuator.getReal([actuator_references["F"]]))
-            actuator.setReal([actuator_references["P"]], slider.getReal([slider_references["P"]]))
-            slider.doStep(count * 0.01, 0.01)
-            actuator.doStep(count * 0.01, 0.01)
-        (F,), names = actuator.getReal([actuator_references["F"]]), ("y", "separations")
-        y, separations = slider.getReal([slider_references[name] for name in names])
-        print(f"after 20 s: F {F:.3f} N, y {y:.5f} m, separations {separations:.0f}")
+        slider, i = initialized_instance("slider-belt", Path(folder))
+        actuator, j = initialized_instance("brake-actuator", Path(folder))
+        outputs = (actuator, j["F"]), (slider, i["P"])
+        for step in range(steps):
+            (F,), (P,) = actuator.getReal(j["F"]), slider.getReal(i["P"])
+            slider.setReal(i["F"], [F]), actuator.setReal(j["P"], [P])
+            if extrapolate:
+                slopes = [f.getRealOutputDerivatives(r, [1]) for f, r in outputs]
+                slider.setRealInputDerivatives(i["F"], [1], slopes[0])
+                actuator.setRealInputDerivatives(j["P"], [1], slopes[1])
+            slider.doStep(step * h, h), actuator.doStep(step * h, h)
+        y, separations = slider.getReal(i["y"] + i["separations"])
+        slider.freeInstance(), actuator.freeInstance()
+    return y, separations
 
 
 if __name__ == "__main__":
-    main()
+    for steps in (500, 1000, 2000, 4000):
+        (held, _), (y, count) = (coupled(steps, 5.0, extrapolate=flag) for flag in (False, True))
+        print(f"{steps} steps: y held {held:.5f}, extrapolated {y:.5f} m, {count:.0f} separations")

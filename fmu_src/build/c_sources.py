@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Final
 
 from fivtui.kernel import equation_headers
-from fivtui.model import PARAMETERS
+from fivtui.model import ALL_PARAMETERS
 from fmu_src.slave import ACTUATOR_TABLE, SLIDER_BELT_TABLE, Type, Variable, VariableTable
 
 # Tables of variables by model identifier, which is also the name of the binary.
@@ -38,6 +38,8 @@ NATIVE: Final = _PACKAGE_FOLDER / "native"
 KERNEL: Final = _PACKAGE_FOLDER.parent / "fivtui" / "kernel"
 # Length of the hash of the sources, BUILD in ``state.c``.
 _HASH_DIGITS: Final = 32
+# Greatest order of derivatives of outputs by time.
+OUTPUT_DERIVATIVE_ORDER: Final = 3
 _C_KINDS: Final = {
     Type.REAL: "REAL",
     Type.INTEGER: "INTEGER",
@@ -109,6 +111,8 @@ def _table_header(table: VariableTable) -> str:
             "    VARIABLE_COUNT",
             "};",
             "",
+            f"enum {{ OUTPUT_DERIVATIVE_ORDER = {OUTPUT_DERIVATIVE_ORDER} }};",
+            "",
             *_parameter_references(table),
             "static const Variable TABLE[VARIABLE_COUNT] = {",
             *rows,
@@ -121,9 +125,9 @@ def _table_header(table: VariableTable) -> str:
 def _parameter_references(table: VariableTable) -> list[str]:
     # The value references of the kernel's parameters, in its order, as a C array.
     names = {variable.name for variable in table.variables}
-    if not names.issuperset(PARAMETERS):
+    if not names.issuperset(ALL_PARAMETERS):
         return []
-    columns = ", ".join(f"V_{name}" for name in PARAMETERS)
+    columns = ", ".join(f"V_{name}" for name in ALL_PARAMETERS)
     return [f"static const uint32_t PARAMETER_REFERENCES[] = {{{columns}}};", ""]
 
 

@@ -6,7 +6,7 @@ from xml.etree import ElementTree as ET
 
 from fmu_src.slave import Role, Type, Variable, VariableTable
 
-from .c_sources import model_guid, sources
+from .c_sources import OUTPUT_DERIVATIVE_ORDER, model_guid, sources
 from .component import Component
 from .description import (
     AUTHOR_ATTRIBUTES,
@@ -79,6 +79,7 @@ _INTERFACES: Final[Mapping[str, Mapping[str, str]]] = {
     "CoSimulation": {
         **_CAPABILITIES,
         "canHandleVariableCommunicationStepSize": "true",
+        "maxOutputDerivativeOrder": str(OUTPUT_DERIVATIVE_ORDER),
         "hasEventMode": "true",
         "mightReturnEarlyFromDoStep": "true",
         "providesIntermediateUpdate": "true",

@@ -11,7 +11,14 @@ from xml.etree import ElementTree as ET
 
 from fivtui.model import InputError, check_known
 
-from .c_sources import MODELS, NATIVE, model_guid, sources, sources_hash
+from .c_sources import (
+    MODELS,
+    NATIVE,
+    OUTPUT_DERIVATIVE_ORDER,
+    model_guid,
+    sources,
+    sources_hash,
+)
 from .component import Component
 from .cross_compilation import compile_binary
 from .description import (
@@ -58,6 +65,7 @@ _INTERFACES: Final[Mapping[str, Mapping[str, str]]] = {
         **_CAPABILITIES,
         "canHandleVariableCommunicationStepSize": "true",
         "canInterpolateInputs": "true",
+        "maxOutputDerivativeOrder": str(OUTPUT_DERIVATIVE_ORDER),
     },
 }
 

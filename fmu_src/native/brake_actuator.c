@@ -27,12 +27,19 @@ static const char *begin_motion(Instance *i)
     return NULL;
 }
 
+/* The slope of `target_force` under the slopes of the inputs, N/s. */
+static double target_slope_of(const State *s)
+{
+    const double *slopes = s->slopes;
+    return slopes[V_command] + s->values[V_gain] * (slopes[V_command] - slopes[V_P]);
+}
+
 static const char *advance_motion(Instance *i, double from, double *end, int *switched)
 {
     (void)switched;
     const double t = *end;
-    const double *v = i->s.values, *slopes = i->s.slopes;
-    const double target_slope = slopes[V_command] + v[V_gain] * (slopes[V_command] - slopes[V_P]);
+    const double *v = i->s.values;
+    const double target_slope = target_slope_of(&i->s);
     /* With a target force of constant slope, F approaches exponentially the target less
        τ · slope. */
     const double lagged_start = target_force(v) - v[V_tau] * target_slope;
@@ -49,6 +56,19 @@ static const char *advance_motion(Instance *i, double from, double *end, int *sw
         return advise(i, remedies, sizeof remedies / sizeof *remedies);
     }
     i->s.states[0] = force;
+    return NULL;
+}
+
+/* The derivative of an order of F is (that of the target − F)/τ of the order before. */
+static const char *differentiate_in_time(Instance *i, int order, double *rates)
+{
+    const double *v = i->s.values;
+    double rate = v[V_F_rate];
+    for (int n = 1; n <= order; n++) {
+        rates[V_F] = rate;
+        rate = ((n == 1 ? target_slope_of(&i->s) : 0.0) - rate) / v[V_tau];
+    }
+    rates[V_F_rate] = rate;
     return NULL;
 }
 
@@ -108,6 +128,8 @@ const Component COMPONENT = {
     .indicator_count = 0,
     .begin = begin_motion,
     .advance = advance_motion,
+    .differentiate_in_time = differentiate_in_time,
+    .derivative_order = OUTPUT_DERIVATIVE_ORDER,
     .computed_until = computed_until,
     .motion_step_end = motion_step_end,
     .compute_outputs = compute_outputs,

@@ -54,6 +54,11 @@ typedef struct {
     /* Advances to t with inputs that follow their slopes from the time `from` on. Unless `switched`
        is NULL, stops at the first switch up to t, sets t to its time and `switched` to 1. */
     const char *(*advance)(struct Instance *i, double from, double *t, int *switched);
+    /* Computes the derivatives of an order of continuous outputs and locals by time, from 1 to
+       `derivative_order`, at the current time, under inputs that are held or have slopes, by value
+       reference. */
+    const char *(*differentiate_in_time)(struct Instance *i, int order, double *rates);
+    int derivative_order;
     /* End of the step of the motion that has been computed: until then the motion is known if its
        inputs do not change. */
     double (*computed_until)(const struct Instance *i);

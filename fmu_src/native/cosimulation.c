@@ -155,8 +155,30 @@ fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReferenc
                                         const fmi2Integer order[], fmi2Real value[])
 {
     Instance *i = c;
-    (void)r, (void)count, (void)order, (void)value;
-    return i ? report(i, fmi2Error, "derivatives of outputs are not provided") : fmi2Error;
+    double rates[MAX_VARIABLES] = {0.0};
+    REQUIRE(i, "get_real_output_derivatives", fmi2CoSimulation, IN(STEPPING) | IN(TERMINATED));
+    if (count > 0 && (!r || !order || !value))
+        return report(i, fmi2Error, "value references, orders and values must be given");
+    for (size_t n = 0; n < count; n++) {
+        const Variable *v = r[n] < COMPONENT.variable_count ? COMPONENT.variables + r[n] : NULL;
+        if (!v || !v->is_continuous || is_settable(v))
+            return report(i, fmi2Error, "value reference %u: must be that of a continuous output",
+                          r[n]);
+        if (order[n] < 1 || order[n] > COMPONENT.derivative_order)
+            return report(i, fmi2Error, "order of an output derivative = %d: must be from 1 to %d",
+                          order[n], COMPONENT.derivative_order);
+    }
+    fmi2Status status = update_outputs(i);
+    for (int power = 1; power <= COMPONENT.derivative_order && status == fmi2OK; power++) {
+        const char *reason = COMPONENT.differentiate_in_time(i, power, rates);
+        status = reason ? report(i, fmi2Discard, "%s", reason) : fmi2OK;
+        for (size_t n = 0; n < count && status == fmi2OK; n++)
+            if (order[n] == power) {
+                status = check_finite(i, COMPONENT.variables[r[n]].name, rates[r[n]]);
+                value[n] = rates[r[n]];
+            }
+    }
+    return status;
 }
 
 fmi2Status fmi2CancelStep(fmi2Component c)

@@ -119,14 +119,6 @@ fmi3Status fmi3GetVariableDependencies(fmi3Instance c, fmi3ValueReference depend
     return report_absent(c, "dependencies of array elements");
 }
 
-fmi3Status fmi3GetOutputDerivatives(fmi3Instance c, const fmi3ValueReference r[], size_t count,
-                                    const fmi3Int32 orders[], fmi3Float64 values[],
-                                    size_t value_count)
-{
-    (void)r, (void)count, (void)orders, (void)values, (void)value_count;
-    return report_absent(c, "derivatives of outputs");
-}
-
 fmi3Status fmi3ActivateModelPartition(fmi3Instance c, fmi3ValueReference clock, fmi3Float64 time)
 {
     (void)clock, (void)time;

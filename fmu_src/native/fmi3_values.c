@@ -141,6 +141,15 @@ NO_ACCESS(UInt64)
 NO_ACCESS(String)
 NO_SETTER(Int64)
 
+fmi3Status fmi3GetOutputDerivatives(fmi3Instance c, const fmi3ValueReference r[], size_t count,
+                                    const fmi3Int32 orders[], fmi3Float64 values[],
+                                    size_t value_count)
+{
+    fmi3Status status = check_counts(c, count, value_count);
+    return status == fmi3OK ? (fmi3Status)fmi2GetRealOutputDerivatives(c, r, count, orders, values)
+                            : status;
+}
+
 fmi3Status fmi3GetDirectionalDerivative(fmi3Instance c, const fmi3ValueReference unknowns[],
                                         size_t unknown_count, const fmi3ValueReference knowns[],
                                         size_t known_count, const fmi3Float64 seed[],

@@ -93,9 +93,19 @@ static void read_parameters(const State *s, double *p)
 {
     for (int n = 0; n < PARAMETERS; n++)
         p[n] = s->values[PARAMETER_REFERENCES[n]];
-    const double mu_s = s->values[V_mu_s];
-    p[P_V_BELT] = clipped_speed(s, V_v_belt);
+    const double mu_s = is_finite_belt(s) ? s->values[V_mu_s] : 0.0;
+    p[P_V_BELT] = is_finite_belt(s) ? clipped_speed(s, V_v_belt) : 0.0;
     p[P_MU_S] = mu_s > 0.0 ? mu_s : -1.0, p[P_V_S] = mu_s > 0.0 ? clipped_speed(s, V_v_s) : 0.0;
+}
+
+/* Read the parameters and inputs that apply from the current time on. */
+static Inputs read_inputs(const State *s)
+{
+    /* Adding 0.0 makes −0.0 positive. */
+    Inputs inputs = {.rates = {.F = s->slopes[V_F] + 0.0, .mu = s->slopes[V_mu] + 0.0}};
+    read_parameters(s, inputs.p);
+    inputs.rates.v_belt = is_finite_belt(s) ? s->slopes[V_v_belt] + 0.0 : 0.0;
+    return inputs;
 }
 
 /* Read the changes of the parameters from those of the variables. */
@@ -154,18 +164,19 @@ static const char *begin_motion(Instance *i)
     const double *v = s->values;
     const int separation = v[V_separation] != 0.0;
     const char *reason = check_input(i, V_mu, v[V_mu]);
-    double p[BELT_PARAMETERS];
     double state[STATE] = {v[V_x_start], v[V_vx_start], v[V_y_start], v[V_vy_start]};
     if (reason)
         return reason;
-    read_parameters(s, p);
+    Inputs inputs = {.rates = {0}};
+    read_parameters(s, inputs.p);
+    const double *p = inputs.p;
     if (v[V_start_static] != 0.0)
         resting_state(p, separation, state);
     if (!is_finite_number(state[S_Y]))
         return set_reason(i, "no equilibrium: F = %g N lifts the slider and no spring holds it "
                           "vertically; use F >= 0, a larger k3, or ignore separation", p[P_F]);
-    get_stepping(i)->begin(&record->motion, p, separation, is_finite_belt(s), state, s->start_time,
-                           s->tolerance * LOCAL_TOLERANCE);
+    get_stepping(i)->begin(&record->motion, &inputs, separation, is_finite_belt(s), state,
+                           s->start_time, s->tolerance * LOCAL_TOLERANCE);
     record->mode = motion_mode(&record->motion), record->last_event = s->start_time;
     record->separations = record->reattachments = record->switches = 0.0;
     record->sticks = record->starts_in_stick = record->mode == STICK;
@@ -221,11 +232,9 @@ static const char *stall_reason(Instance *i, double t)
 
 static const char *advance_motion(Instance *i, double from, double *t, int *switched)
 {
-    const State *s = &i->s;
     Motion *m = &motion_record(i)->motion;
-    const Ramp force = {s->values[V_F], s->slopes[V_F]}, mu = {s->values[V_mu], s->slopes[V_mu]};
-    const Ramp speed = {clipped_speed(s, V_v_belt), s->slopes[V_v_belt]};
-    switch (get_stepping(i)->advance(m, from, t, switched, force, mu, speed)) {
+    const Inputs inputs = read_inputs(&i->s);
+    switch (get_stepping(i)->advance(m, from, t, switched, &inputs)) {
     case OVERFLOW:
         return overflow_reason(i, m->failed_at, m->failed_size);
     case STALLED:
@@ -235,6 +244,64 @@ static const char *advance_motion(Instance *i, double from, double *t, int *swit
     default:
         return NULL;
     }
+}
+
+/* Whether a quantity with these derivatives, divided by factorials, grows, or falls if `sign` is
+   −1. */
+static int is_growing(const double *series, double sign)
+{
+    for (int n = 1; n <= OUTPUT_DERIVATIVE_ORDER; n++)
+        if (series[n] != 0.0)
+            return sign * series[n] > 0.0;
+    return 0;
+}
+
+/* The n-th coefficient in time of a total, which grows by `sign` times an output while that exceeds
+   it. */
+static double total_term(double total, double value, const double *series, double sign, int n)
+{
+    return total == sign * value && is_growing(series, sign) ? sign * series[n] : 0.0;
+}
+
+/* Derivatives of an order by time, from an expansion of the motion at the current time. */
+static const char *differentiate_in_time(Instance *i, int order, double *rates)
+{
+    const State *s = &i->s;
+    const double *v = s->values;
+    Motion m = motion_record(i)->motion;
+    const Inputs inputs = read_inputs(s);
+    if (get_stepping(i)->expand(&m, s->t, &inputs) != RUNNING)
+        return overflow_reason(i, s->t, maximum(vabs(v[V_x]), vabs(v[V_y])));
+    /* Coefficients in the time since now. Forces follow from the equations of motion. */
+    const double *p = inputs.p, *x = m.w.xs, *y = m.w.ys;
+    double vx[OUTPUT_DERIVATIVE_ORDER + 1], vy[OUTPUT_DERIVATIVE_ORDER + 1],
+        P[OUTPUT_DERIVATIVE_ORDER + 1], friction, ax, ay, factorial = 1.0;
+    const int is_off = motion_mode(&m) == SEPARATED, n = order;
+    for (int k = 0; k <= OUTPUT_DERIVATIVE_ORDER; k++) {
+        vx[k] = (k + 1.0) * x[k + 1], vy[k] = (k + 1.0) * y[k + 1];
+        const double load = k == 0 ? load_of(p) : k == 1 ? inputs.rates.F : 0.0;
+        P[k] = is_off ? 0.0
+                      : p[P_M] * (k + 1.0) * (k + 2.0) * y[k + 2] + p[P_C2] * vy[k] + load
+                            - coupling_stiffness(p) * (x[k] - y[k]);
+    }
+    for (int k = 2; k <= n; k++)
+        factorial *= k;
+    ax = (n + 1.0) * (n + 2.0) * x[n + 2], ay = (n + 1.0) * (n + 2.0) * y[n + 2];
+    friction = is_off ? 0.0
+                      : p[P_M] * ax + p[P_C1] * vx[n] + p[P_K1] * x[n]
+                            + coupling_stiffness(p) * (x[n] - y[n]);
+    rates[V_x] = x[n], rates[V_vx] = vx[n], rates[V_ax] = ax;
+    rates[V_y] = rates[V_switching] = y[n], rates[V_vy] = vy[n], rates[V_ay] = ay;
+    rates[V_P] = P[n], rates[V_friction_slider] = friction, rates[V_friction_belt] = -friction;
+    rates[V_x_peak] = total_term(v[V_x_peak], v[V_x], x, v[V_x] < 0.0 ? -1.0 : 1.0, n);
+    rates[V_y_peak] = total_term(v[V_y_peak], v[V_y], y, v[V_y] < 0.0 ? -1.0 : 1.0, n);
+    rates[V_vx_max] = total_term(v[V_vx_max], v[V_vx], vx, 1.0, n);
+    rates[V_P_max] = total_term(v[V_P_max], v[V_P], P, 1.0, n);
+    rates[V_P_min] = -total_term(-v[V_P_min], v[V_P], P, -1.0, n);
+    rates[V_separated_time] = n == 1 ? is_off : 0.0;
+    for (int r = 0; r < VARIABLE_COUNT; r++)
+        rates[r] *= factorial;
+    return NULL;
 }
 
 static double computed_until(const Instance *i)
@@ -287,7 +354,8 @@ static void read_belt_mode(Instance *i)
     const State *s = &i->s;
     MotionRecord *record = motion_record(i);
     const Motion *m = &record->motion;
-    record->belt_acceleration = s->has_inputs_of_step ? m->speed.slope : s->slopes[V_v_belt];
+    record->belt_acceleration = s->has_inputs_of_step ? m->inputs.rates.v_belt
+                                                      : s->slopes[V_v_belt];
     if (s->has_inputs_of_step || s->switch_pending)
         return;
     const Motion before = *m;
@@ -555,8 +623,8 @@ enum {
     N_STEP_START, N_REMAINDER, N_STEP_SIDE, N_STALLED, N_STEP_SEPARATIONS, N_STEP_REATTACHMENTS,
     N_LAST_SWITCH, N_X, N_VX, N_Y, N_VY,
     N_STEP_MODE, N_STEP_STICKS, N_SLIPS, N_REVERSALS, N_BELT_SWITCHES, N_LAST_BELT_SWITCH,
-    N_HAS_STEP, N_RAMP_START, N_F, N_F_SLOPE, N_MU, N_MU_SLOPE, N_SPEED, N_SPEED_SLOPE,
-    N_SEPARATED_TIME, N_SEPARATED_REMAINDER, N_EXTREMES,
+    N_HAS_STEP, N_INPUT_START, N_INPUTS,
+    N_SEPARATED_TIME = N_INPUTS + sizeof(Inputs) / sizeof(double), N_SEPARATED_REMAINDER, N_EXTREMES,
     N_PAST = N_EXTREMES + sizeof(Extremes) / sizeof(double),
     NUMBERS = N_PAST + sizeof(Totals) / sizeof(double)
 };
@@ -583,10 +651,8 @@ static void pack(const Instance *i, double *numbers)
     numbers[N_SLIPS] = m->slips;
     numbers[N_REVERSALS] = m->reversals, numbers[N_BELT_SWITCHES] = m->belt_switches;
     numbers[N_LAST_BELT_SWITCH] = m->last_belt_switch;
-    numbers[N_HAS_STEP] = m->has_step, numbers[N_RAMP_START] = m->ramp_start;
-    numbers[N_F] = m->force.value, numbers[N_F_SLOPE] = m->force.slope;
-    numbers[N_MU] = m->friction.value, numbers[N_MU_SLOPE] = m->friction.slope;
-    numbers[N_SPEED] = m->speed.value, numbers[N_SPEED_SLOPE] = m->speed.slope;
+    numbers[N_HAS_STEP] = m->has_step, numbers[N_INPUT_START] = m->input_start;
+    memcpy(numbers + N_INPUTS, &m->inputs, sizeof m->inputs);
     numbers[N_SEPARATED_TIME] = w->separated_time;
     numbers[N_SEPARATED_REMAINDER] = w->separated_remainder;
     memcpy(numbers + N_EXTREMES, &w->extremes, sizeof w->extremes);
@@ -603,15 +669,27 @@ static int is_possible_mode(double mode, const State *s)
 }
 
 /* Whether the speed at the start of the step suits its mode, up to rounding. */
-static int has_speed_of_mode(const double *numbers)
+static int has_speed_of_mode(const double *numbers, const Inputs *inputs)
 {
     const double mode = numbers[N_STEP_MODE];
-    const double elapsed = (numbers[N_STEP_START] - numbers[N_RAMP_START]) + numbers[N_REMAINDER];
-    const double speed = numbers[N_SPEED] + numbers[N_SPEED_SLOPE] * elapsed;
+    const double elapsed = (numbers[N_STEP_START] - numbers[N_INPUT_START]) + numbers[N_REMAINDER];
+    const double speed = inputs->p[P_V_BELT] + inputs->rates.v_belt * elapsed;
     const double v_r = speed - numbers[N_VX];
     const double tolerance = SPEED_ROUNDING * (vabs(speed) + vabs(numbers[N_VX]));
     return !(mode == FORWARD && v_r < -tolerance) && !(mode == BACKWARD && v_r > tolerance)
            && !(mode == STICK && vabs(v_r) > tolerance);
+}
+
+/* Whether parameters and inputs are in their ranges; P_MU_S may be −1. */
+static int are_valid(const Inputs *inputs)
+{
+    const double *p = inputs->p;
+    for (int n = 0; n < BELT_PARAMETERS; n++) {
+        const Variable *v = TABLE + PARAMETER_REFERENCES[n];
+        if (!(p[n] >= v->lower && p[n] <= v->upper) && !(n == P_MU_S && p[n] == -1.0))
+            return 0;
+    }
+    return 1;
 }
 
 /* Whether `remainder` is small enough to be the rounding error of t. */
@@ -630,21 +708,20 @@ static int unpack(Instance *i, const double *numbers)
     const Stepping *stepping = get_stepping(i);
     const int separation = s->values[V_separation] != 0.0;
     const double state[STATE] = {numbers[N_X], numbers[N_VX], numbers[N_Y], numbers[N_VY]};
-    double p[BELT_PARAMETERS];
-    read_parameters(s, p);
-    p[P_F] = numbers[N_F], p[P_MU] = numbers[N_MU], p[P_V_BELT] = numbers[N_SPEED];
+    Inputs inputs;
+    memcpy(&inputs, numbers + N_INPUTS, sizeof inputs);
     record->mode = numbers[N_MODE], record->separations = numbers[N_SEPARATIONS];
     record->reattachments = numbers[N_REATTACHMENTS], record->last_event = numbers[N_LAST_EVENT];
     record->switches = numbers[N_SWITCHES], record->sticks = numbers[N_STICKS];
     record->starts_in_stick = numbers[N_STARTS_IN_STICK];
     record->update_speed = numbers[N_UPDATE_SPEED];
     record->belt_acceleration = 0.0;
-    if (!is_possible_mode(numbers[N_MODE], s) || !is_possible_mode(numbers[N_STEP_MODE], s)
+    if (!are_valid(&inputs) || !is_possible_mode(numbers[N_MODE], s) || !is_possible_mode(numbers[N_STEP_MODE], s)
         || !is_rounding(numbers[N_REMAINDER], numbers[N_STEP_START])
-        || (i->type == fmi2CoSimulation && !has_speed_of_mode(numbers))
+        || (i->type == fmi2CoSimulation && !has_speed_of_mode(numbers, &inputs))
         || numbers[N_STEP_SIDE] != (numbers[N_STEP_MODE] == SEPARATED ? 1.0 : -1.0))
         return 0;
-    stepping->begin(m, p, separation, is_finite_belt(s), state, numbers[N_STEP_START],
+    stepping->begin(m, &inputs, separation, is_finite_belt(s), state, numbers[N_STEP_START],
                     s->tolerance * LOCAL_TOLERANCE);
     w->remainder = numbers[N_REMAINDER], w->side = numbers[N_STEP_SIDE];
     w->stalled = numbers[N_STALLED];
@@ -656,8 +733,7 @@ static int unpack(Instance *i, const double *numbers)
     m->slips = numbers[N_SLIPS];
     m->reversals = numbers[N_REVERSALS], m->belt_switches = numbers[N_BELT_SWITCHES];
     m->last_belt_switch = numbers[N_LAST_BELT_SWITCH];
-    m->ramp_start = numbers[N_RAMP_START], m->force.slope = numbers[N_F_SLOPE];
-    m->friction.slope = numbers[N_MU_SLOPE], m->speed.slope = numbers[N_SPEED_SLOPE];
+    m->input_start = numbers[N_INPUT_START];
     w->separated_time = numbers[N_SEPARATED_TIME];
     w->separated_remainder = numbers[N_SEPARATED_REMAINDER];
     memcpy(&w->extremes, numbers + N_EXTREMES, sizeof w->extremes);
@@ -681,6 +757,8 @@ const Component COMPONENT = {
     .find_warning = find_warning,
     .check_input = check_input,
     .advance = advance_motion,
+    .differentiate_in_time = differentiate_in_time,
+    .derivative_order = OUTPUT_DERIVATIVE_ORDER,
     .computed_until = computed_until,
     .motion_step_end = motion_step_end,
     .compute_outputs = compute_outputs,

@@ -25,14 +25,15 @@
    scale of the speeds, moves with the belt: the speed at the end of a ramp has rounding errors. */
 #define SPEED_TOLERANCE 0x1p-36
 
-/* The inputs as a course of the kernel: linear functions of time from `ramp_start` on. P_MU_S < 0
+/* The inputs as a course of the kernel: linear functions of time from `input_start` on. P_MU_S < 0
    means that static friction follows μ. */
 static Course input_course(const Motion *m)
 {
-    const double mu_s = m->p[P_MU_S];
-    const Ramp held = {mu_s, 0.0};
-    const Ramp static_friction = mu_s < 0.0 ? m->friction : held;
-    return (Course){m->force, m->friction, static_friction, m->speed, m->ramp_start};
+    const double *p = m->inputs.p;
+    const Rates *rates = &m->inputs.rates;
+    const Ramp friction = {p[P_MU], rates->mu}, held = {p[P_MU_S], 0.0};
+    return (Course){{p[P_F], rates->F}, friction, p[P_MU_S] < 0.0 ? friction : held,
+                    {p[P_V_BELT], rates->v_belt}, m->input_start};
 }
 
 /* Expand the step on a belt that is always faster than the slider. */
@@ -147,7 +148,8 @@ static int finish_motion_step(Motion *m)
         return flags.stalled ? STALLED : RUNNING;
     }
     /* `accept_step` compares the preload at the end of the step with the force of the coupling. */
-    w->preload = m->force.value + m->force.slope * (m->end - m->ramp_start);
+    const double *p = m->inputs.p;
+    w->preload = load_of(p) + m->inputs.rates.F * (m->end - m->input_start);
     /* On this belt `cut` is NOT_CUT, 0, or CUT_AT_ZERO_HEIGHT, 1. */
     const int is_cut = (int)m->cut, is_finite = 1;
     return accept_step(w, &step_end, is_cut, is_finite, INFINITE).stalled ? STALLED : RUNNING;
@@ -184,8 +186,8 @@ static void totals_at(const Motion *m, double t, Totals *totals)
         .y_peak = maximum(extremes->y_high, -extremes->y_low),
         .vx_max = extremes->vx_high,
         /* Adding 0.0 makes −0.0 positive. */
-        .P_min = spring_force(m->p, minimum(extremes->y_high, highest)) + 0.0,
-        .P_max = spring_force(m->p, minimum(extremes->y_low, highest)) + 0.0,
+        .P_min = spring_force(m->inputs.p, minimum(extremes->y_high, highest)) + 0.0,
+        .P_max = spring_force(m->inputs.p, minimum(extremes->y_low, highest)) + 0.0,
         .separated_time =
             w.separated_time + ((w.side > 0.0 ? w.h : 0.0) + w.separated_remainder),
     };
@@ -205,10 +207,10 @@ static double order_for(double tol, int has_friction_law)
                                                                : 24.0;
 }
 
-/* Begin a step at time t from a state, with the parameters `m->p` and the inputs of `m`. */
+/* Begin a step at time t from a state, with the inputs of `m`. */
 static void start_step(Motion *m, const double *state, double t)
 {
-    begin_problem(&m->w, ONLY_LANE, m->p, m->separation != 0.0, state);
+    begin_problem(&m->w, ONLY_LANE, m->inputs.p, m->separation != 0.0, state);
     m->w.t = m->w.last_switch = t;
     m->w.extremes = (Extremes){.x_low = state[S_X], .x_high = state[S_X], .y_low = state[S_Y],
                                .y_high = state[S_Y], .vx_high = state[S_VX]};
@@ -217,11 +219,11 @@ static void start_step(Motion *m, const double *state, double t)
     if (!m->belt.finite)
         return;
     double p[BELT_PARAMETERS];
-    memcpy(p, m->p, sizeof p);
+    memcpy(p, m->inputs.p, sizeof p);
     p[P_MU_S] = p[P_MU_S] < 0.0 ? p[P_MU] : p[P_MU_S];
     /* Static friction equal to μ during the whole step: friction does not fall with the sliding
        speed, which the kernel is told by v_s = 0. */
-    if (p[P_MU_S] == p[P_MU] && m->friction.slope == 0.0)
+    if (p[P_MU_S] == p[P_MU] && m->inputs.rates.mu == 0.0)
         p[P_V_S] = 0.0;
     begin_belt(&m->belt, &m->w, ONLY_LANE, p, 1);
     const int has_friction_law = m->belt.by_speed != 0;
@@ -232,21 +234,23 @@ static void start_step(Motion *m, const double *state, double t)
     }
 }
 
-static void begin_motion(Motion *m, const double *p, int separation, int finite_belt,
+/* Set inputs from t on. */
+static void set_inputs(Motion *m, double t, const Inputs *inputs, const double *state,
+                       int finite_belt)
+{
+    m->inputs = *inputs, m->input_start = t, m->cubic = inputs->p[P_K_NL] > 0.0;
+    /* Ramps need the constants of `belt` on every belt, but `start_step` begins it only if its
+       speed is finite. `begin_belt` reads scales that `begin_problem` sets in `w`. */
+    begin_problem(&m->w, ONLY_LANE, inputs->p, m->separation != 0.0, state);
+    begin_belt(&m->belt, &m->w, ONLY_LANE, inputs->p, finite_belt);
+}
+
+static void begin_motion(Motion *m, const Inputs *inputs, int separation, int finite_belt,
                          const double *state, double t, double tol)
 {
     memset(m, 0, sizeof *m);
-    memcpy(m->p, p, sizeof(double) * (size_t)(finite_belt ? BELT_PARAMETERS : PARAMETERS));
-    if (!finite_belt)
-        m->p[P_MU_S] = -1.0;
-    m->separation = separation, m->tol = tol, m->cubic = p[P_K_NL] > 0.0;
-    m->ramp_start = m->last_belt_switch = t;
-    m->force = (Ramp){p[P_F], 0.0}, m->friction = (Ramp){p[P_MU], 0.0};
-    m->speed = (Ramp){finite_belt ? p[P_V_BELT] : 0.0, 0.0};
-    /* Ramps need the constants of `belt` on every belt, but `start_step` begins it only if its
-       speed is finite. `begin_belt` reads scales that `begin_problem` sets in `w`. */
-    begin_problem(&m->w, ONLY_LANE, m->p, m->separation != 0.0, state);
-    begin_belt(&m->belt, &m->w, ONLY_LANE, m->p, finite_belt);
+    m->separation = separation, m->tol = tol, m->last_belt_switch = t;
+    set_inputs(m, t, inputs, state, finite_belt);
     start_step(m, state, t);
     m->past = (Totals){.vx_max = -INFINITE, .P_min = INFINITE, .P_max = -INFINITE};
     totals_at(m, t, &m->past);
@@ -257,13 +261,14 @@ static int moves_with_belt(const Motion *m, double vx, double speed)
 {
     /* Static deflection times angular frequency: typical speed of the vibration. */
     const double vibration_speed = m->w.deflection * m->w.frequency;
-    const double scale = maximum(maximum(__builtin_fabs(m->speed.value), __builtin_fabs(speed)),
+    const double last_speed = m->inputs.p[P_V_BELT];
+    const double scale = maximum(maximum(__builtin_fabs(last_speed), __builtin_fabs(speed)),
                                  vibration_speed);
     return m->belt.mode != SEPARATED && __builtin_fabs(vx - speed) <= SPEED_TOLERANCE * scale;
 }
 
 /* Begin the motion anew from the state at t, under other inputs. */
-static void change_inputs(Motion *m, double t, Ramp force, Ramp friction, Ramp speed)
+static void change_inputs(Motion *m, double t, const Inputs *inputs)
 {
     double state[STATE];
     const Block before = m->w;
@@ -272,10 +277,10 @@ static void change_inputs(Motion *m, double t, Ramp force, Ramp friction, Ramp s
     state_at(m, t, state);
     totals_at(m, t, &past);
     m->past = past;
-    if (m->belt.finite && moves_with_belt(m, state[S_VX], speed.value))
-        state[S_VX] = speed.value;
-    m->p[P_F] = force.value, m->p[P_MU] = friction.value, m->p[P_V_BELT] = speed.value;
-    m->force = force, m->friction = friction, m->speed = speed, m->ramp_start = t;
+    const double speed = inputs->p[P_V_BELT];
+    if (m->belt.finite && moves_with_belt(m, state[S_VX], speed))
+        state[S_VX] = speed;
+    set_inputs(m, t, inputs, state, m->belt.finite);
     start_step(m, state, t);
     if (m->w.side != before.side && state[S_Y] != 0.0) {
         /* Inputs do not change y, so only rounding changed its side: the slider is at a switch. */
@@ -290,30 +295,19 @@ static void change_inputs(Motion *m, double t, Ramp force, Ramp friction, Ramp s
         count_switch(m, mode, t);
 }
 
-static int are_equal(Ramp a, Ramp b) { return a.value == b.value && a.slope == b.slope; }
-
-static int equal_inputs(const Motion *m, Ramp force, Ramp friction, Ramp speed)
-{
-    return are_equal(force, m->force) && are_equal(friction, m->friction)
-           && are_equal(speed, m->speed);
-}
-
 /* Advance to *t under inputs that apply from `from` on. If `switched` is not NULL, stop at the
    first switch, with its time in *t and 1 in *switched. Returns a status; after a failure the
    motion is unchanged. */
-static int advance(Motion *m, double from, double *t, int *switched, Ramp force, Ramp friction,
-                   Ramp speed)
+static int advance(Motion *m, double from, double *t, int *switched, const Inputs *inputs)
 {
-    if (!m->belt.finite)
-        speed = m->speed;
-    /* Equal ramps are the same functions of time only if they begin at the same time. */
-    const int same =
-        equal_inputs(m, force, friction, speed) && (!has_ramps(m) || from == m->ramp_start);
+    /* Equal slopes give the same functions of time only if they begin at the same time. */
+    const int same = memcmp(inputs, &m->inputs, sizeof *inputs) == 0
+                     && (!has_ramps(m) || from == m->input_start);
     if (same && m->has_step != 0.0 && *t < m->end)
         return RUNNING;
     const Motion before = *m;
     if (!same)
-        change_inputs(m, from, force, friction, speed);
+        change_inputs(m, from, inputs);
     /* Finish the current step, if there is one, and compute the next, until a step reaches beyond
        *t. A switch lies at the end of the finished step. */
     for (int count = 0; m->has_step == 0.0 || m->end <= *t; count++) {
@@ -342,5 +336,11 @@ static int advance(Motion *m, double from, double *t, int *switched, Ramp force,
     return RUNNING;
 }
 
-const Stepping VARIANT_NAME(stepping, VARIANT) = {begin_motion, advance, state_at, totals_at,
-                                                  compute_motion_step};
+static int expand_motion(Motion *m, double t, const Inputs *inputs)
+{
+    change_inputs(m, t, inputs);
+    return compute_motion_step(m);
+}
+
+const Stepping VARIANT_NAME(stepping, VARIANT) = {begin_motion, advance, expand_motion, state_at,
+                                                  totals_at, compute_motion_step};

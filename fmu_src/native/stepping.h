@@ -37,11 +37,19 @@ INLINE void extend_totals(Totals *totals, const Totals *part)
     totals->separated_time += part->separated_time;
 }
 
+/* Parameters and inputs from a time on: values in the kernel's order, and slopes of the inputs. On a
+   belt of finite speed P_MU_S is negative if static friction equals μ (else μ must not exceed it),
+   and P_V_S is 0 if friction does not depend on the speed; on other belts P_V_BELT is constant. */
+typedef struct {
+    double p[BELT_PARAMETERS];
+    Rates rates;
+} Inputs;
+
 /* The motion and its current Taylor step; a copy is a complete state. Flags and counts are doubles:
    a saved state consists of doubles.
 
-   To restore a saved motion: call `begin` with `p` and the state at the start of the step, write
-   back the saved numbers of `w`, slopes, `ramp_start`, `belt.mode`, counts and `past`, call
+   To restore a saved motion: call `begin` with `inputs` and the state at the start of the step,
+   write back the saved numbers of `w`, `input_start`, `belt.mode`, counts and `past`, call
    `recompute`. */
 typedef struct {
     /* The kernel's state of the run at the start of the step, and the polynomials of the step. */
@@ -56,16 +64,15 @@ typedef struct {
     double end, end_remainder;
     /* Tolerance of a step, order of its polynomials; whether k_nl and separation apply. */
     double tol, order, cubic, separation;
-    /* Inputs as functions of time from `ramp_start` on. */
-    Ramp force, friction, speed;
-    double ramp_start;
+    /* Inputs from the time `input_start` on, s. */
+    Inputs inputs;
+    double input_start;
     /* Where the last advance failed: time, s, and largest coordinate of the state. */
     double failed_at, failed_size;
     /* On a belt of finite speed: numbers of switches to stick, from stick, and between forward and
        backward slip; number of all switches, and time of the last. Further counts are w.separations
        and w.reattachments: on other belts they are those of all switches. */
     double sticks, slips, reversals, belt_switches, last_belt_switch;
-    double p[BELT_PARAMETERS];
     /* Totals until the inputs last changed; `w` has the extremes since then. */
     Totals past;
 } Motion;
@@ -80,21 +87,20 @@ INLINE int motion_mode(const Motion *m)
 /* Whether an input changes over the step; the motion must begin anew where the ramps end. */
 INLINE int has_ramps(const Motion *m)
 {
-    return m->force.slope != 0.0 || m->friction.slope != 0.0 || m->speed.slope != 0.0;
+    const Rates *rates = &m->inputs.rates;
+    return rates->F != 0.0 || rates->mu != 0.0 || rates->v_belt != 0.0;
 }
 
 /* The motion's functions, compiled for one instruction set. */
 typedef struct {
-    /* Begins the motion at t. On a belt of finite speed (`finite_belt`) p has BELT_PARAMETERS
-       numbers: P_MU_S is negative if static friction equals μ (else μ must not exceed it), P_V_S is
-       0 if friction does not depend on the speed. On other belts p has PARAMETERS numbers. */
-    void (*begin)(Motion *m, const double *p, int separation, int finite_belt, const double *state,
-                  double t, double tol);
+    /* Begins the motion at t, on a belt of finite speed or one that is always faster. */
+    void (*begin)(Motion *m, const Inputs *inputs, int separation, int finite_belt,
+                  const double *state, double t, double tol);
     /* Advances to t under inputs that apply from `from` on; with `switched`, to the first switch up
-       to t, and reports whether there is one. `speed` is ignored on a belt that is always faster.
-       Returns RUNNING, or the status of a failure. */
-    int (*advance)(Motion *m, double from, double *t, int *switched, Ramp force, Ramp friction,
-                   Ramp speed);
+       to t, and reports whether there is one. Returns RUNNING, or the status of a failure. */
+    int (*advance)(Motion *m, double from, double *t, int *switched, const Inputs *inputs);
+    /* Begins the motion anew at t under inputs and expands it there; returns a status as above. */
+    int (*expand)(Motion *m, double t, const Inputs *inputs);
     /* Evaluates the state at a time within the step. */
     void (*state)(const Motion *m, double t, double *state);
     /* Computes the totals from the beginning of the motion to a time within the step. */

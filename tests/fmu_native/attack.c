@@ -187,7 +187,8 @@ static void call_at_random(fmi2Component c, fmi2FMUstate *state)
     const unsigned bound = VARIABLE_COUNT + 8;
     const fmi2ValueReference r[2] = {random_below(bound), random_below(4) ? random_below(bound) : UINT32_MAX};
     const fmi2Real reals[4] = {extreme_number(), extreme_number(), extreme_number(), extreme_number()};
-    const fmi2Integer orders[2] = {(int)random_below(3), 1};
+    const fmi2Integer orders[2] = {(int)random_below(3), 1 + (int)random_below(3)};
+    const fmi2ValueReference continuous[2] = {V_P, random_below(2) ? V_y_peak : V_friction_slider};
     const fmi2Boolean booleans[2] = {(int)random_below(3), 0};
     fmi2Real read[4];
     fmi2Boolean flags[2];
@@ -197,7 +198,7 @@ static void call_at_random(fmi2Component c, fmi2FMUstate *state)
     const fmi2String category = random_below(2) ? "logStatusError" : "nonsense";
     fmi3Boolean set[6];
     fmi3Int64 long_number[2];
-    switch (random_below(36)) {
+    switch (random_below(38)) {
     case 0: fmi2SetupExperiment(c, booleans[0], reals[0], reals[1], 0, reals[2]); break;
     case 1: fmi2EnterInitializationMode(c); break;
     case 2: fmi2ExitInitializationMode(c); break;
@@ -237,6 +238,10 @@ static void call_at_random(fmi2Component c, fmi2FMUstate *state)
         check_finite(fmi3GetAdjointDerivative(c, r, count, r + 1, 1, reals, count, read, 1), read, 1);
         break;
     case 34: fmi3EnterInitializationMode(c, 1, reals[0], reals[1], 1, reals[2]); break;
+    case 35: check_finite(fmi2GetRealOutputDerivatives(c, r, count, orders, read), read, count); break;
+    case 36:
+        check_finite(fmi3GetOutputDerivatives(c, continuous, count, orders, read, count), read, count);
+        break;
     default: fmi2SetDebugLogging(c, booleans[0], random_below(2), &category); break;
     }
 }

@@ -54,6 +54,7 @@ ALLOWED: Final[dict[str, dict[str, tuple[str, str]]]] = {
         "GetDerivatives": ("", "NECT"),
         "GetNominalsOfContinuousStates": ("", "INECT"),
         "SetRealInputDerivatives": ("INS", ""),
+        "GetRealOutputDerivatives": ("ST", ""),
         "DoStep": ("S", ""),
         "GetStatus": ("S", ""),
         "GetRealStatus": ("S", ""),
@@ -77,6 +78,7 @@ ALLOWED: Final[dict[str, dict[str, tuple[str, str]]]] = {
         "GetDirectionalDerivative": ("NEST", "NECT"),
         "GetAdjointDerivative": ("NEST", "NECT"),
         "GetAdjointDerivative of nothing": ("NEST", "NECT"),
+        "GetOutputDerivatives": ("ST", ""),
         "EvaluateDiscreteStates": ("E", "E"),
         "UpdateDiscreteStates": ("E", "E"),
         "EnterStepMode": ("E", ""),
@@ -249,6 +251,13 @@ class Instance:
             "GetNumberOfEventIndicators": (ctypes.byref(self.size),),
             "SetRealInputDerivatives": (
                 *(*input_arguments, ctypes.byref(ctypes.c_int(1)), ctypes.byref(unused)),
+            ),
+            # Of an acceleration, or the rate of the preload.
+            "GetRealOutputDerivatives": (
+                *(ctypes.byref(self.rate), count, ctypes.byref(ctypes.c_int(1)), buffer),
+            ),
+            "GetOutputDerivatives": (
+                *(ctypes.byref(self.rate), count, ctypes.byref(ctypes.c_int(1)), buffer, count),
             ),
             "DoStep": (zero, step, True),
             "GetStatus": (0, buffer),

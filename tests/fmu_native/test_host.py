@@ -4,6 +4,7 @@ The tests need programs of this machine (`host`). Only `pytest -m whole` runs th
 """
 
 import os
+import runpy
 import shutil
 import subprocess
 import sys
@@ -17,9 +18,10 @@ from fmpy.validation import validate_fmu
 
 from fivtui import simulate
 from fmu_src.build.builder import build_fmu
-from fmu_src.build.c_sources import sources
+from fmu_src.build.c_sources import NATIVE, model_guid, sources
 from fmu_src.build.components import COMPONENTS
-from fmu_src.slave.variables import REFERENCES
+from fmu_src.slave.actuator_variables import ACTUATOR_TABLE
+from fmu_src.slave.variables import REFERENCES, SLIDER_BELT_TABLE
 from tests.support.fmu_instance import FmuInstance
 
 pytestmark = [
@@ -127,6 +129,31 @@ def test_the_library_calls_its_own_functions_where_its_host_has_the_same_names(
     token = fmpy.read_model_description(str(folder)).guid
     y = simulate(t_end=1.0, kernel="compiled").final.y
     assert float.fromhex(run_without_python(host, library, token)) == y
+
+
+def test_a_master_in_c_couples_with_output_derivatives_to_the_bits_of_the_example(
+    compiler: list[str], tmp_path: Path
+) -> None:
+    steps, t_end = 50, 1.0
+    references = {"SLIDER": SLIDER_BELT_TABLE.references, "ACTUATOR": ACTUATOR_TABLE.references}
+    macros = [
+        f"-D{model}_{name.upper()}={references[model][name]}"
+        for model, names in (("SLIDER", ("F", "P", "y")), ("ACTUATOR", ("F", "P")))
+        for name in names
+    ]
+    source = str(Path(__file__).with_name("coupled.c"))
+    program = compile_program(tmp_path / "coupled", compiler, *macros, source, "-ldl")
+    models = [
+        argument
+        for model in ("SliderBelt", "BrakeActuator")
+        for argument in (NATIVE / f"{model}.so", model_guid(model))
+    ]
+    y, *rows = run_without_python(program, *models, steps, t_end).splitlines()
+    example = runpy.run_path(str(ROOT / "examples" / "fmu_coupled.py"))
+    assert float.fromhex(y) == example["coupled"](steps, t_end, extrapolate=True)[0]
+    rates = [[float.fromhex(number) for number in row.split()] for row in rows]
+    assert len(rates) == 3
+    assert all(by_2 == by_3 != 0.0 for by_2, by_3 in rates)
 
 
 def exported_names(library: Path) -> set[str]:
