@@ -28,12 +28,13 @@ if TYPE_CHECKING:
         trace_mark,
         trace_style,
     )
-    from .displayed_charts import charts_figure, save_charts
+    from .displayed_charts import AxisTicks, PlotColours, charts_figure, plot_pixels, save_charts
     from .figure_style import (
         FORMATS,
         OFF_BELT_COLOUR,
         STYLE,
         check_figure_path,
+        drawing_settings,
         new_figure,
         save_figure,
         shade_times,

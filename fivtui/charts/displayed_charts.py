@@ -6,7 +6,7 @@ their values. Characters that mark points become markers of matplotlib.
 
 import itertools
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from textwrap import fill
 from typing import Any, Final
@@ -14,6 +14,7 @@ from typing import Any, Final
 import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_hex, to_rgb
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
@@ -34,12 +35,16 @@ from .chart import (
     Trace,
     View,
     VisibleCharts,
+    trace_style,
 )
-from .figure_style import STYLE
+from .figure_style import STYLE, drawing_settings, shade_times
 from .labels import parameter_text
 from .readout import NearestPoint, crosshair, cursor_texts, points_at, readout_spans
 from .shades import ColourScale, Shade
-from .sheet import sheet_figure
+from .sheet import draw_chart, sheet_figure
+
+# Values of the ticks of x and y.
+AxisTicks = tuple[Sequence[float], Sequence[float]]
 
 # Heights, inches: of a row, of a figure at least, and of a row of charts side by side.
 _ROW_HEIGHT: Final = 2.0
@@ -53,11 +58,8 @@ _MARKERS: Final[Mapping[str, str]] = {
 _HOLLOW_MARKS: Final = "○□△▽◇☆▫"
 # Marks the point of the parameters that are edited in the laboratory, the terminal program.
 _EDITED_MARK: Final = "◆"
-# Styles of the first cursor and the second.
-_CURSOR_STYLES: Final[Sequence[Mapping[str, str]]] = (
-    {"linestyle": "-", "markerfacecolor": "0.1"},
-    {"linestyle": ":", "markerfacecolor": "white"},
-)
+# Line style of the first cursor and the second, and lightness inside their markers.
+_CURSOR_STYLES: Final = (("-", 0.1), (":", 1.0))
 # Number of points above which the markers of a trace are small, and sizes of markers, pt.
 _MANY_POINTS: Final = 300
 _DOT_SIZE: Final = 2.0
@@ -66,12 +68,12 @@ _MARKER_SIZE: Final = 4.5
 _LETTER_SIZE: Final = 7.0
 # Dash patterns distinguish lines in black and white.
 _DASHES: Final = ("-", (0.0, (5.0, 1.5)), (0.0, (1.0, 1.2)), (0.0, (5.0, 1.2, 1.0, 1.2)))
-# Colours of the styles of shades, and darkness of their characters from 0 (white) to 1.
+# Colours of the styles of shades, and density of their characters from 0 (background) to 1.
 _SHADE_COLOURS: Final[Mapping[str, str]] = {
     "stable": "#009E73", "unstable": "#D55E00", "trace-1": "#0072B2", "trace-2": "#E69F00",
     "hidden": "#808080",
 }  # fmt: skip
-_DARKNESS: Final[Mapping[str, float]] = {
+_DENSITY: Final[Mapping[str, float]] = {
     " ": 0.0, "·": 0.15, ":": 0.3, "?": 0.35, "×": 0.6, "░": 0.35, "▒": 0.55, "▓": 0.75, "█": 1.0,
 }  # fmt: skip
 # Height of a figure outside its panels, inches.
@@ -79,6 +81,9 @@ _HEIGHT_AROUND_PANELS: Final = 1.2
 # Letters of an axis label per inch, and letters in a line of a title as wide as the figure.
 _LETTERS_PER_INCH: Final = 14.0
 _TITLE_LETTERS: Final = 84
+# Shares of the colours of grid and strips in their mixtures with a plot's background.
+_GRID_SHARE: Final = 0.15
+_STRIP_SHARE: Final = 0.2
 # Line spacing of the labels of guides, pt.
 _LABEL_SPACING: Final = 9.5
 # Width of a letter of a guide's label relative to a figure's width.
@@ -106,13 +111,74 @@ def charts_figure(charts: VisibleCharts, heading: Heading | None = None) -> Figu
     # A single curve needs no name.
     single_names = [chart.traces[0].name for chart, _ in charts.panels if len(chart.traces) == 1]
     figure = sheet_figure(sheet, omitted=single_names)
-    with mpl.rc_context(STYLE):
+    with drawing_settings(STYLE):
         for axes, (chart, view) in zip(figure.axes, charts.panels, strict=False):
             _draw_guides(axes, chart, view.axes(chart), columns)
             _draw_cursors(axes, chart, view)
         if heading is not None:
             figure.suptitle(_heading_text(heading), fontsize=mpl.rcParams["font.size"])
     return figure
+
+
+@dataclass(frozen=True, slots=True)
+class PlotColours:
+    """Colour codes of a plot on a screen, such as ``#1f4fd8``.
+
+    Attributes
+    ----------
+    background, foreground : str
+        Of the plot, and of text.
+    strip : str
+        Of intervals of `Chart.strips`.
+    styles : mapping
+        Colours of traces and shades by the names of their styles.
+    """
+
+    background: str
+    foreground: str
+    strip: str
+    styles: Mapping[str, str]
+
+
+def plot_pixels(
+    chart: Chart,
+    view: View,
+    size: tuple[int, int],
+    *,
+    dpi: float,
+    colours: PlotColours,
+    ticks: AxisTicks,
+) -> NDArray[np.uint8]:
+    """Draw the plot of a displayed chart without margins: RGB pixels, shape (height, width, 3)."""
+    traces = tuple(
+        replace(trace, colour=colours.styles.get(style := trace_style(trace, index), style))
+        for index, trace in enumerate(chart.traces)
+    )
+    chart = replace(chart, traces=traces)
+    settings = STYLE | {
+        "axes.facecolor": colours.background,
+        "text.color": colours.foreground,
+        "grid.color": _mix(colours.foreground, colours.background, _GRID_SHARE),
+    }
+    with drawing_settings(settings):
+        figure = Figure((size[0] / dpi, size[1] / dpi), dpi)
+        canvas: Any = FigureCanvasAgg(figure)
+        axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
+        draw_chart(axes, replace(_displayed_chart(chart, view, colours.styles), strips=()))
+        strip_colour = _mix(colours.strip, colours.background, _STRIP_SHARE)
+        for strip in chart.strips:
+            shade_times(axes, strip.intervals, strip_colour)
+        # The screen displays the limits over the same lengths, and labels the ticks.
+        axes.set_aspect("auto")
+        axes.set_xticks(ticks[0], [])
+        axes.set_yticks(ticks[1], [])
+        axes.tick_params(which="both", length=0.0)
+        axes.spines[:].set_visible(False)
+        _draw_guides(axes, chart, view.axes(chart), 1)
+        _draw_cursors(axes, chart, view)
+        canvas.draw()
+        pixels: NDArray[np.uint8] = np.array(canvas.buffer_rgba())[..., :3]
+    return pixels
 
 
 def _heading_text(heading: Heading) -> str:
@@ -126,10 +192,14 @@ def _heading_text(heading: Heading) -> str:
     return f"{text}, separation ignored" if heading.ignores_separation else text
 
 
-def _displayed_chart(chart: Chart, view: View) -> Chart:
+def _displayed_chart(
+    chart: Chart, view: View, shade_colours: Mapping[str, str] = _SHADE_COLOURS
+) -> Chart:
     """A chart with the traces, limits and shades that the terminal displays."""
     x, y = view.axes(chart)
-    backdrop, colours = (None, None) if chart.backdrop is None else _number_levels(chart.backdrop)
+    backdrop, colours = (
+        (None, None) if chart.backdrop is None else _number_levels(chart.backdrop, shade_colours)
+    )
     return replace(
         chart,
         x_label=str(chart.x_label),
@@ -195,7 +265,7 @@ def _trace_style(trace: Trace, index: int, *, several: bool) -> dict[str, Any]:
     if trace.look in ("points", "marked") and not style["marker"]:
         style["marker"] = "o"
     if mark and mark in _HOLLOW_MARKS:
-        style["markerfacecolor"] = "white"
+        style["markerfacecolor"] = _grey(1.0)
     if trace.look == "line" and not trace.mark:
         style["linestyle"] = _DASHES[index % len(_DASHES)]
     return style
@@ -225,7 +295,7 @@ def _draw_guides(axes: Axes, chart: Chart, limits: tuple[Axis, Axis], columns: i
 def _draw_guide(axes: Axes, guide: Guide, row: int) -> None:
     # Draw a guide with its label in a row from the top, at the right end of a horizontal guide.
     line = axes.axvline if guide.vertical else axes.axhline
-    line(guide.value, color="0.4", linewidth=0.6, zorder=1.0, label="_")
+    line(guide.value, color=_grey(0.4), linewidth=0.6, zorder=1.0, label="_")
     if guide.label:
         anchor = (guide.value, 1.0) if guide.vertical else (1.0, guide.value)
         axes.annotate(
@@ -237,13 +307,15 @@ def _draw_guide(axes: Axes, guide: Guide, row: int) -> None:
             ha="left" if guide.vertical else "right",
             va="top" if guide.vertical else "bottom",
             fontsize=7.5,
-            color="0.25",
+            color=_grey(0.25),
             annotation_clip=True,
             parse_math=False,
         )
 
 
-def _number_levels(backdrop: Backdrop) -> tuple[Backdrop, ColourScale]:
+def _number_levels(
+    backdrop: Backdrop, shade_colours: Mapping[str, str]
+) -> tuple[Backdrop, ColourScale]:
     """The backdrop with the numbers of its displayed levels as values, and their colour scale.
 
     A level is displayed if its shade has a text. Numbers are consecutive from 0.
@@ -256,7 +328,7 @@ def _number_levels(backdrop: Backdrop) -> tuple[Backdrop, ColourScale]:
     plain_shades = [shade._replace(fill="", hatch="") for shade in backdrop.shades]
     colours = ColourScale(
         str(backdrop.label),
-        tuple(map(_shade_colour, shades)),
+        tuple(_shade_colour(shade, shade_colours) for shade in shades),
         -0.5,
         len(used) - 0.5,
         tuple(range(len(used))),
@@ -266,12 +338,18 @@ def _number_levels(backdrop: Backdrop) -> tuple[Backdrop, ColourScale]:
     return replace(backdrop, values=values, shades=plain_shades, contours=()), colours
 
 
-def _shade_colour(shade: Shade) -> str:
-    darkness = _DARKNESS[shade.character]
-    # Mix the colour with white.
-    full_colour = to_rgb(_SHADE_COLOURS[shade.style])
-    red, green, blue = (1.0 - darkness * (1.0 - channel) for channel in full_colour)
-    return to_hex((red, green, blue))
+def _shade_colour(shade: Shade, colours: Mapping[str, str]) -> str:
+    return _mix(colours[shade.style], mpl.rcParams["axes.facecolor"], _DENSITY[shade.character])
+
+
+def _grey(lightness: float) -> str:
+    """A colour from that of text (0) to that of the background (1)."""
+    return _mix(mpl.rcParams["axes.facecolor"], mpl.rcParams["text.color"], lightness)
+
+
+def _mix(colour: str, background: str, share: float) -> str:
+    front, back = np.array(to_rgb(colour)), np.array(to_rgb(background))
+    return to_hex(tuple(back + share * (front - back)))
 
 
 def _cursor_points(chart: Chart, view: View) -> list[list[NearestPoint]]:
@@ -295,15 +373,15 @@ def _cursor_text(chart: Chart, view: View, *, first: bool) -> str:
 def _draw_cursors(axes: Axes, chart: Chart, view: View) -> None:
     """Draw the cursors and the points at them."""
     positions = (view.cursors.first, view.cursors.second)
-    for position, points, style in zip(
+    for position, points, (line_style, lightness) in zip(
         positions, _cursor_points(chart, view), _CURSOR_STYLES, strict=True
     ):
         if position is None:
             continue
         line: dict[str, Any] = {
-            "color": "0.1",
+            "color": _grey(0.1),
             "linewidth": 0.8,
-            "linestyle": style["linestyle"],
+            "linestyle": line_style,
             "label": "_",
         }
         cursor_x, cursor_y = crosshair(chart, position, points)
@@ -315,8 +393,8 @@ def _draw_cursors(axes: Axes, chart: Chart, view: View) -> None:
             [point.x for point in points],
             [point.y for point in points],
             "D",
-            color="0.1",
-            markerfacecolor=style["markerfacecolor"],
+            color=_grey(0.1),
+            markerfacecolor=_grey(lightness),
             markersize=5,
             zorder=4,
             label="_",

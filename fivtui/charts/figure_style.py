@@ -1,6 +1,8 @@
 """Style and files of all figures, which are drawn by matplotlib without pyplot."""
 
-from collections.abc import Mapping, Sequence
+import threading
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from io import BytesIO
 from pathlib import Path
 from typing import Any, BinaryIO, Final
@@ -44,6 +46,14 @@ STYLE: Final[dict[Any, Any]] = {
 # Background colours of intervals of separation and of stick.
 OFF_BELT_COLOUR: Final = "0.9"
 STUCK_COLOUR: Final = "#f6e3c5"
+_SETTINGS_LOCK: Final = threading.RLock()
+
+
+@contextmanager
+def drawing_settings(settings: dict[Any, Any]) -> Iterator[None]:
+    """Change matplotlib's settings; they hold for all threads, so one thread draws at a time."""
+    with _SETTINGS_LOCK, mpl.rc_context(settings):
+        yield
 
 
 class NotebookFigure(Figure):
@@ -91,7 +101,7 @@ def save_figure(figure: Figure, path: Path) -> None:
     def write(file: BinaryIO) -> None:
         # Draw into memory: matplotlib hides the cause if a file cannot be written.
         content = BytesIO()
-        with mpl.rc_context(_SAVE_OPTIONS):
+        with drawing_settings(_SAVE_OPTIONS):
             figure.savefig(
                 content, format=suffix.removeprefix("."), dpi=_DPI, metadata=dict(_METADATA[suffix])
             )

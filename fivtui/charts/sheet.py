@@ -11,7 +11,6 @@ from collections.abc import Collection, Mapping, Sequence
 from textwrap import fill
 from typing import Any, Final
 
-import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
@@ -35,7 +34,14 @@ from .chart import (
     Trace,
     reduce_trace,
 )
-from .figure_style import OFF_BELT_COLOUR, STUCK_COLOUR, STYLE, new_figure, shade_times
+from .figure_style import (
+    OFF_BELT_COLOUR,
+    STUCK_COLOUR,
+    STYLE,
+    drawing_settings,
+    new_figure,
+    shade_times,
+)
 from .labels import Label
 from .shades import MIN_CONTRAST, ColourScale
 
@@ -229,7 +235,7 @@ def sheet_figure(sheet: Sheet, omitted: Collection[str] = ()) -> Figure:
     Charts over the same quantity and limits share their x axis; charts of the same quantity in a
     row share their y axis. The legend omits the names in `omitted`.
     """
-    with mpl.rc_context(STYLE | (_SMALL_TEXT if sheet.small_text else {})):
+    with drawing_settings(STYLE | (_SMALL_TEXT if sheet.small_text else {})):
         gap = _PANEL_GAP if len(sheet.columns) > 1 else None
         figure = new_figure(*sheet.size, wspace=gap)
         panels: list[tuple[Axes, Chart]] = []
@@ -269,7 +275,7 @@ def _draw_panels(figure: FigureBase, sheet: Sheet) -> list[tuple[Axes, Chart]]:
             axes = figure.add_subplot(cells[column][row], sharex=shared_x, sharey=shared_y)
             axes_by_x.setdefault(x_key, axes)
             axes_by_y.setdefault(y_key, axes)
-            mappable = _draw_chart(axes, chart)
+            mappable = draw_chart(axes, chart)
             if shared_y is not None:
                 axes.set_ylabel("")
                 axes.tick_params(labelleft=False)
@@ -344,7 +350,7 @@ def _add_legend(figure: Figure, panels: Sequence[Axes], omitted: Collection[str]
     )
 
 
-def _draw_chart(axes: Axes, chart: Chart) -> ScalarMappable | None:
+def draw_chart(axes: Axes, chart: Chart) -> ScalarMappable | None:
     """Draw a chart. Returns the artist whose colours show values (`ScalarMappable`), if any."""
     mappable = None
     _set_scales(axes, chart)

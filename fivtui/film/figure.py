@@ -9,7 +9,6 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, Final
 
-import matplotlib as mpl
 import numpy as np
 from matplotlib.animation import AbstractMovieWriter, FFMpegWriter, PillowWriter
 from matplotlib.artist import Artist
@@ -21,7 +20,14 @@ from matplotlib.patches import Patch
 from matplotlib.text import Text
 from numpy.typing import NDArray
 
-from fivtui.charts import CASE_COLOURS, OFF_BELT_COLOUR, STYLE, new_figure, shade_times
+from fivtui.charts import (
+    CASE_COLOURS,
+    OFF_BELT_COLOUR,
+    STYLE,
+    drawing_settings,
+    new_figure,
+    shade_times,
+)
 from fivtui.io import (
     check_output,
     check_suffix,
@@ -165,9 +171,10 @@ def animate(
     check_film_path(path)
     timing = film_timing(run, window, speed)
     times = timing.times
-    with mpl.rc_context(STYLE), temporary_folder() as folder:
+    with temporary_folder() as folder:
         file = folder / f"film{path.suffix.lower()}"
-        renderer = _FrameRenderer(run, timing)
+        with drawing_settings(STYLE):
+            renderer = _FrameRenderer(run, timing)
         writer_class = PillowWriter if file.suffix == _GIF else FFMpegWriter
         writer: AbstractMovieWriter = writer_class(fps=FRAMES_PER_SECOND)
         # The writer redraws the figure for every frame, so give it one that holds only an image.

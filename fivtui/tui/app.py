@@ -9,10 +9,13 @@ from contextlib import suppress
 from pathlib import Path, PurePath
 from typing import Any, ClassVar, Final, cast
 
+from rich.console import RenderableType
 from textual import on
+from textual._compositor import CompositorUpdate
 from textual.app import App
 from textual.binding import Binding, BindingType
 from textual.command import Provider
+from textual.driver import Driver
 from textual.events import Event, InputEvent, Key, MouseMove, Paste
 from textual.screen import Screen
 from textual.theme import Theme
@@ -20,6 +23,7 @@ from textual.timer import Timer
 
 from fivtui.model import InputError, unknown_name_error
 from fivtui.scene import Scene
+from fivtui.tui.chart import Pictures, TerminalReply, parse_replies
 from fivtui.tui.session import StoredResult
 
 from .lab import KEY_IDS, KeyQueue, LabScreen, discard_alt_character, register_alt_keys
@@ -33,6 +37,8 @@ _STYLES: Final = Path(__file__).parent / "styles"
 _TERMINATION_SIGNALS: Final = tuple(
     signal.Signals[name] for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)
 )
+# Terminals that display queries in place of answering or ignoring them.
+_PLAIN_TERMINALS: Final = frozenset({"linux", "dumb", "Apple_Terminal"})
 # A program ended by a signal exits with this status plus the number of the signal.
 SIGNAL_STATUS_BASE: Final = 128
 # Time limit for restoring the terminal after a signal, s; a closed terminal may block.
@@ -110,7 +116,10 @@ class FivtuiApp(App[None]):
         threads: ComputingThreads | None = None,
     ) -> None:
         register_alt_keys()
+        # Whether the driver reads answers of the terminal about pictures.
+        self._can_ask_terminal = False
         super().__init__()
+        self._pictures = Pictures(self, SCREEN_RESPONSE.wait, self._report)
         self._on_first_frame = on_first_frame
         self._threads = threads
         self.session = Session(scene, source)
@@ -127,6 +136,7 @@ class FivtuiApp(App[None]):
         # curve: a run of the edited scene that follows every edit.
         self._configured_theme = ""
         self._live_enabled: bool | None = None
+        self._pictures_enabled = True
         # Reports to be posted when the screen is displayed.
         self._reports: list[Reported] = []
         self._configure(config)
@@ -144,6 +154,7 @@ class FivtuiApp(App[None]):
             return
         self.set_keymap(config.keys)
         self._configured_theme, self._live_enabled = config.theme, config.live
+        self._pictures_enabled = config.pictures
         if config.theme:
             self.theme = config.theme
 
@@ -224,6 +235,27 @@ class FivtuiApp(App[None]):
             for size, breakpoints in sizes
         )
         return screen
+
+    def get_driver_class(self) -> type[Driver]:
+        """The driver of the terminal, which can read answers about pictures if possible."""
+        driver_class = super().get_driver_class()
+        self._can_ask_terminal = parse_replies(driver_class)
+        return driver_class
+
+    @on(TerminalReply)
+    def _read_reply(self, event: TerminalReply) -> None:
+        if self.screen_stack:
+            self._pictures.read(event)
+
+    def _display(self, screen: Screen[Any], renderable: RenderableType | None) -> None:
+        # Pictures of charts follow their characters in the same update of the terminal.
+        update: object = renderable
+        if isinstance(update, CompositorUpdate) and self.screen_stack and not self._batch_count:
+            update = self._pictures.complete(screen, update)
+        super()._display(screen, cast("RenderableType | None", update))
+
+    def _report(self, text: str) -> None:
+        self.screen_stack[0].post_message(Reported(text))
 
     async def action_quit(self) -> None:
         """Stop all computations, because threads would delay the end, and quit."""
@@ -308,8 +340,13 @@ class FivtuiApp(App[None]):
         await super().on_event(event)
 
     def on_ready(self) -> None:
-        """Report that the first screen is displayed."""
+        """Report that the first screen is displayed, and ask whether there can be pictures."""
         self._on_first_frame()
+        names = {os.environ.get("TERM"), os.environ.get("TERM_PROGRAM")}
+        is_plain = "NO_COLOR" in os.environ or bool(names & _PLAIN_TERMINALS)
+        is_able = self._can_ask_terminal and not self.is_headless and not is_plain
+        if self._pictures_enabled and is_able and self._driver is not None:
+            self._pictures.start(self._driver.write)
 
     def _session_state(self) -> State:
         return session_state(self.session, self.theme)
@@ -330,6 +367,7 @@ class FivtuiApp(App[None]):
 
     def on_unmount(self) -> None:
         """Save the session, whatever ended the application."""
+        self._pictures.stop()
         if self._save_timer is not None:
             self._save_timer.stop()
         self._autosave.close(self._session_state())

@@ -1,9 +1,10 @@
-"""Charts drawn in characters, their cursors, and an input for text."""
+"""Charts drawn in characters and as pictures, their cursors, and an input for text."""
 
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from .widget.chart_view import ChartView
+    from .widget.pictures import Pictures, TerminalReply, parse_replies
     from .widget.text_input import TextInput
 else:
     from fivtui.lazy import lazy_exports

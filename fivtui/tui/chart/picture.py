@@ -17,6 +17,7 @@ from fivtui.charts import (
     CURSOR_SIGNS,
     MAX_JOINED_SAMPLES,
     Axis,
+    AxisTicks,
     Backdrop,
     Chart,
     NearestPoint,
@@ -112,8 +113,7 @@ def draw(chart: Chart, view: View, width: int, height: int, *, reserved: int = 0
     # The first cursor is drawn over the second.
     for index in (1, 0):
         canvas.draw_cursor(index, chart, cursors[index], cursor_points[index])
-    ticks, labels = y_axis.ticks(max(rows // _ROWS_PER_TICK, 2))
-    margin = _row_labels(y_axis, ticks, labels, rows)
+    margin = _row_labels(y_axis, *y_axis.ticks(_tick_counts(columns, rows)[1]), rows)
     for label, row in zip(margin, canvas.rows(), strict=True):
         lines.append([(label, "tick"), *row])
     for strip in chart.strips:
@@ -123,6 +123,17 @@ def draw(chart: Chart, view: View, width: int, height: int, *, reserved: int = 0
     if chart.x_axis:
         lines.append(_column_labels(x_axis, chart.x_label, columns))
     return Picture(lines[:height], PlotArea(MARGIN, top_row, columns, rows))
+
+
+def axis_ticks(x_axis: Axis, y_axis: Axis, columns: int, rows: int) -> AxisTicks:
+    """The ticks of both axes of a plot."""
+    x_count, y_count = _tick_counts(columns, rows)
+    return x_axis.ticks(x_count)[0], y_axis.ticks(y_count)[0]
+
+
+def _tick_counts(columns: int, rows: int) -> tuple[int, int]:
+    # Greatest numbers of ticks of x and y.
+    return max(columns // _COLUMNS_PER_TICK, 2), max(rows // _ROWS_PER_TICK, 2)
 
 
 class _Canvas:
@@ -366,7 +377,7 @@ def _row_labels(axis: Axis, ticks: Sequence[float], labels: Sequence[str], rows:
 
 def _column_labels(axis: Axis, label: str, columns: int) -> list[Span]:
     # The line of tick labels of x. The name of the axis is left of it, or if long, at its end.
-    ticks, labels = axis.ticks(max(columns // _COLUMNS_PER_TICK, 2))
+    ticks, labels = axis.ticks(_tick_counts(columns, 0)[0])
     left_label = label if len(label) < MARGIN else ""
     end_label = "" if left_label else label[:columns]
     line = [" "] * (columns - len(end_label))

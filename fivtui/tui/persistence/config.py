@@ -24,7 +24,7 @@ _COLOURS: Final = (
     "surface",
     "panel",
 )
-_ENTRIES: Final = ("theme", "live", "keys", "themes")
+_ENTRIES: Final = ("theme", "live", "pictures", "keys", "themes")
 # One key starts a run and stops the active one: `stop` has the key configured for `run`.
 _RUN_ACTIONS: Final = ("run", "stop")
 
@@ -34,11 +34,13 @@ class Config:
     """Keys by action, the theme, and the colours of user themes by name.
 
     `live`: whether each edit of the scene updates the live curve, a run that is not kept; None
-    keeps the setting of the last session.
+    keeps the setting of the last session. `pictures`: whether terminals that can show pictures
+    show charts as pictures.
     """
 
     theme: str = ""
     live: bool | None = None
+    pictures: bool = True
     keys: Mapping[str, str] = field(default_factory=dict)
     themes: Mapping[str, Mapping[str, str | bool]] = field(default_factory=dict)
 
@@ -82,7 +84,8 @@ def load_config(path: Path | None, actions: Collection[str]) -> Config:
     themes = _read_table("themes", data)
     return Config(
         _read_text("theme", data.get("theme", "")),
-        _read_live(data.get("live")),
+        _read_switch("live", data.get("live")),
+        _read_switch("pictures", data.get("pictures")) is not False,
         keys,
         {name: _read_theme(name, _read_table(name, themes)) for name in themes},
     )
@@ -101,9 +104,9 @@ def _read_text(name: str, value: object) -> str:
     return value
 
 
-def _read_live(value: object) -> bool | None:
+def _read_switch(name: str, value: object) -> bool | None:
     if value is not None and not isinstance(value, bool):
-        raise InputError(f"live = {value!r}: must be true or false")
+        raise InputError(f"{name} = {value!r}: must be true or false")
     return value
 
 

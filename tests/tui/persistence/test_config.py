@@ -39,6 +39,7 @@ def test_a_missing_file_changes_nothing(tmp_path: Path) -> None:
         ("[keys]\nruns = 1", "keys.runs = 1: must be text"),
         ("[keys]\nrnu = 'f5'", "unknown action 'rnu'; did you mean run"),
         ("live = 'no'", "live = 'no': must be true or false"),
+        ("pictures = 1", "pictures = 1: must be true or false"),
         ("theme = 3", "theme = 3: must be text"),
         ("[themes.a]\npanel = '#000000'", "themes.a: must have the colour primary"),
         ("[themes.a]\nprimary = 'red'", "must be a colour such as"),

@@ -123,7 +123,7 @@ class ChartView(DrawnChart, can_focus=True):
 
     def action_step(self, right: int, up: int) -> None:
         """Move the active cursor if it is pinned (does not follow the pointer), else pan."""
-        picture = self._current_picture()
+        picture = self.current_picture()
         if self._chart is None or picture is None:
             return
         if self.view.cursors.pinned:
@@ -199,7 +199,7 @@ class ChartView(DrawnChart, can_focus=True):
 
     def on_mouse_move(self, event: MouseMove) -> None:
         """Pan while dragging, else let a cursor that is not pinned follow the pointer."""
-        picture = self._current_picture()
+        picture = self.current_picture()
         if picture is None or self._chart is None:
             return
         area = picture.plot_area
@@ -228,7 +228,7 @@ class ChartView(DrawnChart, can_focus=True):
     def on_mouse_down(self, event: MouseDown) -> None:
         """Start dragging."""
         self._was_dragged = False
-        picture = self._current_picture()
+        picture = self.current_picture()
         if picture is not None and event.y >= picture.plot_area.top_row:
             self._drag_position = (event.x, event.y)
             self.capture_mouse()
@@ -247,7 +247,7 @@ class ChartView(DrawnChart, can_focus=True):
         self._zoom_at_pointer(event, 1)
 
     def _zoom_at_pointer(self, event: MouseScrollUp | MouseScrollDown, direction: int) -> None:
-        picture = self._current_picture()
+        picture = self.current_picture()
         if picture is not None:
             event.stop()
             self._zoom(_WHEEL_FACTOR, direction, picture.axis_positions(event.x, event.y))
@@ -257,7 +257,7 @@ class ChartView(DrawnChart, can_focus=True):
 
         The right button places the second cursor.
         """
-        picture = self._current_picture()
+        picture = self.current_picture()
         if picture is None or self._was_dragged:
             return
         if event.y < picture.plot_area.top_row:

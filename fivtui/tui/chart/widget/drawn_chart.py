@@ -8,12 +8,13 @@ from dataclasses import dataclass
 from textwrap import wrap
 from typing import Final
 
+from rich.color import Color
 from rich.segment import Segment
 from rich.style import Style
 from textual.strip import Strip
 from textual.widget import Widget
 
-from fivtui.charts import Chart, Cursors, Span, View, has_long_heading
+from fivtui.charts import Chart, Cursors, PlotColours, Span, View, has_long_heading
 from fivtui.tui.chart.picture import MARGIN, Picture, draw
 
 # Minimum columns for full labels of the controls.
@@ -88,6 +89,7 @@ class DrawnChart(Widget):
         self._empty_text = empty_text
         self._picture: Picture | None = None
         self._styles_by_name: dict[str, Style] = {}
+        self._plot_colours: PlotColours | None = None
         # First column, end column and action of every control.
         self._controls: list[tuple[int, int, str]] = []
 
@@ -120,6 +122,7 @@ class DrawnChart(Widget):
     def notify_style_update(self) -> None:
         """Follow a change of theme."""
         self._styles_by_name.clear()
+        self._plot_colours = None
         super().notify_style_update()
 
     def _style(self, name: str) -> Style:
@@ -129,6 +132,17 @@ class DrawnChart(Widget):
             style = self.app.stylesheet.parse_style(styles.get(name, name))
             self._styles_by_name[name] = (self.visual_style + style).rich_style
         return self._styles_by_name[name]
+
+    @property
+    def plot_colours(self) -> PlotColours:
+        """The colours of the plot as codes, for pictures."""
+        if self._plot_colours is None:
+            plain = self._style("plot")
+            codes = {name: _colour_code(self._style(name).color) for name in CHART_STYLES}
+            self._plot_colours = PlotColours(
+                _colour_code(plain.bgcolor), _colour_code(plain.color), codes["strip"], codes
+            )
+        return self._plot_colours
 
     def on_focus(self) -> None:
         """Use the styles of a focused chart."""
@@ -166,8 +180,8 @@ class DrawnChart(Widget):
             self._picture.lines[0][-1:] = controls
         return self._picture.lines
 
-    def _current_picture(self) -> Picture | None:
-        # The picture of the chart in its current view; None if the chart does not fit.
+    def current_picture(self) -> Picture | None:
+        """The picture of the chart in its current view; None if the chart does not fit."""
         self._drawn_lines()
         return self._picture
 
@@ -190,3 +204,7 @@ class DrawnChart(Widget):
     def on_resize(self) -> None:
         """Draw for the new size."""
         self.redraw()
+
+
+def _colour_code(colour: Color | None) -> str:
+    return "#000000" if colour is None else colour.get_truecolor().hex

@@ -1,0 +1,103 @@
+"""Pictures as text for terminals, in sixel or kitty's graphics protocol. Imports no Textual."""
+
+import re
+import zlib
+from base64 import b64encode
+from collections.abc import Iterator
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+Pixels = NDArray[np.uint8]
+
+# Ask for the pixels of a character cell; also for support of kitty's protocol, and for the
+# attributes of the terminal, which all terminals answer.
+CELL_QUERY: Final = "\x1b[16t"
+GRAPHICS_QUERY: Final = f"\x1b_Gi=31,s=1,v=1,a=q,t=d,f=24;AAAA\x1b\\{CELL_QUERY}\x1b[c"
+# Asks for an answer after all that was written before.
+STATUS_QUERY: Final = "\x1b[5n"
+# Attribute of terminals that understand sixel.
+SIXEL_ATTRIBUTE: Final = 4
+# Bits of a channel by which colours are told apart: charts have few colours.
+_CHANNEL_BITS: Final = 5
+# Registers for colours, which all terminals with sixel have.
+_MAX_COLOURS: Final = 255
+# Pixels in a sixel, one above the other.
+_SIXEL_HEIGHT: Final = 6
+_SIXEL_BITS: Final = (1 << np.arange(_SIXEL_HEIGHT)).astype(np.uint8)
+# Code of the character for no pixels.
+_NO_PIXELS: Final = ord("?")
+_REPEATED: Final = re.compile(rb"(.)\1{3,}", re.DOTALL)
+# Characters of kitty's data in one command.
+_CHUNK: Final = 4096
+
+
+def encode_sixel(pixels: Pixels) -> str:
+    """RGB pixels, shape (height, width, 3), as sixel from the position of the terminal's cursor."""
+    height, width, _ = pixels.shape
+    indices, palette = _palette(pixels)
+    padding = -height % _SIXEL_HEIGHT
+    # The index of padding is that of no colour.
+    padded = np.pad(indices, ((0, padding), (0, 0)), constant_values=len(palette))
+    colours = "".join(
+        f"#{number};2;{red};{green};{blue}"
+        for number, (red, green, blue) in enumerate(np.rint(palette / 2.55).astype(int).tolist())
+    )
+    bands = padded.reshape(-1, _SIXEL_HEIGHT, width)
+    data = b"-".join(b"$".join(_encode_band(band, len(palette))) for band in bands)
+    return f'\x1bP0;1q"1;1;{width};{height}{colours}{data.decode()}\x1b\\'
+
+
+def _encode_band(band: NDArray[np.intp], colour_count: int) -> Iterator[bytes]:
+    # The sixels of each colour in a row of sixels.
+    for number in np.flatnonzero(np.bincount(band.ravel(), minlength=colour_count)[:colour_count]):
+        sixels = (_SIXEL_BITS @ (band == number)).astype(np.uint8) + _NO_PIXELS
+        line = sixels.astype(np.uint8).tobytes().rstrip(b"?")
+        yield b"#%d" % number + _REPEATED.sub(_count_repeated, line)
+
+
+def _count_repeated(match: re.Match[bytes]) -> bytes:
+    return b"!%d%b" % (len(match[0]), match[1])
+
+
+def _palette(pixels: Pixels) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
+    """The index of the colour of every pixel, and the colours: the most frequent ones."""
+    channels = pixels.astype(np.intp)
+    red, green, blue = np.moveaxis(channels >> (8 - _CHANNEL_BITS), -1, 0)
+    codes = (red << 2 * _CHANNEL_BITS) | (green << _CHANNEL_BITS) | blue
+    counts = np.bincount(codes.ravel(), minlength=1 << 3 * _CHANNEL_BITS)
+    used = np.flatnonzero(counts)
+    # A colour is the mean of the pixels of its code.
+    means = np.stack(
+        [
+            np.bincount(codes.ravel(), channels[..., channel].ravel(), counts.size)[used]
+            / counts[used]
+            for channel in range(3)
+        ],
+        axis=1,
+    )
+    by_frequency = np.argsort(-counts[used], kind="stable")
+    palette = means[by_frequency[:_MAX_COLOURS]]
+    # Rarer colours become the nearest one.
+    distances = ((means[:, None, :] - palette[None, :, :]) ** 2).sum(axis=2)
+    index_by_code = np.zeros(counts.size, dtype=np.intp)
+    index_by_code[used] = distances.argmin(axis=1)
+    return index_by_code[codes], palette
+
+
+def encode_kitty(pixels: Pixels, number: int, columns: int, rows: int) -> str:
+    """RGB pixels in kitty's protocol, scaled to character cells from the cursor's position."""
+    height, width, _ = pixels.shape
+    data = b64encode(zlib.compress(pixels.tobytes(), 6)).decode()
+    chunks = [data[start : start + _CHUNK] for start in range(0, len(data), _CHUNK)]
+    keys = f"a=T,i={number},p=1,f=24,o=z,s={width},v={height},c={columns},r={rows},C=1,q=2,"
+    return "".join(
+        f"\x1b_G{keys if index == 0 else ''}m={int(index < len(chunks) - 1)};{chunk}\x1b\\"
+        for index, chunk in enumerate(chunks)
+    )
+
+
+def delete_kitty(number: int) -> str:
+    """The command that removes a picture in kitty's protocol."""
+    return f"\x1b_Ga=d,d=I,i={number},q=2\x1b\\"

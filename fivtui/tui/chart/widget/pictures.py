@@ -1,0 +1,360 @@
+"""Draws the plots of charts as pictures, in terminals that answer that they can show them.
+
+Charts are always drawn in characters. A terminal that understands sixel or kitty's graphics shows a
+picture over the characters of the plot, once a thread has drawn it.
+"""
+
+import re
+import struct
+import sys
+import time
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, replace
+from functools import partial
+from itertools import count
+from operator import itemgetter
+from typing import Any, Final
+from zlib import crc32
+
+from rich.console import Console
+from rich.control import Control
+from textual._compositor import ChopsUpdate, Compositor, CompositorUpdate
+from textual._xterm_parser import XTermParser
+from textual.app import App
+from textual.driver import Driver
+from textual.geometry import Region, Size
+from textual.message import Message
+from textual.screen import Screen
+from textual.widget import Widget
+
+from fivtui.charts import AxisTicks, Chart, PlotColours, View, plot_pixels
+from fivtui.tui.chart.graphics import (
+    CELL_QUERY,
+    GRAPHICS_QUERY,
+    SIXEL_ATTRIBUTE,
+    STATUS_QUERY,
+    delete_kitty,
+    encode_kitty,
+    encode_sixel,
+)
+from fivtui.tui.chart.picture import axis_ticks
+
+from .drawn_chart import DrawnChart
+
+# Answers to the queries: kitty's graphics, attributes, size of a cell in pixels, status.
+_REPLY: Final = re.compile(
+    r"\x1b_Gi=31;(?P<kitty>[^\x1b]*)\x1b\\"
+    r"|\x1b\[\?(?P<attributes>[\d;]*)c"
+    r"|\x1b\[6;(?P<height>\d+);(?P<width>\d+)t"
+    r"|\x1b\[0(?P<status>n)"
+)
+_BEGUN_REPLY: Final = re.compile(r"\x1b(_G[^\x1b]*\x1b?|\[\?[\d;]*|\[6;[\d;]*|\[0)\Z")
+# Dots per inch of figures per pixel of a cell's height: text is as high as that of the terminal.
+_DPI_PER_PIXEL: Final = 4.8
+# Xterm cuts wider pictures off, pixels.
+_MAX_SIXEL_WIDTH: Final = 960
+# Time in which a terminal must answer the first query, and in which it must have read a picture, s.
+_MAX_ANSWER_S: Final = 1.0
+_MAX_TRANSFER_S: Final = 5.0
+
+
+class TerminalReply(Message):
+    """An answer of the terminal to a query."""
+
+    def __init__(self, match: re.Match[str]) -> None:
+        super().__init__()
+        self.fields: Mapping[str, str | None] = match.groupdict()
+        self.arrival = time.monotonic()
+
+
+class _ReplyParser(XTermParser):
+    # Removes answers to queries from what is typed: Textual would take them for keys.
+
+    def __init__(self, debug: bool = False) -> None:
+        super().__init__(debug)
+        self._begun_reply = ""
+
+    def feed(self, data: str) -> Iterator[Message]:
+        text, self._begun_reply = self._begun_reply + data, ""
+        replies = list(_REPLY.finditer(text))
+        typed = _REPLY.sub("", text)
+        if data and (begun := _BEGUN_REPLY.search(typed)):
+            typed, self._begun_reply = typed[: begun.start()], begun[0]
+        yield from map(TerminalReply, replies)
+        if typed or not data:
+            yield from super().feed(typed)
+
+
+def parse_replies(driver_class: type[Driver]) -> bool:
+    """Let a driver recognize answers to queries; returns whether it can."""
+    # Drivers make their parser by its name in their modules.
+    module: Any = sys.modules[driver_class.__module__]
+    can_parse = hasattr(module, "XTermParser")
+    if can_parse:
+        module.XTermParser = _ReplyParser
+    return can_parse
+
+
+@dataclass(frozen=True, slots=True)
+class _Plot:
+    # What a picture shows. Compared with the plot on the screen to find out whether that is old.
+    chart: Chart
+    view: View
+    colours: PlotColours
+    ticks: AxisTicks
+    # Columns and rows, and pixels of a cell.
+    size: Size
+    cell: Size
+
+    def covers_as(self, plot: "_Plot") -> bool:
+        """Whether its picture has the size of that of another plot."""
+        return (self.size, self.cell) == (plot.size, plot.cell)
+
+
+@dataclass(frozen=True, slots=True)
+class _DrawnPlot:
+    # A picture as text by columns from its left edge; without text if it cannot be drawn.
+    plot: _Plot
+    number: int
+    checksum: int
+    texts: Mapping[int, str]
+
+
+class _FrameWithPictures(CompositorUpdate):
+    # An update of the screen followed by pictures.
+
+    def __init__(self, update: CompositorUpdate, pictures: str) -> None:
+        self._update, self._pictures = update, pictures
+
+    def render_segments(self, console: Console) -> str:
+        return self._update.render_segments(console) + self._pictures
+
+
+class Pictures:
+    """Shows pictures of the visible charts; until a terminal answers that it can, nothing.
+
+    A picture stays until that of the changed chart is drawn. The next one waits until the terminal
+    has read the last one. `wait` delays the drawing while the screen responds to a key.
+    """
+
+    def __init__(
+        self, app: App[None], wait: Callable[[], None], report: Callable[[str], object]
+    ) -> None:
+        self._app, self._wait, self._report = app, wait, report
+        self._write: Callable[[str], None] = lambda _: None
+        self._query_time = 0.0
+        self._has_kitty, self._has_sixel = False, False
+        # Pixels of a cell; empty if unknown.
+        self._cell = Size()
+        self._screen_size = Size()
+        self._numbers = count(1)
+        self._is_drawing = False
+        # When the terminal was asked whether it has read a picture; None after its answer.
+        self._transfer_start: float | None = None
+        # By chart: plots on the screen and the cells that they cover, their newest pictures, and
+        # the pictures in these cells.
+        self._visible: dict[DrawnChart, tuple[_Plot, Region]] = {}
+        self._drawn: dict[DrawnChart, _DrawnPlot] = {}
+        self._shown: dict[DrawnChart, tuple[_DrawnPlot, Region]] = {}
+
+    @property
+    def _is_able(self) -> bool:
+        return self._has_kitty or self._has_sixel
+
+    def start(self, write: Callable[[str], None]) -> None:
+        """Ask the terminal what it can show; `write` sends text to it."""
+        self._write = write
+        self._query_time = time.monotonic()
+        self._cell = _cell_size()
+        write(GRAPHICS_QUERY)
+
+    def stop(self) -> None:
+        """Remove all pictures, and show no more."""
+        self._visible.clear()
+        self._write(self._commands())
+        self._has_kitty = self._has_sixel = False
+
+    def read(self, reply: TerminalReply) -> None:
+        """Handle an answer of the terminal."""
+        fields = reply.fields
+        if fields["kitty"] is not None:
+            self._has_kitty = fields["kitty"] == "OK"
+        elif fields["width"] is not None:
+            self._cell = Size(int(fields["width"]), int(fields["height"] or 0))
+        elif fields["status"] is not None:
+            self._transfer_start = None
+            self._write(self._commands())
+        elif reply.arrival - self._query_time > _MAX_ANSWER_S:
+            # The line is too slow for pictures.
+            self._has_kitty = False
+        else:
+            attributes = (fields["attributes"] or "").split(";")
+            self._has_sixel = not self._has_kitty and str(SIXEL_ATTRIBUTE) in attributes[1:]
+        self._visible = self._find_visible(self._app.screen)
+        self._draw_next()
+
+    def complete(self, screen: Screen[Any], update: CompositorUpdate) -> CompositorUpdate:
+        """An update of the screen followed by the pictures that it needs."""
+        if not self._is_able:
+            return update
+        if self._transfer_start and time.monotonic() - self._transfer_start > _MAX_TRANSFER_S:
+            self.stop()
+            self._app.call_later(screen.refresh)
+            self._report("pictures are off: the terminal reads them too slowly")
+            return update
+        if self._has_sixel:
+            # Text erases a picture.
+            self._shown = {
+                chart: (drawn, area)
+                for chart, (drawn, area) in self._shown.items()
+                if not _overlaps(update, area)
+            }
+        self._visible = self._find_visible(screen)
+        commands = self._commands()
+        if screen.size != self._screen_size:
+            # The size of the font may have changed.
+            self._screen_size, self._cell = screen.size, _cell_size() or self._cell
+            commands += CELL_QUERY
+        self._draw_next()
+        return _FrameWithPictures(update, commands) if commands else update
+
+    def _find_visible(self, screen: Screen[Any]) -> dict[DrawnChart, tuple[_Plot, Region]]:
+        visible: dict[DrawnChart, tuple[_Plot, Region]] = {}
+        if screen is not self._app.screen or not self._is_able or not self._cell:
+            return visible
+        compositor = screen._compositor
+        for widget, (region, clip) in compositor.visible_widgets.items():
+            if not isinstance(widget, DrawnChart):
+                continue
+            picture, chart = widget.current_picture(), widget.chart
+            if picture is None or chart is None:
+                continue
+            column, row, columns, rows = picture.plot_area
+            area = Region(column, row, columns, rows).translate(region.offset)
+            if clip.contains_region(area) and not _is_covered(widget, area, compositor):
+                view = widget.view
+                view = replace(view, hidden=set(view.hidden), cursors=replace(view.cursors))
+                ticks = axis_ticks(*view.axes(chart), columns, rows)
+                plot = _Plot(chart, view, widget.plot_colours, ticks, area.size, self._cell)
+                visible[widget] = plot, area
+        return visible
+
+    def _commands(self) -> str:
+        # Text that removes pictures of charts that are not visible, and shows new pictures.
+        commands = []
+        for chart, (drawn, area) in list(self._shown.items()):
+            _, visible_area = self._visible.get(chart, (None, None))
+            if visible_area != area or not self._drawn[chart].texts:
+                commands.append(self._removal(drawn))
+                del self._shown[chart]
+        if self._transfer_start is not None:
+            return "".join(commands)
+        for chart, (plot, area) in self._visible.items():
+            newest, shown = self._drawn.get(chart), self._shown.get(chart)
+            if newest is None or not newest.texts or not newest.plot.covers_as(plot):
+                continue
+            if shown is not None and shown[0].number == newest.number:
+                continue
+            for column, text in newest.texts.items():
+                commands += [str(Control.move_to(area.x + column, area.y)), text]
+            if shown is not None:
+                commands.append(self._removal(shown[0]))
+            self._shown[chart] = newest, area
+            self._transfer_start = time.monotonic()
+        if self._transfer_start is not None:
+            commands.append(STATUS_QUERY)
+        text = "".join(commands)
+        # The cursor returns to its position.
+        return f"\x1b7{text}\x1b8" if text else ""
+
+    def _removal(self, drawn: _DrawnPlot) -> str:
+        return delete_kitty(drawn.number) if self._has_kitty else ""
+
+    def _draw_next(self) -> None:
+        # Draw the visible plot that has changed and was not drawn for the longest time.
+        changed = [
+            (drawn.number if drawn is not None else 0, chart, plot)
+            for chart, (plot, _) in self._visible.items()
+            if (drawn := self._drawn.get(chart)) is None or drawn.plot != plot
+        ]
+        if changed and not self._is_drawing:
+            self._is_drawing = True
+            _, chart, plot = min(changed, key=itemgetter(0))
+            draw = partial(self._draw, chart, plot, next(self._numbers))
+            self._app.run_worker(draw, thread=True, exit_on_error=False)
+
+    def _draw(self, chart: DrawnChart, plot: _Plot, number: int) -> None:
+        # Runs in a thread.
+        self._wait()
+        try:
+            drawn = self._encode(plot, number)
+        except Exception:  # noqa: BLE001 (the chart stays in characters)
+            drawn = _DrawnPlot(plot, number, 0, {})
+        self._app.call_later(self._finish, chart, drawn)
+
+    def _encode(self, plot: _Plot, number: int) -> _DrawnPlot:
+        (columns, rows), (width, height) = plot.size, plot.cell
+        pixels = plot_pixels(
+            plot.chart,
+            plot.view,
+            (columns * width, rows * height),
+            dpi=_DPI_PER_PIXEL * height,
+            colours=plot.colours,
+            ticks=plot.ticks,
+        )
+        if self._has_kitty:
+            texts = {0: encode_kitty(pixels, number, columns, rows)}
+        else:
+            step = max(_MAX_SIXEL_WIDTH // width, 1)
+            texts = {
+                column: encode_sixel(pixels[:, column * width : (column + step) * width])
+                for column in range(0, columns, step)
+            }
+        return _DrawnPlot(plot, number, crc32(pixels.tobytes()), texts)
+
+    def _finish(self, chart: DrawnChart, drawn: _DrawnPlot) -> None:
+        self._is_drawing = False
+        previous = self._drawn.get(chart)
+        if previous is not None and previous.checksum == drawn.checksum:
+            # The same picture need not be sent again.
+            drawn = replace(previous, plot=drawn.plot)
+        self._drawn[chart] = drawn
+        if not drawn.texts:
+            chart.refresh()
+        self._write(self._commands())
+        self._draw_next()
+
+
+def _cell_size() -> Size:
+    # Pixels of a cell of the terminal; empty if it does not tell.
+    try:
+        import fcntl
+        import termios
+
+        window = fcntl.ioctl(sys.__stdout__.fileno(), termios.TIOCGWINSZ, bytes(8))
+    except (ImportError, AttributeError, OSError, ValueError):
+        return Size()
+    rows, columns, width, height = struct.unpack("HHHH", window)
+    return Size(width // max(columns, 1), height // max(rows, 1))
+
+
+def _overlaps(update: CompositorUpdate, area: Region) -> bool:
+    # Whether an update of the screen writes text into an area.
+    if not isinstance(update, ChopsUpdate):
+        return True
+    return any(
+        area.y <= row < area.bottom and start < area.right and stop > area.x
+        for row, start, stop in update.spans
+    )
+
+
+def _is_covered(widget: Widget, area: Region, compositor: Compositor) -> bool:
+    # Whether other widgets are displayed in an area of a widget.
+    for row in area.line_range:
+        # The topmost widget is first.
+        for other, region, _ in compositor.layers_visible[row]:
+            if other is widget:
+                break
+            if region.overlaps(area):
+                return True
+    return False

@@ -1,0 +1,244 @@
+"""Charts as pictures, in terminals that answer that they can show them."""
+
+import os
+import re
+import select
+import signal
+import struct
+import sys
+import time
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from textual.app import App
+from textual.events import Key
+from textual.pilot import Pilot
+
+from fivtui.charts import plot_pixels
+from fivtui.tui.chart import TerminalReply
+from fivtui.tui.chart.graphics import GRAPHICS_QUERY
+from fivtui.tui.chart.widget.pictures import _REPLY, _ReplyParser
+from tests.support import laboratory
+from tests.support.laboratory import HANG_S, app_of, show_tab, until
+from tests.support.sixel import SIXEL, decode_sixel
+
+KITTY, CELL, STATUS = "\x1b_Gi=31;OK\x1b\\", "\x1b[6;20;10t", "\x1b[0n"
+# Attributes with and without sixel.
+SIXEL_ATTRIBUTES, PLAIN_ATTRIBUTES = "\x1b[?62;4;22c", "\x1b[?64;1;2;6;9;15;16;17;18;21;22;28;29c"
+MOVE = re.compile(r"\x1b\[(\d+);(\d+)H\Z")
+
+
+@pytest.mark.parametrize("reply", [KITTY, CELL, SIXEL_ATTRIBUTES, PLAIN_ATTRIBUTES, STATUS])
+def test_answers_are_not_taken_for_keys_even_in_two_parts(reply: str) -> None:
+    text = f"a{reply}b"
+    # A shorter first part may be a key.
+    for position in range(5, len(text)):
+        parser = _ReplyParser()
+        events = [*parser.feed(text[:position]), *parser.feed(text[position:])]
+        assert [event.key for event in events if isinstance(event, Key)] == ["a", "b"], position
+        assert sum(isinstance(event, TerminalReply) for event in events) == 1
+        assert len(events) == 3
+
+
+def test_keys_that_begin_like_answers_are_not_held_back() -> None:
+    parser = _ReplyParser()
+    assert [event.key for event in parser.feed("\x1b[6~") if isinstance(event, Key)] == ["pagedown"]
+    assert [event.key for event in parser.feed("\x1b[A") if isinstance(event, Key)] == ["up"]
+
+
+@dataclass
+class Screen:
+    """What a terminal would receive, which answers the end of each picture at once."""
+
+    pilot: Pilot[None]
+    frames: list[str] = field(default_factory=list)
+
+    def write(self, text: str) -> None:
+        self.frames.append(text)
+        if "\x1b[5n" in text:
+            self.answer(STATUS)
+
+    def answer(self, *replies: str) -> None:
+        for reply in replies:
+            match = _REPLY.fullmatch(reply)
+            assert match is not None
+            self.pilot.app.post_message(TerminalReply(match))
+
+    def text(self) -> str:
+        return "".join(self.frames)
+
+
+@pytest.fixture
+async def screen(pilot: Pilot[None], monkeypatch: pytest.MonkeyPatch) -> Screen:
+    recorded = Screen(pilot)
+
+    def display(app: App[None], _: object, update: Any) -> None:
+        if update is not None:
+            recorded.write(update.render_segments(app.console))
+
+    monkeypatch.setattr(App, "_display", display)
+    monkeypatch.setattr(laboratory, "every_frame", True)
+    await show_tab(pilot, "alt+1")
+    await pilot.press("f5")
+    app_of(pilot)._pictures.start(recorded.write)
+    return recorded
+
+
+def is_shown(screen: Screen) -> bool:
+    pictures = app_of(screen.pilot)._pictures
+    return bool(pictures._visible) and all(
+        chart in pictures._shown and pictures._shown[chart][0].plot == plot
+        for chart, (plot, _) in pictures._visible.items()
+    )
+
+
+async def test_a_terminal_with_sixel_shows_the_figures_of_the_charts(screen: Screen) -> None:
+    assert GRAPHICS_QUERY in screen.text()
+    screen.answer(CELL, SIXEL_ATTRIBUTES)
+    await until(screen.pilot, lambda: is_shown(screen))
+    text, pictures = screen.text(), app_of(screen.pilot)._pictures
+    shown: dict[tuple[int, int], str] = {}
+    for match in SIXEL.finditer(text):
+        position = MOVE.search(text[: match.start()])
+        assert position is not None
+        shown[int(position[1]) - 1, int(position[2]) - 1] = match[0]
+    for plot, area in pictures._visible.values():
+        pixels = plot_pixels(
+            plot.chart,
+            plot.view,
+            (area.width * 10, area.height * 20),
+            dpi=96.0,
+            colours=plot.colours,
+            ticks=plot.ticks,
+        )
+        decoded = decode_sixel(shown[area.y, area.x])
+        assert decoded.shape == pixels.shape
+        assert np.abs(decoded - pixels).mean() < 3.0
+        assert pixels.std() > 5.0
+
+
+async def test_no_frame_without_picture_follows_a_picture_of_a_chart(screen: Screen) -> None:
+    screen.answer(CELL, SIXEL_ATTRIBUTES)
+    await until(screen.pilot, lambda: is_shown(screen))
+    screen.frames.clear()
+    (chart, (_, area)), *_ = app_of(screen.pilot)._pictures._visible.items()
+    chart.focus()
+    for key in ("plus", "plus", "c"):
+        await screen.pilot.press(key)
+        await until(screen.pilot, lambda: is_shown(screen))
+    touching = [frame for frame in screen.frames if f"\x1b[{area.y + 1};{area.x - 7}H" in frame]
+    assert touching
+    assert all(SIXEL.search(frame) for frame in touching)
+
+
+async def test_kittys_pictures_leave_while_a_dialog_covers_them(screen: Screen) -> None:
+    screen.answer(KITTY, CELL, SIXEL_ATTRIBUTES)
+    await until(screen.pilot, lambda: is_shown(screen))
+    assert SIXEL.search(screen.text()) is None
+    numbers = {drawn.number for drawn, _ in app_of(screen.pilot)._pictures._shown.values()}
+    screen.frames.clear()
+    await screen.pilot.press("f1")
+    await until(screen.pilot, lambda: not app_of(screen.pilot)._pictures._shown)
+    assert all(f"a=d,d=I,i={number}," in screen.text() for number in numbers)
+    await screen.pilot.press("escape")
+    await until(screen.pilot, lambda: is_shown(screen))
+    assert "a=T" in screen.text()
+
+
+async def test_a_terminal_without_pictures_gets_none(screen: Screen) -> None:
+    screen.answer(PLAIN_ATTRIBUTES)
+    await screen.pilot.press("f5", "alt+2")
+    await screen.pilot.pause(0.1)
+    assert not app_of(screen.pilot)._pictures._visible
+    assert screen.text().count("\x1b_G") == 1
+    assert "\x1bP" not in screen.text()
+
+
+@dataclass
+class PseudoTerminal:
+    """A terminal of 100 by 30 cells of 10 by 20 pixels that answers queries."""
+
+    process_id: int
+    descriptor: int
+    answers: Mapping[str, str]
+    stream: str = ""
+
+    def until(self, holds: Callable[[str], bool]) -> str:
+        deadline = time.monotonic() + HANG_S
+        while not holds(self.stream):
+            assert time.monotonic() < deadline, self.stream[-2000:]
+            if select.select([self.descriptor], [], [], 0.1)[0]:
+                received = os.read(self.descriptor, 65536).decode(errors="replace")
+                before, self.stream = len(self.stream), self.stream + received
+                for query, reply in self.answers.items():
+                    first = max(before - len(query) + 1, 0)
+                    for _ in range(self.stream.count(query, first)):
+                        self.type(reply)
+        return self.stream
+
+    def type(self, text: str) -> None:
+        os.write(self.descriptor, text.encode())
+
+    def close(self) -> None:
+        os.kill(self.process_id, signal.SIGKILL)
+        os.waitpid(self.process_id, 0)
+        os.close(self.descriptor)
+
+
+@pytest.fixture
+def start_terminal(tmp_path: Path) -> Iterator[Callable[..., PseudoTerminal]]:
+    pty = pytest.importorskip("pty", reason="no pseudo-terminals")
+    import fcntl
+    import termios
+
+    terminals: list[PseudoTerminal] = []
+
+    def start(answers: Mapping[str, str], config: str = "") -> PseudoTerminal:
+        (tmp_path / "fivtui").mkdir()
+        (tmp_path / "fivtui" / "config.toml").write_text(config)
+        folders = {name: str(tmp_path) for name in ("XDG_CONFIG_HOME", "XDG_STATE_HOME")}
+        environment = {**os.environ, **folders, "TERM": "xterm-256color"}
+        environment.pop("NO_COLOR", None)
+        process_id, descriptor = pty.fork()
+        if process_id == 0:
+            os.execve(sys.executable, [sys.executable, "-m", "fivtui"], environment)
+        fcntl.ioctl(descriptor, termios.TIOCSWINSZ, struct.pack("HHHH", 30, 100, 1000, 600))
+        terminals.append(PseudoTerminal(process_id, descriptor, answers))
+        return terminals[-1]
+
+    yield start
+    for terminal in terminals:
+        terminal.close()
+
+
+@pytest.mark.host
+def test_a_real_terminal_with_sixel_gets_pictures_of_whole_cells(
+    start_terminal: Callable[..., PseudoTerminal],
+) -> None:
+    terminal = start_terminal({"\x1b[c": SIXEL_ATTRIBUTES, "\x1b[5n": STATUS})
+    stream = terminal.until(lambda stream: SIXEL.search(stream) is not None)
+    match = SIXEL.search(stream)
+    assert match is not None
+    position, pixels = MOVE.search(stream[: match.start()]), decode_sixel(match[0])
+    assert position is not None
+    assert (pixels.shape[0] % 20, pixels.shape[1] % 10) == (0, 0)
+    assert int(position[1]) - 1 + pixels.shape[0] // 20 <= 30
+    assert int(position[2]) - 1 + pixels.shape[1] // 10 <= 100
+    assert len(np.unique(pixels.reshape(-1, 3), axis=0)) > 2
+
+
+@pytest.mark.host
+@pytest.mark.parametrize("config", ["", "pictures = false"])
+def test_a_real_terminal_that_does_not_answer_gets_characters(
+    config: str, start_terminal: Callable[..., PseudoTerminal]
+) -> None:
+    terminal = start_terminal({}, config)
+    terminal.until(lambda stream: "growth rate" in stream)
+    terminal.type("\x1b[A")
+    stream = terminal.until(lambda stream: "0.71" in stream)
+    assert stream.count("\x1b_G") == (not config)
+    assert "\x1bP" not in stream
