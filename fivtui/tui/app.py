@@ -38,6 +38,7 @@ _TERMINATION_SIGNALS: Final = tuple(
     signal.Signals[name] for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)
 )
 # Terminals that display queries in place of answering or ignoring them.
+_TERMINAL_NAMES: Final = ("TERM", "TERM_PROGRAM")
 _PLAIN_TERMINALS: Final = frozenset({"linux", "dumb", "Apple_Terminal"})
 # A program ended by a signal exits with this status plus the number of the signal.
 SIGNAL_STATUS_BASE: Final = 128
@@ -342,7 +343,8 @@ class FivtuiApp(App[None]):
     def on_ready(self) -> None:
         """Report that the first screen is displayed, and ask whether there can be pictures."""
         self._on_first_frame()
-        names = {os.environ.get("TERM"), os.environ.get("TERM_PROGRAM")}
+        # In a browser, these are the names of the terminal of the server.
+        names = set() if self.is_web else {os.environ.get(name) for name in _TERMINAL_NAMES}
         is_plain = "NO_COLOR" in os.environ or bool(names & _PLAIN_TERMINALS)
         is_able = self._can_ask_terminal and not self.is_headless and not is_plain
         if self._pictures_enabled and is_able and self._driver is not None:

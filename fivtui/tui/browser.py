@@ -1,6 +1,7 @@
 """The terminal UI in a browser on this machine, by textual-serve."""
 
 import os
+import re
 import secrets
 import shlex
 import socket
@@ -9,12 +10,13 @@ import sys
 from collections.abc import Awaitable, Callable, Mapping
 from copy import copy
 from importlib.util import find_spec
+from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from fivtui.model import InputError
 
 if TYPE_CHECKING:
-    from aiohttp.web import Application, Request, StreamResponse
+    from aiohttp.web import Application, Request, Response, StreamResponse
 
     Handler = Callable[[Request], Awaitable[StreamResponse]]
 
@@ -22,6 +24,10 @@ HOST: Final = "127.0.0.1"
 DEFAULT_PORT: Final = 8000
 _HOST_NAME: Final = "localhost"
 _DEFAULT_HTTP_PORT: Final = 80
+# Title, fonts and pictures of the page; inserted before the scripts of textual-serve.
+_PAGE_HEAD: Final = Path(__file__).with_name("page.html")
+# The page of textual-serve requests its font from elsewhere.
+_FOREIGN_FONT: Final = re.compile(r'<link\s+rel="stylesheet"\s+href="https://fonts[^>]*>')
 # The page must not exchange data with other sites; {0} is the host of this server.
 _CONTENT_POLICY: Final = (
     "default-src 'self' 'unsafe-inline' data: blob:; connect-src 'self' ws://{0}; "
@@ -71,7 +77,10 @@ def serve(port: int = DEFAULT_PORT, *, report: Callable[[str], None]) -> None:
             # A browser may address this machine by name or number; the page uses the same.
             server = copy(self)
             server.public_url = f"http://{request.host}"
-            response: StreamResponse = await Server.handle_index(server, request)
+            response: Response = await Server.handle_index(server, request)
+            page = _FOREIGN_FONT.sub("", response.text or "")
+            head = _PAGE_HEAD.read_text(encoding="utf-8")
+            response.text = page.replace("<head>", f"<head>{head}", 1)
             return response
 
         async def on_startup(self, app: "Application") -> None:  # noqa: ARG002

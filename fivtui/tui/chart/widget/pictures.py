@@ -53,9 +53,9 @@ _BEGUN_REPLY: Final = re.compile(r"\x1b(_G[^\x1b]*\x1b?|\[\?[\d;]*|\[6;[\d;]*|\[
 _DPI_PER_PIXEL: Final = 4.8
 # Xterm cuts wider pictures off, pixels.
 _MAX_SIXEL_WIDTH: Final = 960
-# Time in which a terminal must answer the first query, and in which it must have read a picture, s.
-_MAX_ANSWER_S: Final = 1.0
-_MAX_TRANSFER_S: Final = 5.0
+# Time in which a terminal must answer the first query, which follows the first screen, or have read
+# a picture, s. Slower lines would delay the response to keys.
+_MAX_ANSWER_S: Final = 4.0
 
 
 class TerminalReply(Message):
@@ -197,7 +197,7 @@ class Pictures:
         """An update of the screen followed by the pictures that it needs."""
         if not self._is_able:
             return update
-        if self._transfer_start and time.monotonic() - self._transfer_start > _MAX_TRANSFER_S:
+        if self._transfer_start and time.monotonic() - self._transfer_start > _MAX_ANSWER_S:
             self.stop()
             self._app.call_later(screen.refresh)
             self._report("pictures are off: the terminal reads them too slowly")
