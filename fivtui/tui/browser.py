@@ -77,11 +77,9 @@ def serve(port: int = DEFAULT_PORT, *, report: Callable[[str], None]) -> None:
             # A browser may address this machine by name or number; the page uses the same.
             server = copy(self)
             server.public_url = f"http://{request.host}"
-            response: Response = await Server.handle_index(server, request)
-            page = _FOREIGN_FONT.sub("", response.text or "")
-            head = _PAGE_HEAD.read_text(encoding="utf-8")
-            response.text = page.replace("<head>", f"<head>{head}", 1)
-            return response
+            page: Response = await Server.handle_index(server, request)
+            page.text = _complete_page(page.text or "")
+            return page
 
         async def on_startup(self, app: "Application") -> None:  # noqa: ARG002
             report(f"fivtui is at http://{HOST}:{port}/?token={access.token}; Ctrl+C stops it")
@@ -122,6 +120,11 @@ class _AccessControl:
     def has_token(self, values: Mapping[str, str], name: str = "token") -> bool:
         """Whether the query or the cookies of a request contain the token."""
         return secrets.compare_digest(values.get(name, "").encode(), self.token.encode())
+
+
+def _complete_page(page: str) -> str:
+    head = _PAGE_HEAD.read_text(encoding="utf-8")
+    return _FOREIGN_FONT.sub("", page).replace("<head>", f"<head>{head}", 1)
 
 
 def _check_port(port: int) -> None:

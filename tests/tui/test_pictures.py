@@ -111,7 +111,7 @@ async def test_a_terminal_with_sixel_shows_the_figures_of_the_charts(screen: Scr
             plot.chart,
             plot.view,
             (area.width * 10, area.height * 20),
-            dpi=96.0,
+            dpi=120.0,
             colours=plot.colours,
             ticks=plot.ticks,
         )

@@ -49,8 +49,8 @@ _REPLY: Final = re.compile(
     r"|\x1b\[0(?P<status>n)"
 )
 _BEGUN_REPLY: Final = re.compile(r"\x1b(_G[^\x1b]*\x1b?|\[\?[\d;]*|\[6;[\d;]*|\[0)\Z")
-# Dots per inch of figures per pixel of a cell's height: text is as high as that of the terminal.
-_DPI_PER_PIXEL: Final = 4.8
+# Dots per inch of figures per pixel of a cell's height: text is nearly as high as the terminal's.
+_DPI_PER_PIXEL: Final = 6.0
 # Xterm cuts wider pictures off, pixels.
 _MAX_SIXEL_WIDTH: Final = 960
 # Time in which a terminal must answer the first query, which follows the first screen, or have read
@@ -331,8 +331,8 @@ def _cell_size() -> Size:
         import fcntl
         import termios
 
-        window = fcntl.ioctl(sys.__stdout__.fileno(), termios.TIOCGWINSZ, bytes(8))
-    except (ImportError, AttributeError, OSError, ValueError):
+        window = fcntl.ioctl(sys.__stdout__ or -1, termios.TIOCGWINSZ, bytes(8))
+    except (ImportError, OSError, ValueError):
         return Size()
     rows, columns, width, height = struct.unpack("HHHH", window)
     return Size(width // max(columns, 1), height // max(rows, 1))
