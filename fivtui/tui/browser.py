@@ -11,7 +11,7 @@ from collections.abc import Awaitable, Callable, Mapping
 from copy import copy
 from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, cast
 
 from fivtui.model import InputError
 
@@ -77,7 +77,7 @@ def serve(port: int = DEFAULT_PORT, *, report: Callable[[str], None]) -> None:
             # A browser may address this machine by name or number; the page uses the same.
             server = copy(self)
             server.public_url = f"http://{request.host}"
-            page: Response = await Server.handle_index(server, request)
+            page = cast("Response", await Server.handle_index(server, request))
             page.text = _complete_page(page.text or "")
             return page
 
