@@ -9,7 +9,6 @@ from contextlib import suppress
 from pathlib import Path, PurePath
 from typing import Any, ClassVar, Final, cast
 
-from rich.console import RenderableType
 from textual import on
 from textual._compositor import CompositorUpdate
 from textual.app import App
@@ -37,9 +36,10 @@ _STYLES: Final = Path(__file__).parent / "styles"
 _TERMINATION_SIGNALS: Final = tuple(
     signal.Signals[name] for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)
 )
-# Terminals that display queries in place of answering or ignoring them.
+# Beginnings of the names of terminals without pictures that display queries, take them for titles,
+# or answer for a terminal that they do not know; and the variables with names.
 _TERMINAL_NAMES: Final = ("TERM", "TERM_PROGRAM")
-_PLAIN_TERMINALS: Final = frozenset({"linux", "dumb", "Apple_Terminal"})
+_PLAIN_TERMINALS: Final = ("linux", "dumb", "screen", "tmux", "Apple_Terminal")
 # A program ended by a signal exits with this status plus the number of the signal.
 SIGNAL_STATUS_BASE: Final = 128
 # Time limit for restoring the terminal after a signal, s; a closed terminal may block.
@@ -248,12 +248,12 @@ class FivtuiApp(App[None]):
         if self.screen_stack:
             self._pictures.read(event)
 
-    def _display(self, screen: Screen[Any], renderable: RenderableType | None) -> None:
+    def _display(self, screen: Screen[Any], renderable: Any) -> None:
         # Pictures of charts follow their characters in the same update of the terminal.
-        update: object = renderable
-        if isinstance(update, CompositorUpdate) and self.screen_stack and not self._batch_count:
-            update = self._pictures.complete(screen, update)
-        super()._display(screen, cast("RenderableType | None", update))
+        is_update = isinstance(renderable, CompositorUpdate)
+        if is_update and self.screen_stack and not self._batch_count:
+            renderable = self._pictures.complete(screen, renderable)
+        super()._display(screen, renderable)
 
     def _report(self, text: str) -> None:
         self.screen_stack[0].post_message(Reported(text))
@@ -343,9 +343,11 @@ class FivtuiApp(App[None]):
     def on_ready(self) -> None:
         """Report that the first screen is displayed, and ask whether there can be pictures."""
         self._on_first_frame()
-        # In a browser, these are the names of the terminal of the server.
-        names = set() if self.is_web else {os.environ.get(name) for name in _TERMINAL_NAMES}
-        is_plain = "NO_COLOR" in os.environ or bool(names & _PLAIN_TERMINALS)
+        # In a browser, the variables are those of the server's terminal.
+        names = [] if self.is_web else [os.environ.get(name, "") for name in _TERMINAL_NAMES]
+        is_plain = "NO_COLOR" in os.environ or any(
+            name.startswith(_PLAIN_TERMINALS) for name in names
+        )
         is_able = self._can_ask_terminal and not self.is_headless and not is_plain
         if self._pictures_enabled and is_able and self._driver is not None:
             self._pictures.start(self._driver.write)

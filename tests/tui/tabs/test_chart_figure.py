@@ -237,7 +237,7 @@ def test_cursors_are_drawn_with_their_values() -> None:
     assert note == "of a run"
     for label in ("Δt 2.5 s", "1/Δt 0.4 Hz", "a ◆2.5 ◇5 Δ2.5 m", "b ◆5 ◇10 Δ5 m"):
         assert label in " ".join(value_lines)
-    cursor_lines = [line for line in axes.get_lines() if line.get_color() == "0.1"]
+    cursor_lines = [line for line in axes.get_lines() if to_hex(line.get_color()) == to_hex("0.1")]
     vertical_lines = [line.get_xdata() for line in cursor_lines if line.get_marker() == "None"]
     assert np.asarray(vertical_lines).tolist() == [[2.5, 2.5], [5.0, 5.0]]
     points = [
