@@ -554,9 +554,9 @@ TAB: Final = (
     Edit("fivtui/tui/tabs/studies/friction.py", "", STUDY_TAB),
     Edit(
         "fivtui/tui/tabs/tab_book.py",
-        r' +TabSpec\("result".*\n',
-        r'    TabSpec("words", "Words", "alt+0", "words", "WordsPane"),\n'
-        r'    TabSpec("friction", "Friction", "f11", "studies.friction", "FrictionPane"),\n'
+        r' +TabSpec\("log".*\n',
+        r'    TabSpec("words", "Words", "", "f12", "words", "WordsPane"),\n'
+        r'    TabSpec("friction", "Friction", "", "f11", "studies.friction", "FrictionPane"),\n'
         r"\g<0>",
     ),
 )
@@ -569,7 +569,7 @@ from tests.support.laboratory import app_of, lab_of, show_tab, until, until_show
 async def check_tab():
     async with FivtuiApp().run_test(size=(100, 30)) as pilot:
         await pilot.pause()
-        await pilot.press("alt+0")
+        await pilot.press("f12")
         await until_shown(pilot, "a preload of 80 newtons")
         await type_into(pilot, "F", "60")
         await until_shown(pilot, "a preload of 60 newtons")

@@ -53,7 +53,7 @@ _WIDGET_KEYS: Final[dict[str, list[BindingType]]] = {
     "In the form": FieldList.BINDINGS,
     "In the list of runs": RunsTable.BINDINGS,
     "In a tab with several views": ViewsPane.BINDINGS,
-    "In the tab Transient": TransientPane.BINDINGS,
+    "In the tab Run": TransientPane.BINDINGS,
     "In its view Belt": BeltView.BINDINGS,
 }
 

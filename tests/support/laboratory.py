@@ -2,6 +2,7 @@
 
 import asyncio
 import os
+import re
 import time
 from collections import Counter
 from collections.abc import Callable
@@ -28,6 +29,7 @@ from fivtui.tui.lab.form.rows import FieldRow
 from fivtui.tui.lab.notices import NoticeView
 from fivtui.tui.lab.screen import LabScreen
 from fivtui.tui.tabs.tab_book import TabBook
+from fivtui.tui.tabs.views_pane import ViewsPane
 
 # A wait fails after this many polls of an idle application; a running worker resets their count. A
 # poll that is late, because the machine is busy, leaves it as it is. HANG_S is the longest wait.
@@ -257,6 +259,17 @@ async def show_tab(pilot: Pilot[None], key: str) -> None:
     """Press the key of a tab, and wait until the tab is mounted."""
     await pilot.press(key)
     await until(pilot, lambda: _tab_is_mounted(pilot))
+
+
+async def click_view(pilot: Pilot[None], name: str) -> None:
+    """Click the title of a view of the current tab, in the upper border of its pane."""
+    pane = app_of(pilot).screen_stack[0].query_one(TabBook).pane
+    assert isinstance(pane, ViewsPane)
+    border = text_of(pilot).splitlines()[pane.region.y][pane.region.x :]
+    match = re.search(rf"{pane.VIEWS[name]}\b", border)
+    assert match is not None
+    await pilot.click(pane, offset=(match.start(), 0))
+    await until(pilot, lambda: pane.view == name)
 
 
 def _tab_is_mounted(pilot: Pilot[None]) -> bool:

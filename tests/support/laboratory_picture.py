@@ -33,7 +33,7 @@ async def set_up(pilot: Pilot[None]) -> None:
         session.set_text("separation", separation)
         await pilot.press("f5")
         await until(pilot, lambda: session.runs.active is None)
-    await show_tab(pilot, "alt+2")
+    await show_tab(pilot, "alt+1")
     first, second = session.runs
     # The first run is drawn beside the second, whose numbers are compared with it.
     first.overlaid, session.runs.baseline, session.runs.displayed = True, first, second

@@ -15,6 +15,7 @@ from tests.support.laboratory import (
     ENDLESS,
     app_of,
     chart_of,
+    click_view,
     endless_simulate,
     flat_text_of,
     focus,
@@ -98,16 +99,17 @@ async def test_a_finished_run_fills_plots_summary_and_tabs(
         visited_tabs.append(pilot.app.screen.query_one(TabBook).active)
     assert sorted(visited_tabs) == sorted(tab.id for tab in TABS)
     assert pilot.app.screen.query_one(TabBook).active == "transient"
-    # The tabs Result and Log.
-    await pilot.press("alt+8")
+    # The view Result and the tab Log.
+    await click_view(pilot, "result")
     await until_shown(pilot, "range of y -2.68537 to")
-    await pilot.press("alt+9")
+    await pilot.press("alt+minus")
     await until_shown(pilot, "run 1 done; peak |y| 10.50 m")
-    await pilot.press("shift+f2")
+    await pilot.press("f2")
     await until_shown(pilot, "range of y -2.68537 to")
-    await pilot.press("alt+1")
+    # Without the live curve, the state of the run stays.
+    await pilot.press("alt+l")
     await type_into(pilot, "F", "100")
-    await until_shown(pilot, "μ_c 0.597")
+    await until_shown(pilot, "growth rate +0.4136 1/s")
     await until_shown(pilot, "run 1 done, inputs changed since")
 
 
@@ -164,12 +166,12 @@ async def test_the_button_starts_and_stops_a_run_and_failures_are_shown_and_logg
     runs = app_of(pilot).session.runs
     with monkeypatch.context() as patched:
         patched.setattr("fivtui.scene.run.compute", endless_simulate)
-        await pilot.click("RunBar Button")
+        await pilot.click(".action")
         await until(pilot, lambda: runs.active is not None)
         # A button ignores clicks while it is drawn as pressed.
-        button = pilot.app.screen.query_one("RunBar Button")
+        button = pilot.app.screen.query_one(".action")
         await until(pilot, lambda: not button.has_class("-active"))
-        await pilot.click("RunBar Button")
+        await pilot.click(".action")
         await until(pilot, lambda: runs.active is None)
         assert runs.newest is not None
         assert runs.newest.state is RunState.STOPPED
@@ -185,7 +187,7 @@ async def test_the_button_starts_and_stops_a_run_and_failures_are_shown_and_logg
     await type_into(pilot, "F", "-5")
     await pilot.press("f5")
     await until_shown(pilot, "run 2 failed")
-    await pilot.press("alt+9")
+    await pilot.press("alt+minus")
     await until_shown(pilot, "ERROR: run 2: no equilibrium")
 
     def raise_zero_division(_run: object) -> None:

@@ -7,13 +7,12 @@ from pathlib import Path
 import pytest
 from textual.pilot import Pilot
 from textual.widgets import Button, Checkbox, Input, Select
-from textual.widgets._tabbed_content import ContentTabs
 
 from fivtui.model import PARAMETERS
 from fivtui.tui.app import FivtuiApp
 from fivtui.tui.lab.notices import NoticeView
 from fivtui.tui.session import FIELDS
-from fivtui.tui.tabs import TABS, Reported
+from fivtui.tui.tabs import TABS, Reported, TabLine
 from tests.support.laboratory import notices_of, show_tab, text_of, until, until_notice, until_shown
 
 PICTURE = Path(__file__).parents[2] / "examples" / "laboratory.svg"
@@ -25,36 +24,41 @@ async def test_panes_are_complete_and_titles_uncut_at_any_size() -> None:
         for size in SIZES:
             await pilot.resize_terminal(*size)
             await until(pilot, lambda: pilot.app.size == size)  # noqa: B023
-            await show_tab(pilot, "alt+1")
+            await show_tab(pilot, "alt+2")
             await until_shown(pilot, "Im λ/(2π) (Hz)")
             check_panes(pilot, size)
             # F10 measures errors and times of methods, or checks the claims of the paper.
             for key, phrase in (
-                ("alt+5", "State Peak ±2nd ½ Events"),
-                ("alt+5", "F10: measure (about 7 s)"),
-                ("alt+4", "Growth μ_c Modes Safe μ Regions"),
-                ("alt+6", "Enter: figure, F10: claims, o: scene"),
+                ("alt+8", "State Peak ±2nd ½ Events"),
+                ("alt+8", "F10: measure (about 7 s)"),
+                ("alt+3", "Growth μ_c Modes"),
+                ("alt+5", "Safe μ Regions"),
+                ("alt+0", "Check F10 Enter: figure, o: scene"),
             ):
                 await show_tab(pilot, key)
                 await until_shown(pilot, phrase)
         # Titles of views are abbreviated in a narrow terminal.
-        await show_tab(pilot, "alt+2")
+        await show_tab(pilot, "alt+1")
         await until_shown(pilot, "Difference")
         await pilot.resize_terminal(80, 24)
-        await until_shown(pilot, "Time Phase Spectrum Diff Belt Measured")
+        await until_shown(pilot, "Time Phase Spectrum Diff Belt Data Result")
         await pilot.resize_terminal(120, 35)
-        await until_shown(pilot, "Time Phase Spectrum Difference Belt Measured")
+        await until_shown(pilot, "Time Phase Spectrum Difference Belt Measured Result")
 
 
 def check_panes(pilot: Pilot[None], size: tuple[int, int]) -> None:
     """Check edges, gauge, units and titles of the tabs."""
     width, height = size
     lines = text_of(pilot).splitlines()
-    # Above the line of keys, lines fill the width up to an edge, except that of the last run.
+    # All lines fill the width up to an edge, except those of the tabs and of the keys.
     *upper_lines, _key_line = (line.rstrip() for line in lines)
-    assert {line[-1] for line in upper_lines if len(line) == width} <= set("╮│╯")
-    (run_line,) = (line for line in upper_lines if len(line) < width)
-    assert "no run yet: press F5" in run_line
+    (tab_line,) = (line for line in upper_lines if "Branches" in line)
+    assert {line[-1] for line in upper_lines if line != tab_line} <= set("╮│╯")
+    # All tabs have a title; a wide screen shows the digits of their keys, and groups of tabs.
+    titles = [re.escape(tab.title) for tab in TABS]
+    assert re.search(" .*".join(titles), tab_line)
+    assert ("3 Map 4 Branches" in tab_line) is (width >= 100)
+    assert ("Stability 2 Modes" in tab_line) is (width >= 120)
     # An edge separates the units of the form from the tab.
     form_region = pilot.app.screen.query_one("Form").region
     assert {
@@ -69,11 +73,6 @@ def check_panes(pilot: Pilot[None], size: tuple[int, int]) -> None:
             line[: line.index("│", 1)] for line in lines if re.match(rf"│ {symbol} .*−  \+", line)
         )
         assert field_line.rstrip().endswith(spec.unit or "+"), field_line
-    (title_line,) = (line for line in lines if "Stability" in line)
-    # An arrow follows the last title if titles of tabs are missing.
-    tab_titles = title_line[title_line.index("Stability") :].rstrip("─╮").removesuffix("› ").split()
-    assert tab_titles == [tab.title for tab in TABS][: len(tab_titles)]
-    assert width < 120 or len(tab_titles) == len(TABS)
     if height >= 30:
         assert any("↑↓ step  F8 reset ─╯" in line for line in lines)
         assert "μ_c 0.4394" in text_of(pilot)
@@ -106,7 +105,7 @@ async def test_notices_cover_no_control_that_is_clicked(size: tuple[int, int]) -
             await show_tab(pilot, tab.key)
             control_regions = [
                 screen.find_widget(control).visible_region
-                for control_class in (Button, Input, Checkbox, Select, ContentTabs)
+                for control_class in (Button, Input, Checkbox, Select, TabLine)
                 for control in screen.query(control_class)
                 if control.is_on_screen
             ]

@@ -14,7 +14,7 @@ from textual.screen import Screen
 
 from fivtui.model import ComputationError, InputError
 from fivtui.tui.session import Session
-from fivtui.tui.tabs import Pane, Reported, TabBook
+from fivtui.tui.tabs import Pane, Reported, TabBook, TabLine
 
 from .form.form import Form, field_of
 from .run_list import RunsPane
@@ -156,7 +156,7 @@ class LabActions(Screen[None]):
         if part == "fields":
             self.query_one(Form).take_focus()
         elif part == "tabs":
-            self.tab_book.focus_titles()
+            self.query_one(TabLine).focus()
         elif part == "runs":
             self.add_class("-runs")
             self.query_one(RunsPane).take_focus()

@@ -76,8 +76,8 @@ LAB_KEYS: Final = (
     _key("redo", "ctrl+y", "redo", "Redo"),
     _key("go-fields", "alt+f", "focus_part('fields')", "Go to the fields", priority=True),
     _key("go-tabs", "alt+t", "focus_part('tabs')", "Go to the titles of the tabs", priority=True),
-    # The bar of a tab has the buttons of its views and the inputs of its ranges.
-    _key("go-bar", "alt+i", "focus_part('bar')", "Go to the buttons and ranges", priority=True),
+    # The bar of a tab has its primary action and the inputs of its ranges.
+    _key("go-bar", "alt+i", "focus_part('bar')", "Go to the action and ranges", priority=True),
     _key("go-plot", "alt+p", "focus_part('plot')", "Go to the plot or table", priority=True),
     _key("go-runs", "alt+r", "focus_part('runs')", "Go to the run list", priority=True),
     *(

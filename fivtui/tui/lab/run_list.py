@@ -1,4 +1,4 @@
-"""The list of runs with their peaks and differences, and the bar that starts and stops runs.
+"""The list of runs with their peaks and differences.
 
 The half range is half the peak-to-peak of y over the second half of a run. The base scene is the
 default of the form; the baseline is the run with which the user compares others. The live curve
@@ -15,24 +15,20 @@ from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import Vertical
 from textual.coordinate import Coordinate
-from textual.widgets import Button, DataTable
+from textual.widgets import DataTable
 
 from fivtui.tui.session import (
     HALF_RANGE_LABEL,
-    NATIVE_ENGINE,
     LiveCurve,
     Run,
     Runs,
-    RunState,
     base_scene,
     changes,
     differences,
     percent_text,
     quantity_text,
 )
-from fivtui.tui.tabs import JobBar, ListTable, RunActionRequested, RunRequested
-
-NO_RUN_TEXT: Final = "no run yet: press F5"
+from fivtui.tui.tabs import ListTable, RunActionRequested
 
 # Column of the difference to the baseline of the quantity in the column before it.
 _DIFFERENCE: Final = "Δ %"
@@ -102,6 +98,8 @@ class RunsPane(Vertical):
         number, row = table.number, table.cursor_row
         newest_first = list(reversed(list(runs)))
         self.border_subtitle = self.KEYS if newest_first else self.NO_RUNS
+        table.show_header = bool(newest_first)
+        self.set_class(not newest_first, "-empty")
         # Without a baseline, omit the differences.
         is_shown = [label != _DIFFERENCE or runs.baseline is not None for label in _COLUMNS]
         table.fill(
@@ -173,30 +171,3 @@ def _cells(run: Run, runs: Runs, live: LiveCurve) -> Sequence[str | Text]:
         f"{100.0 * result.events.separated_time / result.t_end:.3g}",
         description,
     )
-
-
-class RunBar(JobBar):
-    """The button that starts and stops runs, and the progress or state of the newest run."""
-
-    def __init__(self) -> None:
-        super().__init__("Run", NO_RUN_TEXT)
-
-    @on(Button.Pressed)
-    def _request_run(self, event: Button.Pressed) -> None:
-        event.stop()
-        self.post_message(RunRequested())
-
-    def show_run(self, run: Run, *, outdated: bool) -> None:
-        """Display the state of a run; `outdated` if the inputs have changed since."""
-        running = run.state is RunState.RUNNING
-        self.show(run if running else None, _state_text(run, outdated=outdated))
-
-
-def _state_text(run: Run, *, outdated: bool) -> str:
-    text = f"run {run.number} {run.state.value}"
-    if outdated:
-        return f"{text}, inputs changed since"
-    if run.result is not None and run.result.stats.cpu_s is not None:
-        engine = "" if run.engine == NATIVE_ENGINE else f", {run.engine}"
-        text += f" in {run.result.stats.cpu_s:.2g} s{engine}, {run.accuracy_text}"
-    return text

@@ -1,4 +1,4 @@
-"""The main screen: form, verdict, runs and tabs of a session.
+"""The main screen: verdict, tabs, form and runs of a session.
 
 The gauges of the verdict show for which values of a parameter the slider is safe or squeals. The
 live curve is a run that follows every edit of the scene.
@@ -6,12 +6,13 @@ live curve is a run that follows every edit of the scene.
 
 from collections.abc import Callable, Mapping, Sequence
 from datetime import datetime
+from functools import partial
 from typing import Any, ClassVar, Final
 
 from textual import on
 from textual.app import ComposeResult
 from textual.binding import BindingType
-from textual.containers import Horizontal, Vertical
+from textual.containers import Container, Vertical
 from textual.events import Resize
 from textual.widgets import Static
 from textual.worker import Worker, WorkerState
@@ -20,13 +21,14 @@ from fivtui.equilibrium import verdict
 from fivtui.model import ComputationError, InputError
 from fivtui.tui.persistence import Slot, restore_results
 from fivtui.tui.session import (
+    SAFETY_MAPS,
     SCREEN_RESPONSE,
     WELCOME,
     DisplayedStudy,
-    RunState,
     Session,
     crash_message,
     stability_summary,
+    study_key,
     verdict_kind,
 )
 from fivtui.tui.tabs import (
@@ -39,6 +41,7 @@ from fivtui.tui.tabs import (
     RunsChanged,
     StudyPane,
     TabBook,
+    TabLine,
 )
 
 from .edit_actions import EditActions
@@ -48,20 +51,20 @@ from .keys import LAB_KEYS
 from .live_control import LiveController
 from .notices import NoticeView
 from .run_actions import RunActions
-from .run_list import NO_RUN_TEXT, RunBar, RunsPane
+from .run_list import RunsPane
 from .search_control import SearchController
 from .verdict.gauge import GaugeView
 from .verdict.gauge_control import GaugeController
 from .verdict.view import VerdictView
 
 _POLL_INTERVAL_S: Final = 0.1
-# The tab that shows the live curve.
-_LIVE_TAB: Final = "transient"
 _TOO_SMALL: Final = "This window is too small for fivtui: it needs 40 columns and 10 lines."
 
 
-def _reset_charts(pane: Pane) -> None:
+def _show_study(pane: Pane, key: str) -> None:
     if isinstance(pane, StudyPane):
+        if key in pane.VIEWS:
+            pane.show_view(key)
         pane.reset_charts()
 
 
@@ -88,16 +91,16 @@ class LabScreen(EditActions, RunActions):
         self._is_tab_outdated = False
 
     def compose(self) -> ComposeResult:
-        """Verdict at the top; form at the left; run bar, tabs and runs at the right."""
+        """Verdict and titles of the tabs at the top; below them form, current tab and runs."""
         yield VerdictView(id="verdict")
-        with Horizontal(id="bench"):
+        yield TabLine(TABS)
+        with Container(id="bench"):
             yield Form(self.session.texts)
             with Vertical(id="results"):
-                yield RunBar()
                 if self._shows_welcome:
                     yield Static("\n".join(WELCOME), id="welcome", markup=False)
                 yield TabBook(TABS, self.session)
-                yield RunsPane()
+            yield RunsPane()
         yield Static(_TOO_SMALL, id="too-small", markup=False)
         yield NoticeView()
         yield KeyBar()
@@ -161,7 +164,7 @@ class LabScreen(EditActions, RunActions):
             session.texts, session.errors, session.changed_fields, session.notes
         )
         self.show_verdict()
-        self._show_newest_run()
+        self._show_run_status()
         if not self._is_tab_outdated:
             # The tab is drawn in the next frame, after form and verdict.
             self._is_tab_outdated = True
@@ -208,31 +211,24 @@ class LabScreen(EditActions, RunActions):
         if not SCREEN_RESPONSE.pending:
             self._show_progress()
 
-    @on(TabBook.TabActivated)
-    def _show_newest_run(self) -> None:
-        newest, live_status = self.session.runs.newest, self.session.live.status
-        bar = self.query_one(RunBar)
-        if newest is not None and newest.state is RunState.FAILED:
-            # Before the next edit, the failure of the run replaces the status of the live curve.
-            live_status = live_status if self.session.is_outdated(newest) else ""
-        if live_status and self.tab_book.active == _LIVE_TAB and self.session.runs.active is None:
-            bar.show(None, live_status)
-        elif newest is not None:
-            bar.show_run(newest, outdated=self.session.is_outdated(newest))
-        else:
-            bar.show(None, NO_RUN_TEXT)
+    @on(TabBook.Changed)
+    def _show_run_status(self) -> None:
+        tab_line, active = self.query_one(TabLine), self.session.runs.active
+        tab_line.active = self.session.tab
+        tab_line.progress = "" if active is None else f"{active.fraction:.0%}"
+        self.tab_book.update_pane(lambda pane: pane.status_changed())
 
     @on(LiveRequested)
     def _update_live(self) -> None:
         curve = self.session.live.curve
         if self._live.update():
-            self._show_newest_run()
+            self._show_run_status()
             if self.session.live.curve is not curve:
                 self._show_curves()
 
     def show_live(self) -> None:
         """Display the live curve."""
-        self._show_newest_run()
+        self._show_run_status()
         self._show_curves()
 
     def _show_curves(self) -> None:
@@ -244,11 +240,11 @@ class LabScreen(EditActions, RunActions):
         self._live.toggle()
         state = "follows every edit" if self.session.live_enabled else "off"
         self.report(f"live curve {state}")
-        self._show_newest_run()
+        self._show_run_status()
         self.tab_book.update_pane_from_session()
 
     def _show_progress(self) -> None:
-        self._show_newest_run()
+        self._show_run_status()
         active = self.session.runs.active
         if active is not None:
             self.tab_book.update_pane(lambda pane: pane.run_progressed(active))
@@ -269,9 +265,10 @@ class LabScreen(EditActions, RunActions):
 
     def show_study(self, kind: str, study: DisplayedStudy[Any]) -> None:
         """Display a result read from a file in the tab of its kind."""
-        self.session.studies[kind] = study
-        self.action_show_tab(kind)
-        self.tab_book.when_ready(_reset_charts)
+        key = study_key(kind, study.value)
+        self.session.studies[key] = study
+        self.action_show_tab("safe-mu" if key in SAFETY_MAPS else kind)
+        self.tab_book.when_ready(partial(_show_study, key=key))
         self.tab_book.update_pane_from_session()
         self.report(f"{kind} read from {study.source}")
 

@@ -9,7 +9,7 @@ from typing import Any, Final
 
 from fivtui.model import ComputationError, InputError
 from fivtui.studies import STUDIES, restore_study, store_study, study
-from fivtui.tui.session import DisplayedStudy, Run, StoredResult
+from fivtui.tui.session import DisplayedStudy, Run, StoredResult, study_kind
 
 from .state_file import rename_damaged
 
@@ -107,7 +107,7 @@ class ResultStore:
 
         A damaged file no longer belongs to the session.
         """
-        kind = _study_kind(key)
+        kind = study_kind(key)
         path = self.folder / stored.file
         try:
             if not _is_result_file(stored.file):
@@ -142,14 +142,10 @@ def _is_result_file(name: str) -> bool:
     return match is not None and match[1] in {kind.replace("-", "") for kind in STUDIES}
 
 
-def _study_kind(key: str) -> str:
-    return _RUN_KIND if key.startswith(f"{_RUN_KIND}-") else key
-
-
 def _kind_and_contents(result: object, key: str) -> tuple[str, Any, str, str]:
     # Kind of study, result, name and source file.
     if isinstance(result, Run):
         return _RUN_KIND, result.result, "", ""
     if not isinstance(result, DisplayedStudy):
         raise TypeError(f"{key}: {type(result)}")
-    return key, result.value, result.name, result.source
+    return study_kind(key), result.value, result.name, result.source

@@ -6,7 +6,15 @@ from typing import Any, Final
 
 from fivtui.charts import Cursors
 from fivtui.scene import scene_from_dict, scene_to_dict
-from fivtui.tui.session import Run, RunState, RunStyle, Session, StoredResult
+from fivtui.tui.session import (
+    SAFETY_MAPS,
+    Run,
+    RunState,
+    RunStyle,
+    Session,
+    StoredResult,
+    study_key,
+)
 
 from .state_file import SavedRun, SavedRuns, State
 
@@ -71,6 +79,7 @@ def restore_session(session: Session, state: State) -> None:
     """Restore a session except the edited texts and the results."""
     session.recent = state.recent
     session.settings = {tab: dict(values) for tab, values in state.settings.items()}
+    _restore_earlier_tabs(session)
     session.views = {
         chart_id: dataclasses.replace(view, hidden=set(view.hidden), cursors=Cursors())
         for chart_id, view in state.views.items()
@@ -84,14 +93,26 @@ def restore_session(session: Session, state: State) -> None:
     runs.baseline = runs.find(state.runs.baseline)
 
 
+def _restore_earlier_tabs(session: Session) -> None:
+    # The numbers of a run were a tab, and maps of safety were values of the tab of maps.
+    if session.tab == "result":
+        session.tab = "transient"
+        session.settings.setdefault("transient", {})["view"] = "result"
+    map_settings = session.settings.get("map", {})
+    if map_settings.get("value") in SAFETY_MAPS:
+        if session.tab == "map":
+            session.tab = "safe-mu"
+        session.settings.setdefault("safe-mu", {})["value"] = map_settings.pop("value")
+
+
 def restore_results(session: Session, results: Mapping[str, Any]) -> None:
     """Add results read from files to a session; a result is None if it could not be read."""
     for key, result in results.items():
         session.unread_results.pop(key, None)
         if not key.startswith(_RUN_PREFIX):
             # Keep a newer result that was computed since the start.
-            if result is not None and session.studies.get(key) is None:
-                session.studies[key] = result
+            if result is not None:
+                session.studies.setdefault(study_key(key, result.value), result)
             continue
         # A run that was deleted while its file was read may be restored by undo.
         run = session.runs.find_with_removed(int(key.removeprefix(_RUN_PREFIX)))

@@ -15,7 +15,7 @@ from fivtui.model import InputError
 from fivtui.results import from_data, to_data
 from fivtui.scene import over_time_to_dict, parse_over_time, scene_from_dict, scene_to_dict
 from fivtui.studies import STUDIES
-from fivtui.tui.session import FIELDS, EditState, RunState, StoredResult
+from fivtui.tui.session import FIELDS, EditState, RunState, StoredResult, study_kind
 
 # Version of the format, and its key in the file.
 STATE_VERSION: Final = 2
@@ -227,7 +227,8 @@ def _state_from_dict(data: Any) -> State:
         results={
             key: from_data(stored, StoredResult)
             for key, stored in data["results"].items()
-            if re.fullmatch(r"run-[1-9][0-9]*", key) or (key in STUDIES and key != "run")
+            if re.fullmatch(r"run-[1-9][0-9]*", key)
+            or (study_kind(key) in STUDIES and key != "run")
         },
         notes=from_data(data["notes"], dict[str, str]),
     )

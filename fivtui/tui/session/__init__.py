@@ -31,7 +31,15 @@ if TYPE_CHECKING:
     )
     from .runs import MAX_RUNS, NATIVE_ENGINE, Run, Runs, RunState, RunStyle, default_style, execute
     from .scene_differences import base_scene, differences, legend_names
-    from .session import DisplayedStudy, Session, StoredResult, check_drawable
+    from .session import (
+        SAFETY_MAPS,
+        DisplayedStudy,
+        Session,
+        StoredResult,
+        check_drawable,
+        study_key,
+        study_kind,
+    )
 else:
     from fivtui.lazy import lazy_exports
 

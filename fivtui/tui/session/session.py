@@ -39,6 +39,10 @@ _ON: Final = "on"
 _OFF: Final = "off"
 _FIRST_METHOD: Final = next(iter(METHODS))
 
+# Maps of safety by mapped value, with their titles: each is a result with a key of its own.
+SAFETY_MAPS: Final = {"safe-mu": "Safe μ", "coexistence": "Regions"}
+_RUN, _MAP = "run", "map"
+
 T = TypeVar("T")
 
 
@@ -49,6 +53,16 @@ class DisplayedStudy(Generic[T]):
     value: T
     name: str
     source: str = ""
+
+
+def study_kind(key: str) -> str:
+    """The kind of study of a stored result with this key."""
+    return _MAP if key in SAFETY_MAPS else _RUN if key.startswith(f"{_RUN}-") else key
+
+
+def study_key(kind: str, value: Any) -> str:
+    """The key of a result of this kind."""
+    return str(value.value) if kind == _MAP and value.value in SAFETY_MAPS else kind
 
 
 def check_drawable(study: "Study") -> None:

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from .exports.clipboard import copy_picture
     from .exports.export import EXPORT_KEYS, Export, check_scene_path, save_scene_as, write_export
-    from .job_pane import JobBar, JobPane, compute_in_thread
+    from .job_pane import JobPane, compute_in_thread
     from .messages import (
         FieldEdited,
         FieldFocused,
@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from .requests.paper import paper_scenes
     from .studies.study_pane import StudyPane
     from .tab_book import TABS, TabBook, TabSpec
+    from .tab_line import TabLine
     from .tables import ListTable, flow_facts, rows_table
     from .views_pane import ViewsPane
 else:

@@ -1,4 +1,4 @@
-"""A pane with a computation that the user starts."""
+"""Panes with an action that the user starts, such as a computation."""
 
 from collections.abc import Callable
 from functools import partial
@@ -71,27 +71,21 @@ class JobStatus(Static):
         self.tooltip = self._full_text if text != self._full_text else None
 
 
-class JobBar(Horizontal):
-    """One line with start/stop button, progress bar and status; the first status is `hint`."""
+class StatusLine(Horizontal):
+    """The progress of a running job; else a status, or the error of an input."""
 
-    def __init__(self, verb: str, hint: str = "") -> None:
-        super().__init__(classes="job-bar")
-        self._verb, self._hint = verb, hint
+    def __init__(self, hint: str) -> None:
+        super().__init__(classes="status-line")
+        self._hint = hint
 
     def compose(self) -> ComposeResult:
-        """Button, progress bar, status."""
-        yield Button(self._verb, classes="job-button", compact=True, variant="primary")
+        """Progress bar, status."""
         yield ProgressBar(total=1.0, show_percentage=False, show_eta=False)
         yield JobStatus(self._hint)
 
-    def show(self, job: Job | None, text: str, *, is_error: bool = False) -> None:
-        """Display the progress of a running job; without job, a status or the error of an input."""
-        running = job is not None
-        if running is not self.has_class("-running"):
-            button = self.query_one(Button)
-            button.label = "Stop" if running else self._verb
-            button.variant = "error" if running else "primary"
-            self.set_class(running, "-running")
+    def show(self, job: Job | None, text: str, *, is_error: bool) -> None:
+        """Display the progress of a running job, or a text."""
+        self.set_class(job is not None, "-running")
         if job is not None:
             self.query_one(ProgressBar).update(progress=job.fraction)
             text, is_error = job.progress_text, False
@@ -99,29 +93,59 @@ class JobBar(Horizontal):
         self.query_one(JobStatus).show(text, is_error=is_error)
 
 
-class JobPane(ViewsPane):
-    """Views below a bar that starts and stops a computation in a thread.
+class ActionPane(ViewsPane):
+    """Views below a line with the primary action of the tab, its inputs, and a status.
 
     Attributes
     ----------
-    VERB : str
-        Label of the button.
+    VERB, KEY : str
+        Label of the button, and the key that does the same.
     HINT : str
-        Text before the first result.
+        Status before the first result.
+    STATUS_BELOW : bool
+        Whether the status is below the views, because inputs fill the line of the action.
     """
 
     VERB: ClassVar[str] = "Compute"
+    KEY: ClassVar[str] = "F10"
     HINT: ClassVar[str] = ""
+    STATUS_BELOW: ClassVar[bool] = False
+
+    def compose(self) -> ComposeResult:
+        """Action, views, status."""
+        with Horizontal(classes="bar"):
+            yield Button("", classes="action", compact=True)
+            yield from self.compose_bar()
+            if not self.STATUS_BELOW:
+                yield StatusLine(self.HINT)
+        yield from super().compose()
+        if self.STATUS_BELOW:
+            yield StatusLine(self.HINT)
+
+    def compose_bar(self) -> ComposeResult:
+        """The inputs of the action."""
+        yield from ()
+
+    def show_action(self, job: Job | None, text: str, *, is_error: bool = False) -> None:
+        """Display the progress of a running job, which the button stops; else a text."""
+        button = self.query_one(".action", Button)
+        button.label = f"{self.VERB if job is None else 'Stop'} {self.KEY}"
+        button.variant = "primary" if job is None else "error"
+        self.query_one(StatusLine).show(job, text, is_error=is_error)
+
+    @on(Button.Pressed, ".action")
+    def _toggle_pressed(self, event: Button.Pressed) -> None:
+        event.stop()
+        self.toggle_computation()
+
+
+class JobPane(ActionPane):
+    """A pane whose action starts and stops a computation in a thread."""
 
     def __init__(self, session: Session) -> None:
         super().__init__(session)
         self.job: Job | None = None
         self.status = self.HINT
-
-    def compose(self) -> ComposeResult:
-        """The bar above the views."""
-        yield JobBar(self.VERB)
-        yield from super().compose()
 
     def on_mount(self) -> None:
         """Prepare the polling of the progress."""
@@ -132,10 +156,6 @@ class JobPane(ViewsPane):
         """Stop the job: else the program would wait for its thread at exit."""
         self.stop()
         self._polling.stop()
-
-    def key_hints(self) -> list[str]:
-        """Keys of the tab; the first starts and stops the job."""
-        return [f"F10 {self.VERB.lower()}", *super().key_hints()]
 
     def start_from_inputs(self) -> None:
         """Check the inputs and call `start`; raises `InputError` if they are invalid."""
@@ -181,11 +201,6 @@ class JobPane(ViewsPane):
         self.show_bar()
         return True
 
-    @on(Button.Pressed, ".job-button")
-    def _toggle_pressed(self, event: Button.Pressed) -> None:
-        event.stop()
-        self.toggle_computation()
-
     def _show_outcome(self, job: Job, outcome: Outcome[object]) -> None:
         if job is not self.job:
             return
@@ -214,4 +229,4 @@ class JobPane(ViewsPane):
 
     def show_bar(self) -> None:
         """Display the progress of the job; without job, the status."""
-        self.query_one(JobBar).show(self.job, self.status)
+        self.show_action(self.job, self.status)

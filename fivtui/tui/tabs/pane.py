@@ -81,6 +81,9 @@ class Pane(Vertical):
         `session.runs.plotted` has all runs to plot, the displayed one last.
         """
 
+    def status_changed(self) -> None:
+        """Called when the state of the newest run or of the live curve has changed."""
+
     def run_progressed(self, run: Run) -> None:
         """Called about ten times a second with the run being computed."""
 

@@ -54,7 +54,7 @@ class PaperPane(JobPane):
 
     NAME: ClassVar[str] = "paper"
     VERB: ClassVar[str] = "Check"
-    HINT: ClassVar[str] = "Enter: figure, F10: claims, o: scene"
+    HINT: ClassVar[str] = "Enter: figure, o: scene"
     VIEWS: ClassVar[Mapping[str, str]] = {
         "figures": "Figures",
         "claims": "Claims",

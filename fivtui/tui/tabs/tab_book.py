@@ -1,4 +1,4 @@
-"""The registry of tabs, and the tab bar with the panes, which are created when first shown."""
+"""The registry of tabs, and their panes, which are created when first shown."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -6,10 +6,8 @@ from importlib import import_module
 from typing import Final, cast
 
 from textual import on
-from textual.app import ComposeResult
-from textual.content import Content
-from textual.widgets import ContentSwitcher, TabbedContent, TabPane, Tabs
-from textual.widgets._tabbed_content import ContentTabs
+from textual.message import Message
+from textual.widgets import ContentSwitcher
 
 from fivtui.tui.session import Session
 
@@ -23,9 +21,11 @@ class TabSpec:
     Attributes
     ----------
     id : str
-        Identifier of the tab, also in messages and commands.
+        Identifier of the tab, also in messages, commands and saved sessions.
     title : str
-        Title in the tab bar.
+        Title in the line of tabs.
+    group : str
+        Purpose that neighbouring tabs share; a wide screen shows it.
     key : str
         Key that shows the tab.
     module, class_name : str
@@ -34,6 +34,7 @@ class TabSpec:
 
     id: str
     title: str
+    group: str
     key: str
     module: str
     class_name: str
@@ -49,62 +50,35 @@ class TabSpec:
 
 
 TABS: Final = (
-    TabSpec("stability", "Stability", "alt+1", "stability", "StabilityPane"),
-    TabSpec("transient", "Transient", "alt+2", "transient", "TransientPane"),
-    TabSpec("sweep", "Sweep", "alt+3", "studies.sweep", "SweepPane"),
-    TabSpec("map", "Map", "alt+4", "studies.map", "MapPane"),
-    TabSpec("trade-off", "Trade-off", "alt+5", "studies.tradeoff", "TradeoffPane"),
-    TabSpec("paper", "Paper", "alt+6", "paper", "PaperPane"),
-    TabSpec("uncertainty", "Risk", "alt+7", "studies.uncertainty", "UncertaintyPane"),
-    TabSpec("result", "Result", "alt+8", "result", "ResultPane"),
-    TabSpec("log", "Log", "alt+9", "log", "LogPane"),
-    TabSpec("branch", "Branch", "alt+0", "studies.branches", "BranchesPane"),
-    TabSpec("identification", "Fit", "alt+minus", "studies.identification", "IdentificationPane"),
+    TabSpec("transient", "Run", "", "alt+1", "transient", "TransientPane"),
+    TabSpec("stability", "Modes", "Stability", "alt+2", "stability", "StabilityPane"),
+    TabSpec("map", "Map", "Stability", "alt+3", "studies.map", "MapPane"),
+    TabSpec("branch", "Branches", "Stability", "alt+4", "studies.branches", "BranchesPane"),
+    TabSpec("safe-mu", "Safe μ", "Stability", "alt+5", "studies.map", "SafeFrictionPane"),
+    TabSpec("sweep", "Sweep", "Studies", "alt+6", "studies.sweep", "SweepPane"),
+    TabSpec("uncertainty", "Risk", "Studies", "alt+7", "studies.uncertainty", "UncertaintyPane"),
+    TabSpec("trade-off", "Trade-off", "Studies", "alt+8", "studies.tradeoff", "TradeoffPane"),
+    TabSpec(
+        "identification", "Fit", "Studies", "alt+9", "studies.identification", "IdentificationPane"
+    ),
+    TabSpec("paper", "Paper", "", "alt+0", "paper", "PaperPane"),
+    TabSpec("log", "Log", "", "alt+minus", "log", "LogPane"),
 )
-
-# Columns of the border at both ends of the titles, and of the blanks around a title.
-_CORNER_COLUMNS: Final = 4
-_TITLE_PADDING: Final = 2
-# Before and after the titles, where further tabs are hidden.
-_ARROWS: Final = ("‹ ", " ›")
+_PREFIX: Final = "tab-"
 
 
-def fitting_titles(titles: Sequence[str], current: int, width: int) -> list[str]:
-    """The titles that fit beside the current one; "" for hidden titles, which arrows indicate."""
-    last_tab = len(titles) - 1
+class TabBook(ContentSwitcher):
+    """The panes of the tabs, of which one is visible."""
 
-    def labels(start: int, end: int) -> list[str]:
-        # The titles of the tabs with indices from `start` to `end`, with arrows.
-        shown_titles = [""] * start + list(titles[start : end + 1]) + [""] * (last_tab - end)
-        if start > 0:
-            shown_titles[start] = f"{_ARROWS[0]}{shown_titles[start]}"
-        if end < last_tab:
-            shown_titles[end] = f"{shown_titles[end]}{_ARROWS[1]}"
-        return shown_titles
+    class Changed(Message):
+        """Another tab is shown."""
 
-    start = end = current
-    while True:
-        # Add the next tab if it fits, or else the previous one.
-        if end < last_tab and _total_width(labels(start, end + 1)) <= width:
-            end += 1
-        elif start > 0 and _total_width(labels(start - 1, end)) <= width:
-            start -= 1
-        else:
-            return labels(start, end)
-
-
-def _total_width(labels: Sequence[str]) -> int:
-    return sum(len(label) + _TITLE_PADDING for label in labels if label)
-
-
-class TabBook(TabbedContent):
-    """The tabs of the laboratory, with a pane each."""
-
-    def __init__(self, tabs: Sequence[TabSpec], session: Session) -> None:
-        is_known = any(spec.id == session.tab for spec in tabs)
-        super().__init__(initial=session.tab if is_known else "", id="tabs")
-        self.specs = tuple(tabs)
+    def __init__(self, specs: Sequence[TabSpec], session: Session) -> None:
+        super().__init__(id="tabs")
+        self.specs = {spec.id: spec for spec in specs}
         self._session = session
+        if session.tab not in self.specs:
+            session.tab = specs[0].id
         # The created panes, by the identifiers of their tabs.
         self._created: dict[str, Pane] = {}
         # Whether the focus is to move to the tab that is being shown.
@@ -112,27 +86,14 @@ class TabBook(TabbedContent):
         # Functions to call when the current pane exists.
         self._ready_callbacks: list[Callable[[Pane], None]] = []
 
-    def on_resize(self) -> None:
-        """Show as many titles as fit."""
-        self._fit_titles()
+    def on_mount(self) -> None:
+        """Show the tab of the session."""
+        self.post_message(self.Changed())
 
-    def _fit_titles(self) -> None:
-        titles, ids = [spec.title for spec in self.specs], [spec.id for spec in self.specs]
-        current = ids.index(self.active) if self.active in ids else 0
-        width = self.size.width - _CORNER_COLUMNS
-        fitting = fitting_titles(titles, current, width)
-        for spec, title in zip(self.specs, fitting, strict=True):
-            tab = self.get_tab(spec.id)
-            tab.display = bool(title)
-            if title and tab.label_text != title:
-                tab.label = Content(title)
-        self.query_one(ContentTabs).styles.width = min(_total_width(fitting), width)
-
-    def compose(self) -> ComposeResult:
-        """The tabs, still empty."""
-        for spec in self.specs:
-            self.compose_add_child(TabPane(spec.title, id=spec.id))
-        yield from super().compose()
+    @property
+    def active(self) -> str:
+        """Identifier of the current tab."""
+        return self._session.tab
 
     @property
     def pane(self) -> Pane | None:
@@ -157,33 +118,31 @@ class TabBook(TabbedContent):
             for function in callbacks:
                 function(pane)
 
-    def focus_titles(self) -> None:
-        """Focus the titles of the tabs."""
-        self.query_one(Tabs).focus()
-
     def show_neighbour(self, direction: int) -> None:
         """Show the next (+1) or previous (-1) tab."""
-        names = [spec.id for spec in self.specs]
+        names = list(self.specs)
         self.show(names[(names.index(self.active) + direction) % len(names)])
 
     def show(self, name: str) -> None:
         """Show a tab by its identifier; focus inside the current tab moves to it."""
+        if name == self.active:
+            return
         focused = self.screen.focused
-        if name != self.active and focused is not None and self in focused.ancestors:
-            # If the focus remained in the hidden tab, Textual would switch back to it.
+        if focused is not None and self in focused.ancestors:
+            # A hidden widget would pass the focus on to any other.
             self.screen.set_focus(None)
             self._moves_focus = True
-        self.active = name
+        self._session.tab = name
+        self.post_message(self.Changed())
 
-    @on(TabbedContent.TabActivated)
+    @on(Changed)
     async def _show_active_pane(self) -> None:
-        name = self._session.tab = self.active
-        self._fit_titles()
-        spec = next(spec for spec in self.specs if spec.id == name)
+        name = self.active
         if name not in self._created:
-            self._created[name] = pane = spec.new_pane(self._session)
-            await self.get_pane(name).mount(pane)
-        self.query_one(ContentSwitcher).border_subtitle = "  ".join(self._created[name].key_hints())
+            pane = self._created[name] = self.specs[name].new_pane(self._session)
+            pane.border_subtitle = "  ".join(pane.key_hints())
+            await self.add_content(pane, id=f"{_PREFIX}{name}")
+        self.current = f"{_PREFIX}{name}"
         self.update_pane_from_session()
         self._call_ready_callbacks()
         if self._moves_focus and name == self.active:
@@ -194,4 +153,5 @@ class TabBook(TabbedContent):
         """Update the current pane from the session."""
         self.update_pane(lambda pane: pane.scene_changed())
         self.update_pane(lambda pane: pane.run_changed(self._session.runs.displayed))
+        self.update_pane(lambda pane: pane.status_changed())
         self.update_pane(lambda pane: pane.report_added())

@@ -1,4 +1,4 @@
-"""The transient tab: plots of the displayed run and of the overlaid runs, and a summary.
+"""The tab of runs: plots and numbers of the displayed run, plots of the overlaid runs.
 
 While a scene is edited, the live curve, a run of the edited scene, replaces the displayed run; the
 ghost is the curve before the edit. The view "difference" subtracts the run chosen as baseline.
@@ -19,6 +19,7 @@ from textual.widgets import Static
 from fivtui.charts import Axis, Heading
 from fivtui.equilibrium import stability
 from fivtui.model import ComputationError, InputError
+from fivtui.results import Row
 from fivtui.signals import spectrum_chart
 from fivtui.transient import (
     TIME_LABEL,
@@ -31,11 +32,15 @@ from fivtui.transient import (
     plotted_run,
     second_half,
     time_chart,
+    transient_rows,
 )
 from fivtui.tui.chart import ChartView
 from fivtui.tui.session import (
+    NATIVE_ENGINE,
     Run,
+    RunState,
     Session,
+    change_rows,
     default_style,
     late_separation_warning,
     legend_names,
@@ -43,11 +48,11 @@ from fivtui.tui.session import (
     study_command,
 )
 
-from .messages import LiveRequested
+from .job_pane import ActionPane
+from .messages import LiveRequested, RunRequested
 from .motion.belt import BeltView
 from .motion.measured import MeasuredView
-from .tables import flow_facts
-from .views_pane import ViewsPane
+from .tables import RowsView, flow_facts
 
 if TYPE_CHECKING:
     from .exports.export import Export
@@ -71,10 +76,13 @@ _NO_BASELINE: Final = "no difference: set another run as baseline (b in the run 
 _NO_EXPORT: Final = "this view of the live curve has no export: press F5 to run the scene first"
 
 
-class TransientPane(ViewsPane):
-    """Plots of the displayed and the overlaid runs, and a summary of the displayed run."""
+class TransientPane(ActionPane):
+    """Plots of the displayed and the overlaid runs, and the numbers of the displayed run."""
 
     NAME: ClassVar[str] = "transient"
+    VERB: ClassVar[str] = "Run"
+    KEY: ClassVar[str] = "F5"
+    HINT: ClassVar[str] = _NO_RUN
     VIEWS: ClassVar[Mapping[str, str]] = {
         "time": "Time",
         "phase": "Phase",
@@ -82,6 +90,7 @@ class TransientPane(ViewsPane):
         "difference": "Difference",
         "belt": "Belt",
         "measured": "Measured",
+        "result": "Result",
     }
     LOG_AXES: ClassVar[Mapping[str, str]] = {"plot-spectrum": "y"}
     COMMON_X_LIMITS: ClassVar[Sequence[Sequence[str]]] = (
@@ -107,7 +116,7 @@ class TransientPane(ViewsPane):
         yield Static("", id="summary", markup=False)
 
     def compose_views(self) -> ComposeResult:
-        """Time histories, phase portraits, spectrum, difference, belt, measured data."""
+        """Time histories, phase portraits, spectrum, difference, belt, measured data, numbers."""
         with Vertical(id="time"):
             for quantity in _QUANTITIES:
                 yield ChartView(f"plot-{quantity}", empty_text=_NO_RUN)
@@ -126,6 +135,29 @@ class TransientPane(ViewsPane):
             lambda name: self.stored_setting(f"measured-{name}", ""),
             lambda name, text: self.store_setting(f"measured-{name}", text),
         )
+        yield RowsView(id="result")
+
+    # The action
+
+    def toggle_computation(self) -> bool:
+        """Run the edited scene, or stop the run."""
+        self.post_message(RunRequested())
+        return True
+
+    def status_changed(self) -> None:
+        """Display the status of the live curve, or else the progress or state of the newest run."""
+        runs, live_status = self.session.runs, self.session.live.status
+        newest = runs.newest
+        is_outdated = newest is not None and self.session.is_outdated(newest)
+        if newest is not None and newest.state is RunState.FAILED and not is_outdated:
+            # Before the next edit, the failure of the run replaces the status of the live curve.
+            live_status = ""
+        if live_status and runs.active is None:
+            self.show_action(None, live_status)
+        elif newest is None:
+            self.show_action(None, self.HINT)
+        else:
+            self.show_action(runs.active, _state_text(newest, is_outdated=is_outdated))
 
     # Display
 
@@ -174,6 +206,7 @@ class TransientPane(ViewsPane):
             self.query_one("#summary", Static).update("")
             for chart in self.query(ChartView):
                 chart.show(None)
+            self.query_one("#result", RowsView).show([], _NO_RUN)
 
     def run_progressed(self, run: Run) -> None:
         """Display the part of a run computed so far."""
@@ -206,6 +239,7 @@ class TransientPane(ViewsPane):
             "difference": self._draw_difference,
             "belt": self._draw_belt,
             "measured": self._draw_measured,
+            "result": self._draw_result,
         }
         draw[self.view]()
 
@@ -260,6 +294,19 @@ class TransientPane(ViewsPane):
         result = self._result
         if result is not None:
             self.query_one(MeasuredView).show_run(result)
+
+    def _draw_result(self) -> None:
+        # The numbers, with differences to the baseline if there is one.
+        live, run = self.session.live.curve, self.session.runs.displayed
+        result, baseline = self._result, self.session.runs.baseline
+        if result is None:
+            return
+        rows = transient_rows(result, "" if live is not None or run is None else run.accuracy_text)
+        if baseline is not None and baseline.result is not None and baseline.result is not result:
+            name = "live" if live is not None or run is None else _run_name(run)
+            heading = Row("baseline", _run_name(baseline), f"{name} − {_run_name(baseline)}:")
+            rows += [Row("", ""), heading, *change_rows(result, baseline.result)]
+        self.query_one("#result", RowsView).show(rows, _NO_RUN)
 
     @property
     def _result(self) -> Transient | None:
@@ -355,8 +402,9 @@ class TransientPane(ViewsPane):
         for name in _QUANTITIES:
             self.query_one(f"#plot-{name}").display = name in self._order[:chart_count]
         self.query_one("#phase-path").display = self.view_switcher.size.width >= _WIDE_COLUMNS
-        hidden_quantities = ", ".join(self._order[chart_count:])
-        self.query_one("#unseen", Static).update(hidden_quantities and f"n: {hidden_quantities}")
+        hidden_quantities, unseen = self._order[chart_count:], self.query_one("#unseen", Static)
+        unseen.display = bool(hidden_quantities)
+        unseen.update(f"n: {', '.join(hidden_quantities)}")
         self.refresh_bindings()
         self.draw()
 
@@ -386,6 +434,17 @@ class TransientPane(ViewsPane):
                 # The heading of the chart warns of later runs that are outside the limits.
                 view.newest_run_when_zoomed = self.session.runs.count
             self.draw()
+
+
+def _state_text(run: Run, *, is_outdated: bool) -> str:
+    # `is_outdated`: whether the inputs have changed since the run.
+    text = f"{_run_name(run)} {run.state.value}"
+    if is_outdated:
+        return f"{text}, inputs changed since"
+    if run.result is not None and run.result.stats.cpu_s is not None:
+        engine = "" if run.engine == NATIVE_ENGINE else f", {run.engine}"
+        text += f" in {run.result.stats.cpu_s:.2g} s{engine}, {run.accuracy_text}"
+    return text
 
 
 def _run_name(run: Run) -> str:

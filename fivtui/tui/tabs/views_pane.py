@@ -11,34 +11,36 @@ from textual import on
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import Horizontal
+from textual.content import Content
 from textual.events import Resize
+from textual.style import Style
 from textual.widget import Widget
-from textual.widgets import Button, ContentSwitcher, Static
+from textual.widgets import ContentSwitcher, Static
 
 from fivtui.charts import Cursors, View, VisibleCharts, cursor_texts
 from fivtui.tui.chart import ChartView
 
 from .pane import Pane
 
-# Identifiers of the buttons are this and the identifier of the view.
-_PREFIX: Final = "view-"
-# Key of the stored view.
-_VIEW_SETTING: Final = "view"
-# Columns of a button outside its title, and short titles for narrow windows.
+# Short titles of views, for narrow windows, and columns of a border beside its titles.
+_SHORT_TITLES: Final = {"Difference": "Diff", "Measured": "Data"}
+_CORNERS: Final = 6
+# Columns beside the values that cursors read.
 _PADDING: Final = 2
-_SHORT_TITLES: Final = {"Difference": "Diff", "Eigenvalues": "Eigenv."}
 _CURSOR_KEYS: Final = ("C: second cursor", "← →: move", "Esc: off")
 # Separates the values that two cursors read.
 _SEPARATOR: Final = "  "
 
 
 class ViewsPane(Pane):
-    """A bar of buttons above the chosen view.
+    """A pane whose upper border has the titles of its views.
 
     Attributes
     ----------
     VIEWS : mapping of str to str
-        Identifier and title of every view; `compose_views` yields a widget for each identifier.
+        Identifier and title of every view; `compose_views` yields a page for each identifier.
+    VIEW_SETTING : str
+        Key of the stored view.
     LOG_AXES : mapping of str to str
         Axes of charts that are logarithmic at first, such as ``xy``.
     COMMON_X_LIMITS : sequence of sequences of str
@@ -46,43 +48,33 @@ class ViewsPane(Pane):
     """
 
     VIEWS: ClassVar[Mapping[str, str]] = {}
+    VIEW_SETTING: ClassVar[str] = "view"
     LOG_AXES: ClassVar[Mapping[str, str]] = {}
     COMMON_X_LIMITS: ClassVar[Sequence[Sequence[str]]] = ()
     BINDINGS: ClassVar[list[BindingType]] = [Binding("v", "next_view", "View")]
 
     def compose(self) -> ComposeResult:
-        """The bar and the views."""
-        with Horizontal(classes="bar"):
-            for name, title in self.VIEWS.items() if len(self.VIEWS) > 1 else ():
-                yield Button(title, id=f"{_PREFIX}{name}", classes="view-button", compact=True)
-            yield from self.compose_bar()
-        stored, first = self.stored_setting(_VIEW_SETTING, ""), next(iter(self.VIEWS))
-        with ContentSwitcher(initial=stored if stored in self.VIEWS else first, classes="views"):
+        """The views, and the values that cursors read."""
+        with ContentSwitcher(initial=self.page_of(self.view), classes="views"):
             yield from self.compose_views()
         yield Static("", classes="cursor-text", markup=False)
 
-    def compose_bar(self) -> ComposeResult:
-        """Further widgets in the bar."""
-        yield from ()
-
     def compose_views(self) -> ComposeResult:
-        """The views."""
+        """The pages of the views."""
         raise NotImplementedError
 
-    def on_resize(self, event: Resize) -> None:
-        """Shorten titles that do not fit, and wrap the values that cursors read."""
-        is_narrow = sum(len(title) + _PADDING for title in self.VIEWS.values()) > event.size.width
-        for button in self.query(".view-button").results(Button):
-            title = self.VIEWS[str(button.id).removeprefix(_PREFIX)]
-            button.label = _SHORT_TITLES.get(title, title) if is_narrow else title
-            # Without this call a displayed button would keep its width.
-            button.refresh(layout=True)
+    def page_of(self, view: str) -> str:
+        """Identifier of the page that displays a view."""
+        return view
+
+    @on(Resize)
+    def _fit_titles(self) -> None:
+        self._show_titles()
         if self.has_class("-cursors"):
             self._show_cursors()
 
     def on_mount(self) -> None:
-        """Mark the current view and restore limits and scales of the charts."""
-        self._mark_button()
+        """Restore limits and scales of the charts."""
         # Charts over the same quantity share their cursors.
         self.shared_cursors: dict[str, Cursors] = {}
         for chart in self.query(ChartView):
@@ -162,45 +154,60 @@ class ViewsPane(Pane):
     @property
     def view(self) -> str:
         """Identifier of the current view."""
-        return str(self.query_one(ContentSwitcher).current)
+        stored = self.stored_setting(self.VIEW_SETTING, "")
+        return stored if stored in self.VIEWS else next(iter(self.VIEWS))
+
+    @property
+    def page(self) -> Widget:
+        """The page of the current view."""
+        return self.query_one(f"#{self.page_of(self.view)}")
 
     def action_next_view(self) -> None:
         """Show the next view."""
         names = list(self.VIEWS)
         self.show_view(names[(names.index(self.view) + 1) % len(names)])
 
+    def action_show_view(self, name: str) -> None:
+        """Show a view whose title was clicked."""
+        self.show_view(name)
+
     def shown_chart_views(self) -> list[ChartView]:
         """The widgets of the charts of the current view."""
-        chart_views = self.query_one(f"#{self.view}").query(ChartView)
+        chart_views = self.page.query(ChartView)
         return [chart for chart in chart_views if chart.chart is not None and chart.display]
 
     def visible_charts(self) -> VisibleCharts | None:
         """The visible charts of the current view; None if it has no chart."""
-        box = self.query_one(f"#{self.view}")
         panels = [
             (chart.chart, _copy_view(chart.view))
             for chart in self.shown_chart_views()
             if chart.chart is not None
         ]
-        return VisibleCharts(panels, side_by_side=isinstance(box, Horizontal)) if panels else None
-
-    @on(Button.Pressed, ".view-button")
-    def _show_pressed_view(self, event: Button.Pressed) -> None:
-        event.stop()
-        self.show_view(str(event.button.id).removeprefix(_PREFIX))
+        is_row = isinstance(self.page, Horizontal)
+        return VisibleCharts(panels, side_by_side=is_row) if panels else None
 
     def show_view(self, name: str) -> None:
         """Show a view by its identifier."""
-        self.query_one(ContentSwitcher).current = name
-        self.store_setting(_VIEW_SETTING, name)
-        self._mark_button()
+        self.store_setting(self.VIEW_SETTING, name)
+        self.query_one(ContentSwitcher).current = self.page_of(name)
+        self._show_titles()
         self.draw()
         self._show_cursors()
-        self.focus_within(self.query_one(f"#{name}"))
+        self.focus_within(self.page)
 
-    def _mark_button(self) -> None:
-        for button in self.query(".view-button"):
-            button.set_class(button.id == f"{_PREFIX}{self.view}", "-active")
+    def _show_titles(self) -> None:
+        # In the upper border: all titles, the current one marked; a click shows a view.
+        width = self.outer_size.width - _CORNERS
+        titles = dict(self.VIEWS)
+        if sum(len(title) + 1 for title in titles.values()) > width:
+            titles = {name: _SHORT_TITLES.get(title, title) for name, title in titles.items()}
+        blank_count = 2 if sum(len(title) + 2 for title in titles.values()) <= width else 1
+        parts = []
+        for name, title in titles.items():
+            is_marked = name == self.view and len(titles) > 1
+            style = Style.from_meta({"@click": f"show_view('{name}')"})
+            parts.append(Content.styled(title, "reverse" if is_marked else "").stylize(style))
+        self.border_title = Content(" " * blank_count).join(parts)
 
 
 def _copy_view(view: View) -> View:

@@ -17,6 +17,7 @@ from tests.support.laboratory import (
     app_of,
     chart_of,
     choose,
+    click_view,
     endless_simulate,
     flat_text_of,
     focus,
@@ -37,7 +38,7 @@ SIZE = (100, 30)
 async def test_exports_overwrite_files_only_after_a_confirmation(
     pilot: Pilot[None], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    await pilot.press("alt+2", "f6")
+    await pilot.press("alt+1", "f6")
     await until_notice(pilot, "no run to export yet: press F5")
     assert not pilot.app.screen.query("#path")
     await run_to_end(pilot)
@@ -116,11 +117,11 @@ async def test_keys_focus_every_part_and_fit_into_the_key_bar(
     pilot: Pilot[None],
 ) -> None:
     screen = pilot.app.screen
-    await pilot.press("alt+3")
+    await pilot.press("alt+6")
     for key, selector in (
         ("alt+p", "#sweep-chart"),
         ("alt+i", "#vary"),
-        ("alt+t", "Tabs"),
+        ("alt+t", "TabLine"),
         ("alt+r", "RunsTable"),
         ("alt+f", "#row-mu TextEditor"),
     ):
@@ -130,11 +131,11 @@ async def test_keys_focus_every_part_and_fit_into_the_key_bar(
     # All keys fit into the key bar at 80 columns.
     await pilot.resize_terminal(80, 24)
     for tab, selector, label in (
-        ("alt+1", "#growth", "v View"),
-        ("alt+2", "#plot-y", "e End"),
-        ("alt+3", "#sweep-chart", "g Limits"),
-        ("alt+4", "#map-chart", "v View"),
-        ("alt+6", "#figures", "o Load scene"),
+        ("alt+2", "#growth", "v View"),
+        ("alt+1", "#plot-y", "e End"),
+        ("alt+6", "#sweep-chart", "g Limits"),
+        ("alt+3", "#map-chart", "v View"),
+        ("alt+0", "#figures", "o Load scene"),
         ("f3", "RunsTable", "x Delete"),
     ):
         await show_tab(pilot, tab)
@@ -144,12 +145,12 @@ async def test_keys_focus_every_part_and_fit_into_the_key_bar(
 
 
 TITLE_BY_QUERY = {
-    "csv": "Export the data", "phase": "Transient: Phase", "plot": "Export the figure",
+    "csv": "Export the data", "phase": "Run: Phase", "plot": "Export the figure",
     "help": "Help: keys", "save": "Save the scene", "load": "Load the scene", "import": "Read a",
     "picture": "Copy the picture", "pdf": "Export the figure", "exit": "Quit", "dark": "Theme",
-    "fft": "Transient: Spectrum", "film": "Transient: Belt", "wav": "Transient: Belt",
-    "measured": "Transient: Measured", "validate": "Transient: Measured", "log": "Logarithmic x",
-    "compare": "Transient: Difference", "tolerance": "Edit tol", "speed": "Edit v_belt",
+    "fft": "Run: Spectrum", "film": "Run: Belt", "wav": "Run: Belt",
+    "measured": "Run: Measured", "validate": "Run: Measured", "log": "Logarithmic x",
+    "compare": "Run: Difference", "tolerance": "Edit tol", "speed": "Edit v_belt",
     "calibrate": "Tab Fit",
     "preload": "Edit F", "bifurcation": "Tab Branch", "probability": "Tab Risk",
     "zoom": "Zoom in", "cursor": "First cursor", "clipboard": "Copy the command",
@@ -165,7 +166,7 @@ async def test_the_palette_finds_by_meaning_focuses_fields_and_acts_on_plots(
     for query, title in (
         ("csv", "Export the data of run 1"),
         ("plot", "Export the figure of run 1"),
-        ("phase", "Transient: Phase"),
+        ("phase", "Run: Phase"),
         ("help", "Help: keys that work now"),
     ):
         await palette(pilot, query)
@@ -185,7 +186,7 @@ async def test_the_palette_finds_by_meaning_focuses_fields_and_acts_on_plots(
         assert any(candidate.startswith(title) for candidate in titles) if title else not titles, (
             query
         )
-    await pilot.click("#view-time")
+    await click_view(pilot, "time")
     await choose(pilot, "mass", "Edit m")
     editor = pilot.app.screen_stack[0].query_one("#row-m TextEditor")
     await until(pilot, lambda: editor.has_focus)
@@ -269,7 +270,7 @@ async def test_the_palette_lists_and_runs_applicable_commands(
 
     await choose(pilot, "rk4", "Method: rk4")
     await until_shown(pilot, "method rk4")
-    await pilot.press("shift+f8", "alt+2")
+    await pilot.press("shift+f8", "alt+1")
     await type_into(pilot, "F", "90")
     await choose(pilot, "copy", "Copy the command line")
     await until(pilot, lambda: pilot.app.clipboard == "fivtui simulate --set F=90")

@@ -30,6 +30,7 @@ from tests.support.laboratory import (
     HANG_S,
     app_of,
     chart_of,
+    click_view,
     flat_text_of,
     focus,
     lab_of,
@@ -90,15 +91,15 @@ async def test_every_step_is_drawn_over_the_previous_curve_and_no_run_is_stored(
     await until_shown(pilot, "● 1 off")
     assert session_state(session, theme="").runs == saved_runs
     # In every view; without a baseline the difference is taken from the previous curve.
-    await pilot.click("#view-phase")
+    await click_view(pilot, "phase")
     await until(pilot, lambda: trace_names(pilot, "phase-x") == ["before", "live"])
-    await pilot.click("#view-spectrum")
+    await click_view(pilot, "spectrum")
     await until(pilot, lambda: trace_names(pilot, "plot-spectrum") == ["before", "live"])
-    await pilot.click("#view-difference")
+    await click_view(pilot, "difference")
     await until_shown(pilot, "live − before")
-    await pilot.click("#view-belt")
+    await click_view(pilot, "belt")
     await until_shown(pilot, "▬slider")
-    await pilot.click("#view-time")
+    await click_view(pilot, "time")
     # Back at the stored run's scene there is no live curve.
     await pilot.press("ctrl+z", "ctrl+z")
     await until(pilot, lambda: not session.changed_fields and not live.visible)
@@ -155,7 +156,7 @@ async def test_runs_follow_edits_at_once_or_after_a_pause_or_not_at_all(
 ) -> None:
     async with FivtuiApp().run_test(size=SIZE) as pilot:
         session, live, jobs = app_of(pilot).session, live_of(pilot), pausable_runs.jobs
-        await show_tab(pilot, "alt+2")
+        await show_tab(pilot, "alt+1")
         await focus(pilot, "m")
         # Of several edits during a short run, only the newest is computed.
         await pilot.press("up")
@@ -249,7 +250,7 @@ async def test_an_error_is_one_line_above_the_previous_curve(
 
 
 async def test_a_scene_of_the_fmu_has_a_live_curve(pilot: Pilot[None]) -> None:
-    await show_tab(pilot, "alt+2")
+    await show_tab(pilot, "alt+1")
     await type_into(pilot, "t_end", "2")
     await pilot.press("f4")
     await until_live(pilot)
@@ -263,7 +264,7 @@ async def test_a_scene_of_the_fmu_has_a_live_curve(pilot: Pilot[None]) -> None:
 async def test_belts_of_finite_speed_and_tables_over_time_have_live_curves(
     pilot: Pilot[None],
 ) -> None:
-    await show_tab(pilot, "alt+2")
+    await show_tab(pilot, "alt+1")
     screen = lab_of(pilot)
     screen.action_switch_belt()
     await until_live(pilot)

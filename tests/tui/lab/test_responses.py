@@ -14,7 +14,7 @@ from fivtui.tui.lab.key_bar import KeyBar
 from fivtui.tui.session import jobs
 from fivtui.tui.session.jobs import SCREEN_RESPONSE, Job, ScreenResponse
 from fivtui.tui.tabs.tab_book import TABS
-from tests.support.laboratory import HANG_S, app_of, text_of, until, until_shown
+from tests.support.laboratory import HANG_S, app_of, show_tab, text_of, until, until_shown
 
 SIZE = (80, 24)
 
@@ -88,7 +88,7 @@ def test_a_started_job_shows_its_progress() -> None:
 
 async def test_a_tab_handles_keys_pressed_before_it_exists(pilot: Pilot[None]) -> None:
     # Both keys are queued before the tab exists.
-    pilot.app.simulate_key("alt+5")
+    pilot.app.simulate_key("alt+8")
     pilot.app.simulate_key("f10")
     await until_shown(pilot, "Stop")
     await pilot.press("f10")
@@ -101,8 +101,9 @@ async def click_key(pilot: Pilot[None], label: str) -> None:
 
 
 async def test_a_click_on_a_key_presses_it(pilot: Pilot[None]) -> None:
+    await pilot.press("alt+2")
     await click_key(pilot, "Runs")
-    await until_shown(pilot, "±y 2nd half")
+    await until_shown(pilot, "none yet: F5 runs the scene")
     await pilot.press("f3")
     await until_shown(pilot, "F7 Data")
     await click_key(pilot, "Data")
@@ -115,6 +116,7 @@ async def test_a_click_on_a_key_presses_it(pilot: Pilot[None]) -> None:
 async def test_the_key_bar_fills_one_line_and_cuts_no_group_of_keys_with_one_label(
     pilot: Pilot[None],
 ) -> None:
+    await show_tab(pilot, "alt+2")
     for width in (40, 57, 80, 140):
         await pilot.resize_terminal(width, 24)
         for selector in ("#row-mu TextEditor", "#growth"):
@@ -145,7 +147,7 @@ async def test_keys_after_quitting_are_ignored() -> None:
     app = FivtuiApp()
     async with app.run_test(size=(80, 24)) as pilot:
         await pilot.pause()
-        for key in ("ctrl+q", "f5", "up", "alt+3", "f10"):
+        for key in ("ctrl+q", "f5", "up", "alt+6", "f10"):
             app.simulate_key(key)
         app.post_message(Key("up", None))
 

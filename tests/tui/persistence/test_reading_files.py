@@ -173,7 +173,7 @@ async def test_a_map_is_read_and_stays_until_another_is_requested(
     await until(pilot, lambda: session.runs.displayed is not None)
     # Values from the file replace edited ones.
     assert (session.texts["k_nl"], session.texts["c1"]) == ("50", "0.32")
-    await show_tab(pilot, "alt+4")
+    await show_tab(pilot, "alt+3")
     await pilot.press("f10")
     # By default 121 values of μ times 93 of F.
     await until_shown(pilot, "11253 points")
@@ -195,7 +195,7 @@ async def test_a_trade_off_is_read_and_shown(
     await until_shown(pilot, "Open a scene or a result")
     await answer(pilot, "map.csv")
     await until_notice(pilot, "map read from map.csv")
-    await show_tab(pilot, "alt+5")
+    await show_tab(pilot, "alt+8")
     await read_result(
         pilot, "modes.csv", "modes.csv: not a run, uncertainty, sweep, trade-off, branch or map"
     )

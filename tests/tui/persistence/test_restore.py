@@ -30,6 +30,7 @@ from tests.support.laboratory import (
     app_of,
     chart_of,
     clear_notices,
+    click_view,
     lab_of,
     run_to_end,
     show_tab,
@@ -63,7 +64,7 @@ async def show_settled_tab(pilot: Pilot[None], tab: str, phrase: str) -> str:
     return text_of(pilot)
 
 
-TAB_KEYS = {"transient": "alt+2", "sweep": "alt+3", "map": "alt+4", "trade-off": "alt+5"}
+TAB_KEYS = {"transient": "alt+1", "sweep": "alt+6", "map": "alt+3", "trade-off": "alt+8"}
 TAB_PHRASES = {
     "transient": "2nd half",
     "sweep": "8 transients",
@@ -93,28 +94,28 @@ async def test_the_previous_screen_is_restored(
         chart_view.focus()
         # Zoom, pan, take a logarithmic y axis, and hide curve 2.
         await pilot.press("plus", "right", "y", "2")
-        await show_tab(pilot, "alt+3")
+        await show_tab(pilot, "alt+6")
         pilot.app.screen.query_one("#vary", Input).value = "mu=0.2:0.8:4"
         await pilot.press("f10")
         await until_shown(pilot, TAB_PHRASES["sweep"])
         chart_of(pilot, "sweep-chart").focus()
         await pilot.press("3", "plus")
-        await show_tab(pilot, "alt+4")
+        await show_tab(pilot, "alt+3")
         # By default 121 values of μ times 93 of F.
         await until_shown(pilot, "11253 points")
+        await click_view(pilot, "critical-mu")
         editor = pilot.app.screen.query_one("#over", Input)
         editor.value = "c1=0.1:1.5:7 k_nl=1:500:5"
         editor.focus()
         await pilot.press("enter")
-        await pilot.click("#value-critical-mu")
         await until_shown(pilot, TAB_PHRASES["map"])
-        await show_tab(pilot, "alt+5")
+        await show_tab(pilot, "alt+8")
         await pilot.press("f10")
         await until_shown(pilot, TAB_PHRASES["trade-off"])
         await pilot.click("#quantity-peak")
         chart_of(pilot, "errors-chart").focus()
         await pilot.press("x")
-        await show_tab(pilot, "alt+2")
+        await show_tab(pilot, "alt+1")
         await pilot.pause()
         texts_before = {
             name: await show_settled_tab(pilot, name, phrase)
@@ -146,7 +147,7 @@ async def test_the_previous_screen_is_restored(
         file_names = {path.name for path in folder.iterdir()}
         await run_to_end(pilot)
         assert [run.number for run in session.runs] == [1, 2, 3]
-        await show_tab(pilot, "alt+3")
+        await show_tab(pilot, "alt+6")
     assert file_names <= {path.name for path in folder.iterdir()}
     assert len(list(folder.iterdir())) == 5
 
@@ -164,7 +165,7 @@ async def test_read_results_and_paper_figures_are_restored_and_incomplete_studie
         lab = lab_of(pilot)
         lab.show_study("map", displayed_map())
         await until_shown(pilot, "read from mine.csv; F10 maps the edited scene")
-        await show_tab(pilot, "alt+6")
+        await show_tab(pilot, "alt+0")
         await until_shown(pilot, "what it shows")
         pilot.app.screen.query_one("#figures").focus()
         await pilot.press("enter")
@@ -179,7 +180,7 @@ async def test_read_results_and_paper_figures_are_restored_and_incomplete_studie
         await until_shown(pilot, "figure 2a computed")
         await clear_notices(pilot)
         await until_screen_equals(pilot, text_before)
-        await show_tab(pilot, "alt+4")
+        await show_tab(pilot, "alt+3")
         await until_shown(pilot, "read from mine.csv; F10 maps the edited scene")
         restored_map, original_map = app_of(pilot).session.studies.get("map"), displayed_map()
         assert restored_map is not None
@@ -311,7 +312,7 @@ async def test_verdicts_on_claims_of_the_paper_are_restored(tmp_path: Path) -> N
         verdicts = claims(["critical-friction-of-the-example"])
         app_of(pilot).session.studies["claims"] = DisplayedStudy(verdicts, "claims")
     async with FivtuiApp(state=session_path).run_test(size=SIZE) as pilot:
-        await show_tab(pilot, "alt+6")
+        await show_tab(pilot, "alt+0")
         await until_shown(pilot, "1 claims: does not hold 1")
         pilot.app.screen.query_one("#figures").focus()
         await pilot.press("v")

@@ -327,7 +327,7 @@ async def test_the_palette_opens_another_session_and_keeps_this_one(tmp_path: Pa
             assert app_of(pilot).session.texts["F"] == "11"
             await until(pilot, lambda: app.session.studies.get("map") is not None)
             assert "base (changed)" in text_of(pilot)
-            await pilot.press("alt+2")
+            await pilot.press("alt+1")
             await until_shown(pilot, "no run yet: press F5")
             assert len(app.screen_stack) == 1
     autosave, state = load_session(path)

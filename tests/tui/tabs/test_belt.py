@@ -19,7 +19,7 @@ SIZE = (100, 34)
 async def test_the_slider_is_drawn_at_the_time_of_the_cursor_is_animated_and_is_exported(
     pilot: Pilot[None], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    await show_tab(pilot, "alt+2")
+    await show_tab(pilot, "alt+1")
     pane = pilot.app.screen.query_one(TransientPane)
     # Without a run there is no animation.
     pane.query_one(BeltView).action_play()

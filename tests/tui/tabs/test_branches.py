@@ -136,7 +136,7 @@ def test_a_branch_is_stored_completely_and_a_damaged_file_is_refused(tmp_path: P
 async def test_a_branch_is_computed_opened_exported_and_its_command_gives_the_same_file(
     pilot: Pilot[None], tmp_path: Path
 ) -> None:
-    await show_tab(pilot, "alt+0")
+    await show_tab(pilot, "alt+4")
     pane = pilot.app.screen.query_one(BranchesPane)
     with pytest.raises(InputError, match="press F10"):
         pane.export(DATA)

@@ -20,7 +20,7 @@ from fivtui.orbits.shooting import PeriodicOrbit, Section
 from fivtui.safety.verdict import SafeFriction, safe_friction as compute_safe_friction
 from fivtui.tui.app import FivtuiApp
 from fivtui.tui.session.report import SEARCHING_TEXT, Attractors
-from tests.support.laboratory import HANG_S, app_of, lab_of, text_of, until, until_shown
+from tests.support.laboratory import HANG_S, app_of, click_view, lab_of, text_of, until, until_shown
 
 P = Parameters(F=120.0)
 REST, UNSETTLED = Attractor(Kind.EQUILIBRIUM), Attractor(Kind.UNSETTLED)
@@ -166,8 +166,8 @@ async def test_a_stable_verdict_names_the_cycle_once_it_is_found(
     await until_shown(pilot, "±7.250 m (after a knock)")
     await until(pilot, lambda: current_search(pilot).searched)
     # The row shows the whole warning of the command line.
-    await pilot.press("alt+1")
-    pilot.app.screen.query_one("#view-facts").press()  # type: ignore[attr-defined]
+    await pilot.press("alt+2")
+    await click_view(pilot, "facts")
     await until_shown(pilot, "release at rest 0.25 m")
     answer = searches.answers[120.0]
     assert isinstance(answer, Coexistence)
@@ -256,8 +256,8 @@ async def test_the_verdict_gives_the_friction_from_which_a_cycle_coexists(
             pilot, "a limit cycle coexists from μ = 0.2779: half peak-to-peak 7.250 m"
         )
         assert "safe below 0.2779" in text_of(pilot)
-        await pilot.press("alt+1")
-        pilot.app.screen.query_one("#view-facts").press()  # type: ignore[attr-defined]
+        await pilot.press("alt+2")
+        await click_view(pilot, "facts")
         # Motions from all these starts decay: 128 at each μ.
         await until_shown(pilot, "all 2048 starts at 16 values of μ")
         # The search for the first scene may have started before the edit.

@@ -9,6 +9,7 @@ from fivtui.tui.persistence.snapshot import session_state
 from tests.support.laboratory import (
     app_of,
     chart_of,
+    click_view,
     flat_text_of,
     focus,
     run_to_end,
@@ -85,10 +86,10 @@ async def test_two_cursors_are_on_all_plots_with_differences_and_units(
     await until_shown(pilot, "1/Δf")
     assert "Hz Δf " in flat_text_of(pilot)
     # The slider is shown at the time of the first cursor.
-    await pilot.click("#view-belt")
+    await click_view(pilot, "belt")
     await until_shown(pilot, f"{cursors.first[0]:.5g} s, ")
     # Keys switch the cursors off one by one, or both.
-    await pilot.click("#view-time")
+    await click_view(pilot, "time")
     chart_of(pilot, "plot-y").focus()
     # c removes the first cursor if it is active.
     await pilot.press("c")

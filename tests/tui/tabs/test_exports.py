@@ -37,6 +37,7 @@ from fivtui.tui.session.command_lines import (
 from tests.support.laboratory import (
     answer,
     app_of,
+    click_view,
     flat_text_of,
     lab_of,
     show_tab,
@@ -98,7 +99,7 @@ def is_picture(path: Path) -> bool:
 async def test_stability_is_exported_and_its_command_gives_the_same_file(
     pilot: Pilot[None],
 ) -> None:
-    await show_tab(pilot, "alt+1")
+    await show_tab(pilot, "alt+2")
     await until_shown(pilot, "Re λ (1/s)")
     assert is_picture(await export_file(pilot, "f6", "a.png", "Export the figure of the stability"))
     exported = await export_file(pilot, "f7", "a.csv", "Export the data of the stability")
@@ -128,7 +129,7 @@ async def test_stability_is_exported_and_its_command_gives_the_same_file(
 
 
 async def test_a_sweep_is_exported_and_its_command_gives_the_same_file(pilot: Pilot[None]) -> None:
-    await show_tab(pilot, "alt+3")
+    await show_tab(pilot, "alt+6")
     await check_refusal(pilot, "f6", "no sweep to export yet: press F10")
     pilot.app.screen.query_one("#vary", Input).value = "mu=0.2:0.8:4"
     arguments_before = await copy_command(pilot)
@@ -150,15 +151,15 @@ async def test_a_sweep_is_exported_and_its_command_gives_the_same_file(pilot: Pi
 
 
 async def test_a_map_is_exported_and_its_command_gives_the_same_file(pilot: Pilot[None]) -> None:
-    await show_tab(pilot, "alt+4")
+    await show_tab(pilot, "alt+3")
     # By default 121 values of μ times 93 of F.
     await until_shown(pilot, "11253 points")
+    await click_view(pilot, "critical-mu")
     range_input = pilot.app.screen.query_one("#over", Input)
     range_input.value = "c1=0.1:1.5:7 k_nl=1:500:5:log"
     range_input.focus()
     await pilot.press("enter")
     await until_shown(pilot, "35 points")
-    await pilot.click("#value-critical-mu")
     await until_shown(pilot, "k_nl (N/m^3)")
     await until(pilot, lambda: "critical-mu" in lab_of(pilot).pane.command_line())  # type: ignore[union-attr]
     arguments = await copy_command(pilot)
@@ -174,7 +175,7 @@ async def test_a_map_is_exported_and_its_command_gives_the_same_file(pilot: Pilo
     assert "F7: .csv, .npz, .parquet, .json" in text_of(pilot)
     assert "fivtui map --set F=60 --over c1" in flat_text_of(pilot)
     await pilot.press("escape")
-    await show_tab(pilot, "alt+3")
+    await show_tab(pilot, "alt+6")
     await pilot.press("ctrl+p")
     await until_shown(pilot, "Copy the command line")
     assert "Export the" not in text_of(pilot)
@@ -185,7 +186,7 @@ async def test_a_trade_off_is_exported_and_its_command_measures_the_same_scene(
 ) -> None:
     # Measure errors and times of the methods for 0.2 s of CPU time in place of 7 s.
     monkeypatch.setattr(tradeoff, "QUICK_S", 0.2)
-    await show_tab(pilot, "alt+5")
+    await show_tab(pilot, "alt+8")
     await check_refusal(pilot, "f7", "no trade-off to export yet: press F10")
     await pilot.press("f10")
     await until_shown(pilot, "this scene, this machine")
@@ -203,7 +204,7 @@ async def test_a_trade_off_is_exported_and_its_command_measures_the_same_scene(
 async def test_figures_and_claims_of_the_paper_are_exported_and_their_commands_give_the_same(
     pilot: Pilot[None], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    await show_tab(pilot, "alt+6")
+    await show_tab(pilot, "alt+0")
     await until_shown(pilot, "what it shows")
     pilot.app.screen.query_one("#figures").focus()
     await check_refusal(pilot, "f6", "Fig. 2a is not computed yet: Enter in the list of figures")
@@ -216,15 +217,15 @@ async def test_figures_and_claims_of_the_paper_are_exported_and_their_commands_g
     run_command(arguments)
     assert exported.read_bytes() == Path("figures/fig-02b.csv").read_bytes()
     # An export from the list is the paper's figure.
-    await pilot.click("#view-figures")
+    await click_view(pilot, "figures")
     await pilot.pause()
     await export_file(pilot, "f6", "list.png", "Export the figure of Fig. 2")
     assert Path("list.png").read_bytes() == Path("figures/fig-02.png").read_bytes()
-    await pilot.click("#view-figure")
+    await click_view(pilot, "figure")
     await export_file(pilot, "f7", "a.npz", "Export the data of Fig. 2b")
     np.testing.assert_array_equal(np.load("a.npz")["y_e"], read_columns(exported, "figure")["y_e"])
 
-    await pilot.click("#view-claims")
+    await click_view(pilot, "claims")
     pane: Any = lab_of(pilot).pane
     await until(pilot, lambda: pane.view == "claims")
     await check_refusal(pilot, "f7", "no claims to export yet: press F10")
@@ -404,7 +405,7 @@ async def test_in_a_browser_an_export_is_downloaded_and_nothing_stays_on_the_ser
 
     monkeypatch.setattr(FivtuiApp, "is_web", True)
     monkeypatch.setattr(pilot.app, "deliver_binary", deliver)
-    await show_tab(pilot, "alt+1")
+    await show_tab(pilot, "alt+2")
     await pilot.press("f7")
     await until_shown(pilot, "The browser downloads the")
     path = pilot.app.screen.query_one("#path", Input)

@@ -44,7 +44,7 @@ def write_record(pilot: Pilot[None]) -> None:
 
 
 async def enter(pilot: Pilot[None], text: str) -> IdentificationPane:
-    await show_tab(pilot, "alt+minus")
+    await show_tab(pilot, "alt+9")
     pane = pilot.app.screen.query_one(IdentificationPane)
     pane.query_one("#fitted", Input).value = text
     return pane

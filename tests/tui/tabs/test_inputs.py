@@ -51,12 +51,12 @@ def test_a_decimal_comma_in_a_number_is_a_point() -> None:
 
 # Key of the tab, name of its input, an invalid text, its error, and a valid text.
 INPUTS = (
-    ("alt+3", "vary", "mu=0,1:200:5", "mu = 200: must be from 0 to 100", "mu=0.1:2:5"),
-    ("alt+4", "over", "mu=0:1:5 F=5:x:3", "F = 'x': not a number; must be", "mu=0:1:5 F=5:9:3"),
+    ("alt+6", "vary", "mu=0,1:200:5", "mu = 200: must be from 0 to 100", "mu=0.1:2:5"),
+    ("alt+3", "over", "mu=0:1:5 F=5:x:3", "F = 'x': not a number; must be", "mu=0:1:5 F=5:9:3"),
     # The message of the third one repeats the text, which the input shows, too.
     ("alt+7", "scattered", "F~normal:80:-8", "F~normal:80:-8", "F~normal:80:8"),
-    ("alt+minus", "fitted", "a.csv --fit q", "unknown parameter 'q'", "a,1.csv --fit mu=0.1:1"),
-    ("alt+0", "along", "mu=0,1", "must be NAME or NAME=LOW:HIGH", "mu=0.1:0.9"),
+    ("alt+9", "fitted", "a.csv --fit q", "unknown parameter 'q'", "a,1.csv --fit mu=0.1:1"),
+    ("alt+4", "along", "mu=0,1", "must be NAME or NAME=LOW:HIGH", "mu=0.1:0.9"),
 )
 
 
@@ -96,6 +96,7 @@ async def test_wrong_numbers_beside_measured_data_are_marked_at_once(pilot: Pilo
 
 
 async def test_wrong_limits_of_an_axis_are_marked_at_once(pilot: Pilot[None]) -> None:
+    await show_tab(pilot, "alt+2")
     await pilot.press("alt+p", "g")
     await until(pilot, lambda: isinstance(pilot.app.screen, LimitsDialog))
     await until(pilot, lambda: isinstance(pilot.app.focused, Input))

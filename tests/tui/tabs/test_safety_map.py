@@ -15,8 +15,14 @@ from fivtui.maps.charts import map_chart, region_levels, shown_offsets
 from fivtui.maps.searched_points import SearchedPoint
 from fivtui.tui.chart.picture import draw
 from fivtui.tui.tabs.requests.map import map_request
-from fivtui.tui.tabs.studies.map import thin_values
-from tests.support.laboratory import chart_of, clear_notices, until_shown
+from tests.support.laboratory import (
+    chart_of,
+    clear_notices,
+    click_view,
+    lab_of,
+    type_into,
+    until_shown,
+)
 
 
 @pytest.fixture(scope="module")
@@ -138,48 +144,38 @@ def test_a_map_distinguishes_missing_from_unknown_safe_friction(
     assert scale_of(without_equilibrium) == "? no equilibrium"
 
 
-def test_the_laboratory_maps_fewer_points_with_the_same_ends() -> None:
-    values = np.linspace(0.0, 1.0, 121)
-    thinned = thin_values(values)
-    assert thinned.size < 60
-    assert (thinned[0], thinned[-1]) == (0.0, 1.0)
-    assert thin_values(thinned) is thinned
-
-
-async def test_the_map_tab_offers_safe_friction_and_refuses_it_over_friction(
+async def test_safe_friction_is_mapped_by_two_keys_and_refused_over_friction(
     pilot: Pilot[None],
 ) -> None:
-    await pilot.press("alt+4")
-    # By default 121 values of μ times 93 of F.
-    await until_shown(pilot, "11253 points")
+    await pilot.press("alt+5")
+    await until_shown(pilot, "F10: map")
     range_input = pilot.app.screen.query_one("#over", Input)
+    # The proposed ranges can be mapped. Values that do not depend on μ have separate ranges.
     default_ranges = range_input.value
-    assert "μ=" in default_ranges
-    # The ranges proposed first can be mapped. Values that do not depend on μ have separate ranges.
-    await pilot.click("#value-safe-mu")
-    assert map_request(range_input.value, "safe-mu")
+    assert map_request(default_ranges, "safe-mu")
     range_input.value = "F=60:120:4 mu=0.1:0.2:2"
     range_input.focus()
     await pilot.press("enter")
     await until_shown(pilot, "Safe μ does not depend on μ")
-    await pilot.click("#value-growth-rate")
-    assert range_input.value == default_ranges
-    await pilot.click("#value-critical-mu")
     range_input.value = "F=60:120:4 k_nl=90:110:2"
-    range_input.focus()
     await pilot.press("enter")
-    await until_shown(pilot, "8 points")
-    await pilot.click("#value-growth-rate")
-    await until_shown(pilot, "11253 points")
-    await pilot.click("#value-safe-mu")
     await until_shown(pilot, "8 points")
     chart_view = chart_of(pilot, "map-chart")
     assert chart_view.chart is not None
     assert chart_view.chart.note == "safe μ"
-    await pilot.click("#value-coexistence")
+    pane = lab_of(pilot).pane
+    assert pane is not None
+    assert "--value safe-mu" in pane.command_line()
+    await click_view(pilot, "coexistence")
+    await until_shown(pilot, "F10: map")
     range_input.value = "F=100:120:3 mu=0.3:0.9:5"
     range_input.focus()
     await pilot.press("enter")
     await until_shown(pilot, "15 points; ")
     await clear_notices(pilot)
     await until_shown(pilot, "█ squeals")
+    # Each map is kept until the next one of its value.
+    await click_view(pilot, "safe-mu")
+    await until_shown(pilot, "8 points; ")
+    await type_into(pilot, "c1", "0.4")
+    await until_shown(pilot, "8 points of an earlier scene")

@@ -191,7 +191,7 @@ def test_the_error_of_a_sweep_that_is_too_large_names_the_command() -> None:
 async def test_a_sweep_can_be_started_and_stopped_and_its_points_opened(
     pilot: Pilot[None], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    await pilot.press("alt+3")
+    await pilot.press("alt+6")
     await until_shown(pilot, "no sweep yet: press F10")
     range_input = pilot.app.screen.query_one("#vary", Input)
     range_input.focus()
@@ -221,14 +221,14 @@ async def test_a_sweep_can_be_started_and_stopped_and_its_points_opened(
         "fivtui.sweeps.compute_rows",
         lambda _s, _a, _b, progress: endless_simulate(progress=progress),
     )
-    await pilot.press("alt+3", "f10")
+    await pilot.press("alt+6", "f10")
     await until_shown(pilot, "Stop")
     await pilot.press("f10")
     await until_shown(pilot, "stopped at")
 
 
 async def test_a_map_follows_the_form_and_its_points_can_be_opened(pilot: Pilot[None]) -> None:
-    await pilot.press("alt+4")
+    await pilot.press("alt+3")
     # By default 121 values of μ times 93 of F.
     await until_shown(pilot, "11253 points")
     assert "░" in text_of(pilot)

@@ -8,7 +8,7 @@ from fivtui.tui.app import FivtuiApp
 from fivtui.tui.tabs.tables import ListTable, shorten
 from tests.support.laboratory import show_tab, text_of, until_shown
 
-MAP_TAB, PAPER_TAB, RUN_LIST = "alt+4", "alt+6", "f3"
+MAP_TAB, PAPER_TAB, RUN_LIST = "alt+3", "alt+0", "f3"
 COLUMNS = ("figure", "what it shows")
 LONG_ROWS = {"1": ("a key of many words", "long " * 20)}
 SHORT_ROWS: dict[str, tuple[str | Text, ...]] = {

@@ -31,6 +31,7 @@ from tests.support.kernels import INTERPRETED
 from tests.support.laboratory import (
     app_of,
     chart_of,
+    click_view,
     endless_simulate,
     flat_text_of,
     run_to_end,
@@ -46,7 +47,7 @@ SIZE = (110, 30)
 
 
 async def test_stability_is_shown_live_over_mu_and_in_the_plane(pilot: Pilot[None]) -> None:
-    await pilot.press("alt+1")
+    await pilot.press("alt+2")
     await until_shown(pilot, "Im λ/(2π) (Hz)")
     assert "μ_c 0.4394" in text_of(pilot)
     assert "μ 0.7" in text_of(pilot)
@@ -60,7 +61,7 @@ async def test_stability_is_shown_live_over_mu_and_in_the_plane(pilot: Pilot[Non
     await pilot.press("v")
     await until_shown(pilot, "damping ratio")
     assert "frequency distance" in flat_text_of(pilot)
-    await pilot.click("#view-over-mu")
+    await click_view(pilot, "over-mu")
     chart_view.focus()
     await pilot.press("c", "shift+left", "enter")
     await until(pilot, lambda: app_of(pilot).session.runs.displayed is not None)
@@ -114,7 +115,7 @@ async def test_the_transient_has_views_and_every_plot_its_keys(
     await pilot.press("v")
     await until_shown(pilot, "f₁")
     assert "period 1." in flat_text_of(pilot)
-    await pilot.click("#view-time")
+    await click_view(pilot, "time")
     assert chart_view.view.x is not None
     await pilot.hover("#plot-y", offset=(20, 3))
     await until_shown(pilot, "run 1 ")
@@ -167,7 +168,7 @@ async def test_the_trade_off_is_measured_and_shown(
     def measure_endlessly(scene: Any, progress: Any) -> None:
         endless_simulate(progress=progress)
 
-    await pilot.press("alt+5")
+    await pilot.press("alt+8")
     await until_shown(pilot, "not measured yet")
     # A running job stops at once.
     monkeypatch.setattr("fivtui.tradeoffs.measure_tradeoff", measure_endlessly)
@@ -185,12 +186,12 @@ async def test_the_trade_off_is_measured_and_shown(
     await until_shown(pilot, "this scene, this machine")
     await pilot.click("#quantity-events")
     await until_shown(pilot, "error of events (s)")
-    await pilot.click("#view-settings")
+    await click_view(pilot, "settings")
     await until_shown(pilot, "method setting error CPU ms")
 
 
 async def test_figures_of_the_paper_are_computed_and_opened(pilot: Pilot[None]) -> None:
-    await pilot.press("alt+6")
+    await pilot.press("alt+0")
     await until_shown(pilot, "figure lines what it shows")
     pilot.app.screen.query_one("#figures").focus()
     await pilot.press("j", "j", "enter")
@@ -200,7 +201,7 @@ async def test_figures_of_the_paper_are_computed_and_opened(pilot: Pilot[None]) 
     await pilot.press("o")
     await until_shown(pilot, "fig-3")
     assert app_of(pilot).session.scene().parameters.F == 20.0
-    await pilot.click("#view-claims")
+    await click_view(pilot, "claims")
     await until_shown(pilot, "Equal damping is proportional to mass")
 
 

@@ -1,4 +1,4 @@
-"""The parser of the map tab's input, and points of its chart. Imports no Textual."""
+"""The parser of the input of tabs of maps, and points of its chart. Imports no Textual."""
 
 from typing import TYPE_CHECKING, Final
 
@@ -9,7 +9,7 @@ from fivtui.charts import Axis, NearestPoint
 from fivtui.model import ALL_PARAMETERS, InputError
 from fivtui.ranges import number_text
 from fivtui.transient import WITH_SEPARATION, WITHOUT_SEPARATION
-from fivtui.tui.session import replace_symbols, symbol_of
+from fivtui.tui.session import SAFETY_MAPS, replace_symbols, symbol_of
 
 if TYPE_CHECKING:
     from fivtui.maps import StabilityMap
@@ -17,18 +17,16 @@ if TYPE_CHECKING:
 
 FloatArray = NDArray[np.float64]
 
-EXAMPLE: Final = "μ=0:1.5:121 F=5:120:93"
-# Mapped values that do not depend on μ, and ranges for them.
+# Titles of the values that are mapped quickly.
+TITLES: Final = {"growth-rate": "Growth", "critical-mu": "μ_c", "unstable-modes": "Modes"}
+# Mapped values that do not depend on μ, and usual ranges of all; a point of safety takes 10 ms.
 WITHOUT_MU: Final = ("critical-mu", "safe-mu")
-EXAMPLE_WITHOUT_MU: Final = "F=5:120:93 k_nl=20:500:61"
-# Titles of the mapped values. A map of coexistence has the regions where the slider is safe,
-# squeals after a knock, and squeals.
-TITLES: Final = {
-    "growth-rate": "Growth",
-    "critical-mu": "μ_c",
-    "unstable-modes": "Modes",
-    "safe-mu": "Safe μ",
-    "coexistence": "Regions",
+EXAMPLES: Final = {
+    "growth-rate": "μ=0:1.5:121 F=5:120:93",
+    "critical-mu": "F=5:120:93 k_nl=20:500:61",
+    "unstable-modes": "μ=0:1.5:121 F=5:120:93",
+    "safe-mu": "F=5:120:24 k_nl=20:500:25",
+    "coexistence": "μ=0:1.5:31 F=5:120:24",
 }
 _MAX_POINTS: Final = 1_000_000
 # Significant digits of the coordinates of an opened point.
@@ -38,22 +36,23 @@ _DIGITS: Final = 9
 def map_request(text: str, value: str) -> "tuple[NamedRange, NamedRange]":
     """Parse the two ranges of a map, such as ``μ=0:1.5:121 F=5:120:93``; the first is along x.
 
-    `value` is the mapped value, a key of `TITLES`. Raises `InputError` for an invalid text.
+    `value` is the mapped value, a key of `EXAMPLES`. Raises `InputError` for an invalid text.
     """
     from fivtui.maps import check_map
     from fivtui.ranges import parse_ranges
 
     range_texts = replace_symbols(text).split()
     if len(range_texts) != 2:
-        raise InputError(f"{text!r}: must be two ranges, e.g. {EXAMPLE}")
+        raise InputError(f"{text!r}: must be two ranges, e.g. {EXAMPLES[value]}")
     try:
         first, second = parse_ranges("map", range_texts)
     except InputError as error:
         raise InputError(str(error).removeprefix("map ")) from None
     names = (first.name, second.name)
     if value in WITHOUT_MU and "mu" in names:
+        title = (TITLES | SAFETY_MAPS)[value]
         raise InputError(
-            f"{TITLES[value]} does not depend on μ: use other parameters, e.g. {EXAMPLE_WITHOUT_MU}"
+            f"{title} does not depend on μ: use other parameters, e.g. {EXAMPLES[value]}"
         )
     check_map(value, names)
     if first.count * second.count > _MAX_POINTS:

@@ -12,7 +12,7 @@ import numpy as np
 from textual import on
 from textual.app import ComposeResult
 from textual.containers import Vertical
-from textual.widgets import Button, Static
+from textual.widgets import Button
 
 from fivtui.charts import Heading, NearestPoint
 from fivtui.orbits import CycleBranch, CyclePoint, branch_chart, branch_extents, event_name
@@ -48,7 +48,6 @@ class BranchesPane(StudyPane):
 
     def compose_bar(self) -> ComposeResult:
         """The parameter with its range, and the start of the branch."""
-        yield Static("along", classes="bar-text")
         yield from self.compose_input()
         yield Button(_ORIGINS[self._origin], id="branch-from", compact=True)
 

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import Vertical
-from textual.widgets import Static
 
 from fivtui.charts import Heading
 from fivtui.identification import IdentifyOptions, fit_charts, prepare_fit
@@ -55,7 +54,6 @@ class IdentificationPane(StudyPane):
 
     def compose_bar(self) -> ComposeResult:
         """Files, and what is fitted."""
-        yield Static("identify", classes="bar-text")
         yield from self.compose_input()
 
     def compose_views(self) -> ComposeResult:

@@ -17,7 +17,7 @@ from fivtui.studies import study
 from fivtui.tui.chart import ChartView, TextInput
 from fivtui.tui.session import DisplayedStudy, Job, Session, study_command
 from fivtui.tui.tabs.exports.export import Export, scene_study_export, with_displayed_charts
-from fivtui.tui.tabs.job_pane import JobBar, JobPane
+from fivtui.tui.tabs.job_pane import JobPane
 from fivtui.tui.tabs.messages import PointRunRequested
 
 
@@ -30,7 +30,9 @@ class StudyPane(JobPane):
     Attributes
     ----------
     NAME : str
-        Kind of study in the registry, also identifier of the tab.
+        Identifier of the tab.
+    KIND : str
+        Kind of study in the registry, if it has another name.
     INPUT, EXAMPLE : str
         Identifier and initial text of the input; without `EXAMPLE` there is no input.
     INPUT_FORMAT : str
@@ -41,6 +43,8 @@ class StudyPane(JobPane):
         Identifiers and titles of the buttons, of which one is active.
     """
 
+    STATUS_BELOW: ClassVar[bool] = True
+    KIND: ClassVar[str] = ""
     INPUT: ClassVar[str] = ""
     EXAMPLE: ClassVar[str] = ""
     INPUT_FORMAT: ClassVar[str] = ""
@@ -53,6 +57,7 @@ class StudyPane(JobPane):
         self._is_typing = False
         # Error message of the input.
         self._error = ""
+        self.kind = self.KIND or self.NAME
         self._drawn_result: DisplayedStudy[Any] | None = None
 
     # The input
@@ -138,7 +143,7 @@ class StudyPane(JobPane):
     def show_bar(self) -> None:
         """Display the progress of a job, an error of the input, its format, or the status."""
         text = self._error or (self.INPUT_FORMAT if self._is_typing else self.status)
-        self.query_one(JobBar).show(self.job, text, is_error=bool(self._error))
+        self.show_action(self.job, text, is_error=bool(self._error))
 
     # The choices
 
@@ -175,7 +180,12 @@ class StudyPane(JobPane):
     @property
     def displayed(self) -> DisplayedStudy[Any] | None:
         """The displayed result."""
-        return self.session.studies.get(self.NAME)
+        return self.session.studies.get(self.study_key)
+
+    @property
+    def study_key(self) -> str:
+        """Key of the result in the session."""
+        return self.NAME
 
     @property
     def parameters(self) -> Parameters | None:
@@ -209,7 +219,7 @@ class StudyPane(JobPane):
 
     def show_result(self, result: Any) -> None:
         """Display a computed result."""
-        self.session.studies[self.NAME] = DisplayedStudy(result, self.session.name)
+        self.session.studies[self.study_key] = DisplayedStudy(result, self.session.name)
         self.scene_changed()
 
     def scene_changed(self) -> None:
@@ -264,21 +274,21 @@ class StudyPane(JobPane):
     def required_result(self) -> DisplayedStudy[Any]:
         """The displayed result; raises `InputError` if there is none."""
         if self.displayed is None:
-            raise InputError(f"no {study(self.NAME).contents_name} to export yet: press F10")
+            raise InputError(f"no {study(self.kind).contents_name} to export yet: press F10")
         return self.displayed
 
     def export(self, kind: str) -> Export:
         """Figure or data of the result; the figure is the displayed charts, if there are any."""
         displayed = self.required_result()
         name = displayed.name or self.session.name
-        export = scene_study_export(kind, self.NAME, displayed.value, name)
+        export = scene_study_export(kind, self.kind, displayed.value, name)
         return with_displayed_charts(export, self.visible_charts(), self.heading(displayed.value))
 
     def command_line(self) -> str:
         """The command that computes the displayed result; without result, the edited scene."""
         displayed = self.displayed
         request = self.command_request() if displayed is None else self.request_for(displayed.value)
-        return study_command(self.NAME, request, self.session.origin)
+        return study_command(self.kind, request, self.session.origin)
 
     def command_request(self) -> Any:
         """The request that the command line computes if there is no result."""

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, ClassVar, Final
 
 from textual.app import ComposeResult
 from textual.containers import Vertical
-from textual.widgets import Static
 
 from fivtui.charts import Heading, NearestPoint, scale_text
 from fivtui.model import InputError
@@ -55,7 +54,6 @@ class SweepPane(StudyPane):
 
     def compose_bar(self) -> ComposeResult:
         """The swept ranges."""
-        yield Static("vary", classes="bar-text")
         yield from self.compose_input()
 
     def compose_views(self) -> ComposeResult:

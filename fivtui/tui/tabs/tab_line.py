@@ -1,0 +1,68 @@
+"""The line of tabs: their titles by group over the whole width of the screen."""
+
+from collections.abc import Sequence
+from itertools import groupby
+from typing import ClassVar, Final
+
+from textual.binding import Binding, BindingType
+from textual.content import Content
+from textual.reactive import reactive
+from textual.style import Style
+from textual.widget import Widget
+
+from .tab_book import TabSpec
+
+# Signs of keys that are not called by their sign.
+_KEY_SIGNS: Final = {"minus": "-"}
+# What the line shows, from the widest to the narrowest.
+_TITLES, _KEYS, _GROUPS = "titles", "keys", "groups"
+_PARTS: Final = ({_TITLES, _KEYS, _GROUPS}, {_TITLES, _KEYS}, {_TITLES}, {_KEYS})
+
+
+class TabLine(Widget, can_focus=True):
+    """The titles of the tabs; a click or the arrow keys show a tab.
+
+    `progress` is that of a run, displayed beside the title of the first tab.
+    """
+
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("left,h", "screen.switch_tab(-1)", "Previous tab", show=False),
+        Binding("right,l", "screen.switch_tab(1)", "Next tab", show=False),
+        Binding("down,j,enter", "screen.focus_part('plot')", "Into the tab", show=False),
+    ]
+    active = reactive("")
+    progress = reactive("")
+
+    def __init__(self, specs: Sequence[TabSpec]) -> None:
+        super().__init__(id="tab-line")
+        self._specs = specs
+
+    def render(self) -> Content:
+        """All titles, with their keys and the names of groups if they fit."""
+        lines = [self._line(parts) for parts in _PARTS]
+        return next((line for line in lines if line.cell_length <= self.size.width), lines[-1])
+
+    def _line(self, parts: set[str]) -> Content:
+        line, active_span = Content(" "), (0, 0)
+        for group, specs in groupby(self._specs, key=lambda spec: spec.group):
+            if len(line) > 1:
+                line += Content.styled("│ ", "$foreground 30%")
+            if _GROUPS in parts and group:
+                line += Content.styled(f"{group} ", "$text-muted italic")
+            for spec in specs:
+                title = self._title(spec, parts)
+                if spec.id == self.active:
+                    # The blanks around a title belong to it.
+                    active_span = len(line) - 1, len(line) + len(title) + 1
+                line += title + " "
+        style = "bold reverse $text-accent" if self.has_focus else "bold reverse"
+        return line.stylize(style, *active_span)
+
+    def _title(self, spec: TabSpec, parts: set[str]) -> Content:
+        base = spec.key.rpartition("+")[2]
+        sign = f"{_KEY_SIGNS.get(base, base)}" if _KEYS in parts else ""
+        title = spec.title if _TITLES in parts or spec.id == self.active else ""
+        if title and self.progress and spec is self._specs[0]:
+            title = f"{title} {self.progress}"
+        content = Content.assemble((sign, "$text-muted"), " " if sign and title else "", title)
+        return content.stylize(Style.from_meta({"@click": f"screen.show_tab('{spec.id}')"}))
