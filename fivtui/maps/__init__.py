@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from .charts import map_chart
     from .options import MapOptions
-    from .result import MAP_VALUES, SAFETY_VALUES, StabilityMap
+    from .result import MAP_VALUES, StabilityMap
     from .safety import safety_map
     from .stability import check_map, compute_map, parse_map_value, stability_map
 else:

@@ -53,7 +53,7 @@ async def test_a_finished_run_fills_plots_summary_and_tabs(
         "s, tol 1e-12",
         "y (m)",
         "P (N)",
-        "⣿",
+        "▓",
     ):
         assert phrase in screen_text, phrase
     assert any(line.endswith("100│") for line in screen_text.splitlines())
