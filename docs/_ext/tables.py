@@ -202,11 +202,11 @@ def map_columns() -> str:
 def fmu_variables() -> str:
     """The variables of the FMU of the slider-belt, in the order of their references."""
     return _table(
-        ("name", "causality, type", "unit", "meaning", "start", "allowed"),
+        ("name", "causality, variability, type", "unit", "meaning", "start", "allowed"),
         (
             (
                 f"`{variable.name}`",
-                f"{variable.role} {variable.type}",
+                f"{variable.role}, {variable.variability}, {variable.type}",
                 variable.unit or "–",
                 variable.meaning,
                 str(variable.start).lower() if variable.settable else "",

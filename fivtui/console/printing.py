@@ -2,7 +2,7 @@
 
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from html import escape
 from types import TracebackType
 from typing import Final, Self
@@ -187,9 +187,10 @@ def number(value: float, digits: int = 6) -> str:
     return f"{value:.{digits}g}"
 
 
-def parameter_line(p: Parameters) -> str:
-    """A parameter set in one line."""
-    return "  ".join(f"{name}={number(value)}" for name, value in p.as_dict().items())
+def parameter_line(p: Parameters, without: Collection[str] = ()) -> str:
+    """A parameter set in one line, except those `without`."""
+    values = {name: value for name, value in p.as_dict().items() if name not in without}
+    return "  ".join(f"{name}={number(value)}" for name, value in values.items())
 
 
 def print_rows(

@@ -101,9 +101,9 @@ NOINLINE int64_t mode_on_belt(const Belt *belt, double x, double vx, double y, d
         kt * (__builtin_fabs(vy) + vy_scale),
         kt * (__builtin_fabs(ay) + load / p[P_M]) + __builtin_fabs(slope_term)};
     const double held_sizes[DERIVATIVES] = {
-        p[P_C1] * v + __builtin_fabs(p[P_M] * rates->v_belt)
+        __builtin_fabs(p[P_C1] * v) + __builtin_fabs(p[P_M] * rates->v_belt)
             + __builtin_fabs(horizontal * x) + __builtin_fabs(coupling * y),
-        __builtin_fabs(damper_rate) + horizontal * v + __builtin_fabs(coupling * vy),
+        __builtin_fabs(damper_rate) + __builtin_fabs(horizontal * v) + __builtin_fabs(coupling * vy),
         __builtin_fabs(horizontal * rates->v_belt) + __builtin_fabs(coupling * ay)};
     double grips[DERIVATIVES], sizes[DERIVATIVES], margin[DERIVATIVES];
     multiply_by_line(belt->p[P_MU_S], __builtin_fabs(rates->mu_static), force_sizes, sizes);
@@ -129,7 +129,7 @@ INLINE double start_half_acceleration(const Belt *belt, double x, double y, doub
 {
     const double *p = belt->p;
     double grip = p[P_MU_S] * spring_force(p, y), held = holding_force(p, x, y, belt->rates.v_belt);
-    double size = p[P_C1] * p[P_V_BELT] + __builtin_fabs(p[P_M] * belt->rates.v_belt)
+    double size = __builtin_fabs(p[P_C1] * p[P_V_BELT]) + __builtin_fabs(p[P_M] * belt->rates.v_belt)
                   + __builtin_fabs(horizontal_stiffness(p) * x)
                   + __builtin_fabs(coupling_stiffness(p) * y) + __builtin_fabs(grip);
     double belt_half = 0.5 * belt->rates.v_belt;

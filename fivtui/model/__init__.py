@@ -40,6 +40,7 @@ if TYPE_CHECKING:
         Rows,
         TimeTable,
         build_course,
+        initial_values,
         parameters_after,
         time_table,
         time_tables,

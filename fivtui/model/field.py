@@ -121,7 +121,7 @@ def holding_force_rate(p: Any, acceleration: Any, vx: Any, vy: Any) -> Any:
 
 def holding_force_size(p: Any, x: float, y: float, rates: Rates = CONSTANT) -> float:
     """Sum of the absolute terms of `holding_force`, N, to which its rounding error is relative."""
-    drive = p.c1 * (p.v_belt or 0.0) + abs(p.m * rates.v_belt)
+    drive = abs(p.c1 * (p.v_belt or 0.0)) + abs(p.m * rates.v_belt)
     size: float = drive + abs(horizontal_stiffness(p) * x) + abs(coupling_stiffness(p) * y)
     return size
 

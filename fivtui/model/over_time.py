@@ -3,7 +3,7 @@
 import math
 from bisect import bisect_left, bisect_right
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 from .errors import InputError
@@ -83,6 +83,9 @@ def time_table(name: str, rows: Rows) -> TimeTable:
     """
     check_known("parameter over time", name, TIME_DEPENDENT)
     spec = parameter_spec(name)
+    if name == "v_belt":
+        # Over time the belt may run backward.
+        spec = replace(spec, lower=-spec.upper)
     if isinstance(rows, TimeTable):
         rows = zip(rows.times, rows.values, strict=True)
     times: list[float] = []
@@ -108,6 +111,13 @@ def time_table(name: str, rows: Rows) -> TimeTable:
 def time_tables(over_time: Mapping[str, Rows]) -> dict[str, TimeTable]:
     """The checked tables of parameters, see `time_table`."""
     return {name: time_table(name, rows) for name, rows in over_time.items()}
+
+
+def initial_values(tables: Mapping[str, TimeTable]) -> dict[str, float]:
+    """Values just after t = 0, none below the bounds of constant parameters."""
+    return {
+        name: max(table.after(0.0)[0], parameter_spec(name).lower) for name, table in tables.items()
+    }
 
 
 @dataclass(frozen=True, slots=True)
@@ -137,7 +147,12 @@ class Course:
         # Without `mu_s` the static coefficient `mu_static` is μ.
         if "mu" in slopes and self.fixed.mu_s is None:
             slopes["mu_static"] = slopes["mu"]
-        return self.fixed.with_values(values), Rates(**slopes)
+        return self.fixed.with_inputs(values), Rates(**slopes)
+
+    @property
+    def initial(self) -> Parameters:
+        """The parameters just after t = 0; a belt that runs backward counts as at rest."""
+        return self.fixed.with_values(initial_values(self.tables))
 
     def speed_before(self, t: float) -> float:
         """Speed of the belt just before a time, m/s; 0 for a belt without finite speed."""
@@ -171,7 +186,7 @@ def parameters_after(p: Parameters, rates: Rates, duration: float) -> Parameters
         return p
     values = {"F": p.F + rates.F * duration, "mu": max(p.mu + rates.mu * duration, 0.0)}
     if p.v_belt is not None:
-        values["v_belt"] = max(p.v_belt + rates.v_belt * duration, 0.0)
+        values["v_belt"] = p.v_belt + rates.v_belt * duration
     # Not `with_values`, whose checks may fail where rounding takes a value beyond its bounds.
     return p.replaced(**values)
 

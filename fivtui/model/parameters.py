@@ -200,6 +200,11 @@ class Parameters:
             values_by_name[name] = parameter_spec(name).read(value)
         return type(self)(**values_by_name)
 
+    def with_inputs(self, values: Mapping[str, float]) -> Self:
+        """A copy with inputs at an instant, which are checked: `v_belt` may be negative."""
+        sizes = {name: value if abs(value) >= _MIN_SIZE else 0.0 for name, value in values.items()}
+        return self.replaced(**sizes)
+
     def perturbed(self, changes: Mapping[str, float]) -> Self:
         """A copy, not checked, whose imaginary parts are `changes` times `DERIVATIVE_STEP`.
 

@@ -122,7 +122,7 @@ def _contact_mode(p: Parameters, state: State, belt_speed: float, rates: Rates) 
     a, h = equations.horizontal_stiffness(p), equations.coupling_stiffness(p)
     holding_sizes = (
         equations.holding_force_size(p, x, y, rates),
-        abs(p.c1 * rates.v_belt) + a * belt_speed + abs(h * vy),
+        abs(p.c1 * rates.v_belt) + abs(a * belt_speed) + abs(h * vy),
         abs(a * rates.v_belt) + abs(h * ay),
     )
     grip_forces = _product_derivatives(mu_static, rates.mu_static, forces)

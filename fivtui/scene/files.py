@@ -15,7 +15,14 @@ from tomlkit.items import Item
 
 from fivtui.distributions import parse_distribution
 from fivtui.io import MAX_TEXT, output_path, path_exists, read_bytes, write_atomically
-from fivtui.model import InputError, Parameters, check_known, parameter_spec, unknown_name_error
+from fivtui.model import (
+    InputError,
+    Parameters,
+    check_known,
+    initial_values,
+    parameter_spec,
+    unknown_name_error,
+)
 from fivtui.transient import SETTINGS, check_file_number, check_file_text
 
 from .over_time import over_time_to_dict, parse_over_time
@@ -130,7 +137,7 @@ def scene_from_dict(data: Mapping[str, object], *, name: str | None = None) -> S
         raise InputError("the key name is missing")
     values.setdefault("description", "")
     # Values just after t = 0, without the slopes.
-    initial = {key: table.after(0.0)[0] for key, table in values.get("over_time", ())}
+    initial = initial_values(dict(values.get("over_time", ())))
     return Scene(parameters=_parameters(data.get(_PARAMETERS_KEY, {}), initial), **values)
 
 

@@ -127,7 +127,7 @@ class Scene:
         p, over_time = check_parameters(self.parameters), dict(self.over_time)
         if over_time:
             # A course is parameters over time: take those just after t = 0, without their rates.
-            p, _ = build_course(p, over_time).after(0.0)
+            p = build_course(p, over_time).initial
         t_end = check_horizon(self.t_end)
         checked = {
             "parameters": p,

@@ -66,7 +66,7 @@ class BeltStepper(TaylorStepper):
         p, self._rates = self._course.after(t)
         super().__init__(System(p, system.separation), state, t=t, tol=tol, order=order)
         # The scale of displacements in `TaylorStepper._step_size`.
-        self._deflection = static_deflection(p.with_values({"F": self._course.greatest_load}))
+        self._deflection = static_deflection(p.with_inputs({"F": self._course.greatest_load}))
         self._row_time = self._course.next_row_time(t)
         self._mode = mode_of(p, state, separation=system.separation, rates=self._rates)
         if tables:

@@ -158,7 +158,8 @@ def print_transient(
     """Print the report of a transient, with its `errors` if `runs` runs have verified it."""
     verified = "" if errors is None else f"verified by {runs} runs"
     rows = transient_rows(result, verified, errors)
-    print_list(title, [Row("parameters", parameter_line(result.parameters)), *rows])
+    parameters = parameter_line(result.parameters, without=tuple(result.over_time))
+    print_list(title, [Row("parameters", parameters), *rows])
     if result.sensitivities is not None:
         _print_sensitivities(result.sensitivities, result.tol)
 

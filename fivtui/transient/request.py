@@ -81,7 +81,7 @@ class Request:
         set_field(self, "course", course)
         if course is not None:
             # The parameters just after t = 0, where a table may jump; here without their slopes.
-            p, _rates = course.after(0.0)
+            p = course.initial
             system = System(p, system.separation, system.over_time)
             set_field(self, "system", system)
         set_field(self, "t_end", check_horizon(self.t_end))

@@ -135,7 +135,8 @@ def _table_row(v: Variable) -> str:
     # The fields of `Variable` in ``component.h``.
     numbers = [_c_number(value) for value in (v.start, v.lower, v.upper)]
     is_continuous = str(int(v.variability == "continuous"))
-    fields = (f'"{v.name}"', _C_KINDS[v.type], v.role.name, *numbers, f'"{v.range_text}"')
+    role = "TUNABLE" if v.tunable else v.role.name
+    fields = (f'"{v.name}"', _C_KINDS[v.type], role, *numbers, f'"{v.range_text}"')
     return f"    {{{', '.join((*fields, _c_number(v.nominal or 1.0), is_continuous))}}},"
 
 

@@ -42,7 +42,7 @@ one, with fmi2Warning.</p>
 """
 # Titles of the tables of variables in the documentation.
 _TITLES: Final = {
-    Role.PARAMETER: "Parameters, fixed after initialization",
+    Role.PARAMETER: "Parameters; tunable ones may change between communication steps",
     Role.INPUT: "Inputs, held from one communication point to the next",
     Role.OUTPUT: "Outputs",
     Role.LOCAL: "Local variables",
@@ -104,7 +104,8 @@ def _index_page(component: Component, rules: str) -> str:
     ]
     for role, title in _TITLES.items():
         rows = "".join(
-            f"<tr><td>{v.name}</td><td>{v.unit}</td><td>{html.escape(v.meaning)}</td>"
+            f"<tr><td>{v.name}</td><td>{v.variability}</td><td>{v.unit}</td>"
+            f"<td>{html.escape(v.meaning)}</td>"
             f"<td>{html.escape(v.range_text)}</td></tr>\n"
             for v in component.variable_table.variables
             if v.role is role

@@ -60,17 +60,19 @@ def _times() -> list[float]:
 
 
 def _slider_belt_reference() -> Reference:
-    p = Parameters(F=_FORCE_BEFORE)
+    p, p_after = Parameters(F=_FORCE_BEFORE), Parameters(F=_FORCE_AFTER)
     start = start_state({value_reference: v.start for value_reference, v in enumerate(VARIABLES)})
     motion = SliderBeltMotion(p, start, t=0.0, separation=True, tol=DEFAULT_TOL)
     names = ("x", "vx", "y", "vy", "P", "separations", "reattachments")
     rows = []
     for t in _times():
+        if t > _JUMP_TIME:
+            p = p_after
         if t > 0.0:
-            motion.move_to(t, F=_FORCE_BEFORE if t <= _JUMP_TIME else _FORCE_AFTER, mu=p.mu)
+            motion.move_to(t, p)
         current = motion.current
         x, vx, y, vy = current.state
-        force = motion.contact_force(y)
+        force = motion.contact_force(y, p)
         rows.append((t, x, vx, y, vy, force, current.separations, current.reattachments))
     return Reference(
         stop_time=_STOP_TIME,
@@ -131,7 +133,9 @@ contact the friction force on the slider is mu(v_r) P in forward slip (v_r &gt; 
 -mu(|v_r|) P in backward slip (v_r &lt; 0, mode 3). In stick (v_r = 0, mode 4) it is the holding
 force f = c1 v_belt + m dv_belt/dt + a x - h y, as long as |f| is at most mu_s P. A separated slider
 is in mode 0. mu(v) = mu + (mu_s - mu) exp(-v/v_s). With v_s = 0 friction is static only in stick;
-mu_s = 0 stands for mu_s = mu. mu above mu_s is refused.</p>
+mu_s = 0 stands for mu_s = mu. mu above mu_s is refused; to raise both, set them in one call, or
+mu_s first. With a negative v_belt the belt runs backward. With finite_belt = false, v_belt other
+than 0 and its default is refused.</p>
 """
 _EVENTS_ABOUT: Final = """\
 <p>State events (separation and reattachment at y = 0; where stick and slip begin) are located

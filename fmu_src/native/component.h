@@ -14,7 +14,7 @@
 #pragma GCC visibility push(hidden)
 
 typedef enum { REAL, INTEGER, BOOLEAN } Kind;
-typedef enum { PARAMETER, INPUT, OUTPUT, LOCAL } Role;
+typedef enum { PARAMETER, TUNABLE, INPUT, OUTPUT, LOCAL } Role;
 
 /* A row of the table of variables; its index is the value reference. */
 typedef struct {
@@ -31,7 +31,7 @@ typedef struct {
 
 static inline int is_settable(const Variable *v)
 {
-    return v->role == PARAMETER || v->role == INPUT;
+    return v->role <= INPUT;
 }
 
 struct Instance;
@@ -48,9 +48,9 @@ typedef struct {
     const char *(*begin)(struct Instance *i);
     /* A warning about initial values that have no effect, or NULL. Optional. */
     const char *(*find_warning)(struct Instance *i);
-    /* Checks a new value of an input against the values of other variables, after the range in its
-       row of the table. Called after the motion has begun. Optional. */
-    const char *(*check_input)(struct Instance *i, uint32_t reference, double value);
+    /* Checks values of all variables against each other, and against those before, at the end of
+       the initialization and where values change after it. Optional. */
+    const char *(*check_values)(struct Instance *i, const double *values);
     /* Advances to t with inputs that follow their slopes from the time `from` on. Unless `switched`
        is NULL, stops at the first switch up to t, sets t to its time and `switched` to 1. */
     const char *(*advance)(struct Instance *i, double from, double *t, int *switched);

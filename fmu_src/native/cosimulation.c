@@ -42,12 +42,8 @@ static const char *extrapolate_inputs(Instance *i, double h, double *end_values)
         if (!(isfinite(end_values[r]) && end_values[r] >= v->lower && end_values[r] <= v->upper))
             return set_reason(i, "%s = %g at the end of the step: must be %s", v->name,
                               end_values[r], v->allowed);
-        const char *reason =
-            COMPONENT.check_input ? COMPONENT.check_input(i, r, end_values[r]) : NULL;
-        if (reason)
-            return reason;
     }
-    return NULL;
+    return COMPONENT.check_values ? COMPONENT.check_values(i, end_values) : NULL;
 }
 
 /* Refuse a step for a reason; the importer may repeat it with another size. */

@@ -47,6 +47,9 @@ fmi2Status fmi2ExitInitializationMode(fmi2Component c)
     const fmi2Status status = update_outputs(i);
     if (status != fmi2OK)
         return status;
+    const char *reason = COMPONENT.check_values ? COMPONENT.check_values(i, i->s.values) : NULL;
+    if (reason)
+        return report(i, fmi2Error, "%s", reason);
     i->s.phase = i->type == fmi2CoSimulation ? STEPPING : EVENTS;
     const char *warning = COMPONENT.find_warning ? COMPONENT.find_warning(i) : NULL;
     /* The call returns fmi2OK even with a warning, because the values are valid. */

@@ -85,7 +85,7 @@ static int is_finite_belt(const State *s) { return s->values[V_finite_belt] != 0
 static double clipped_speed(const State *s, int variable)
 {
     const double speed = s->values[variable];
-    return speed < LEAST_SPEED ? 0.0 : speed;
+    return vabs(speed) < LEAST_SPEED ? 0.0 : speed;
 }
 
 /* Read the parameters in the kernel's order: P_MU_S is -1 where static friction equals μ. */
@@ -121,40 +121,38 @@ static double static_friction(const State *s)
     return s->values[V_mu_s] > 0.0 ? s->values[V_mu_s] : s->values[V_mu];
 }
 
-static const char *check_input(Instance *i, uint32_t reference, double value)
+static const char *check_friction(Instance *i, const double *v)
+{
+    if (v[V_finite_belt] != 0.0 && v[V_mu_s] > 0.0 && v[V_mu] > v[V_mu_s])
+        return set_reason(i, "mu = %g: must be at most mu_s = %g", v[V_mu], v[V_mu_s]);
+    return NULL;
+}
+
+static const char *check_values(Instance *i, const double *v)
 {
     const State *s = &i->s;
-    const double mu_s = s->values[V_mu_s];
-    if (!is_finite_belt(s))
-        return NULL;
-    if (reference == V_mu && mu_s > 0.0 && value > mu_s)
-        return set_reason(i, "mu = %g: must be at most mu_s = %g", value, mu_s);
-    if (reference == V_v_belt && s->phase == CONTINUOUS && const_record(i)->mode == STICK
-        && value != s->values[V_v_belt])
+    const double speed = v[V_v_belt];
+    /* A speed of 0, to which some importers set unconnected inputs, and the default are no speed. */
+    if (v[V_finite_belt] == 0.0 && speed != 0.0 && speed != TABLE[V_v_belt].start)
+        return set_reason(i, "v_belt = %g: has no effect without finite_belt, which must be set",
+                          speed);
+    if (v[V_finite_belt] != 0.0 && s->phase == CONTINUOUS && const_record(i)->mode == STICK
+        && speed != s->values[V_v_belt])
         return set_reason(i, "v_belt = %g: must stay %g while the slider sticks, except in event "
-                             "mode", value, s->values[V_v_belt]);
-    return NULL;
+                             "mode", speed, s->values[V_v_belt]);
+    return check_friction(i, v);
 }
 
 static const char *find_warning(Instance *i)
 {
-    static const uint32_t REFERENCES[] = {V_v_belt, V_mu_s, V_v_s};
-    const State *s = &i->s;
-    char names[TEXT_SIZE] = "";
-    int count = 0;
-    if (is_finite_belt(s))
-        return s->values[V_v_s] > 0.0 && s->values[V_mu_s] == 0.0
-                   ? set_reason(i, "v_s has no effect without mu_s")
-                   : NULL;
-    for (size_t n = 0; n < sizeof REFERENCES / sizeof *REFERENCES; n++) {
-        const Variable *v = &COMPONENT.variables[REFERENCES[n]];
-        if (s->values[REFERENCES[n]] == v->start)
-            continue;
-        strcat(strcat(names, count++ ? ", " : ""), v->name);
-    }
-    return count ? set_reason(i, "%s %s no effect without finite_belt", names,
-                              count == 1 ? "has" : "have")
-                 : NULL;
+    const double *v = i->s.values;
+    const int has_mu_s = v[V_mu_s] > 0.0, has_v_s = v[V_v_s] > 0.0;
+    if (v[V_finite_belt] != 0.0)
+        return has_v_s && !has_mu_s ? set_reason(i, "v_s has no effect without mu_s") : NULL;
+    if (!has_mu_s && !has_v_s)
+        return NULL;
+    return set_reason(i, "%s no effect without finite_belt",
+                      has_mu_s && has_v_s ? "mu_s, v_s have" : has_mu_s ? "mu_s has" : "v_s has");
 }
 
 static const char *begin_motion(Instance *i)
@@ -163,7 +161,7 @@ static const char *begin_motion(Instance *i)
     MotionRecord *record = motion_record(i);
     const double *v = s->values;
     const int separation = v[V_separation] != 0.0;
-    const char *reason = check_input(i, V_mu, v[V_mu]);
+    const char *reason = check_friction(i, v);
     double state[STATE] = {v[V_x_start], v[V_vx_start], v[V_y_start], v[V_vy_start]};
     if (reason)
         return reason;
@@ -433,7 +431,8 @@ static void compute_outputs(Instance *i)
     else
         totals = exchange_totals(i);
     v[V_x_peak] = totals.x_peak, v[V_y_peak] = totals.y_peak, v[V_vx_max] = totals.vx_max;
-    v[V_P_min] = totals.P_min, v[V_P_max] = totals.P_max;
+    /* The contact force is that under parameters set since the last step. */
+    v[V_P_min] = minimum(totals.P_min, force), v[V_P_max] = maximum(totals.P_max, force);
     v[V_separated_time] = totals.separated_time;
 }
 
@@ -491,7 +490,7 @@ static double find_mode(const Instance *i, Block *w, double *p, double *state, d
     const double tolerance =
         has_overshot && speed == record->update_speed ? OVERSHOOT_TOLERANCE : SWITCH_TOLERANCE;
     Belt belt;
-    if (vabs(v_r) <= tolerance * maximum(scale, speed))
+    if (vabs(v_r) <= tolerance * maximum(scale, vabs(speed)))
         state[S_VX] = speed;
     /* The kernel needs the value; `read_parameters` gives −1 for μ. */
     p[P_MU_S] = p[P_MU_S] < 0.0 ? p[P_MU] : p[P_MU_S];
@@ -755,7 +754,7 @@ const Component COMPONENT = {
     .indicator_count = INDICATORS,
     .begin = begin_motion,
     .find_warning = find_warning,
-    .check_input = check_input,
+    .check_values = check_values,
     .advance = advance_motion,
     .differentiate_in_time = differentiate_in_time,
     .derivative_order = OUTPUT_DERIVATIVE_ORDER,

@@ -3,6 +3,7 @@
    `r` are value references: indices in `COMPONENT.variables`. */
 
 #include <math.h>
+#include <string.h>
 
 #include "instance.h"
 
@@ -94,7 +95,11 @@ static fmi2Status check_settable(Instance *i, fmi2ValueReference reference, Kind
     if (v->kind != kind)
         return report(i, fmi2Error, "%s is of type %s, not %s", v->name, KIND_NAMES[v->kind],
                       KIND_NAMES[kind]);
-    int is_fixed = v->role == PARAMETER && phase != INSTANTIATED && phase != INITIALIZATION;
+    const int is_initial = phase == INSTANTIATED || phase == INITIALIZATION;
+    /* FMI allows changes of tunable parameters in event mode, and between steps without one. */
+    const int may_tune = v->role == TUNABLE
+                         && (phase == EVENTS || (phase == STEPPING && !i->uses_events));
+    const int is_fixed = v->role < INPUT && !is_initial && !may_tune;
     const int may_update =
         phase != INTERMEDIATE || (i->wants_inputs && i->is_updated[reference]);
     if (is_fixed || phase == TERMINATED || !may_update)
@@ -106,10 +111,7 @@ static fmi2Status check_settable(Instance *i, fmi2ValueReference reference, Kind
                       isnan(value) ? "nan" : value > 0.0 ? "inf" : "-inf", v->allowed);
     if (value > v->upper || value < v->lower)
         return report(i, fmi2Discard, "%s = %g: must be %s", v->name, value, v->allowed);
-    const int is_initial = phase == INSTANTIATED || phase == INITIALIZATION;
-    const int is_checked = COMPONENT.check_input && !is_initial;
-    const char *reason = is_checked ? COMPONENT.check_input(i, reference, value) : NULL;
-    return reason ? report(i, fmi2Discard, "%s", reason) : fmi2OK;
+    return fmi2OK;
 }
 
 /* Set all values or none, from `reals` or `integers`; the other one is NULL. */
@@ -129,11 +131,18 @@ static fmi2Status set_values(Instance *i, const fmi2ValueReference *r, size_t co
         return worst;
     State *s = &i->s;
     const int is_initial = s->phase == INSTANTIATED || s->phase == INITIALIZATION;
+    double values[MAX_VARIABLES];
+    memcpy(values, s->values, sizeof values);
+    for (size_t n = 0; n < count; n++)
+        values[r[n]] = reals ? reals[n] : kind == BOOLEAN ? integers[n] != 0 : integers[n];
+    const char *reason =
+        COMPONENT.check_values && !is_initial ? COMPONENT.check_values(i, values) : NULL;
+    if (reason)
+        return report(i, fmi2Discard, "%s", reason);
     for (size_t n = 0; n < count; n++) {
-        double value = reals ? reals[n] : kind == BOOLEAN ? integers[n] != 0 : integers[n];
-        if (s->values[r[n]] == value)
+        if (s->values[r[n]] == values[r[n]])
             continue;
-        s->values[r[n]] = value;
+        s->values[r[n]] = values[r[n]];
         /* The motion that is computed already, under the old inputs, no longer holds. */
         s->has_outputs = s->has_inputs_of_step = 0, s->fast_until = -INFINITY;
         /* Let the motion begin anew with the new initial values. */

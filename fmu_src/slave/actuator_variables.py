@@ -31,6 +31,7 @@ ACTUATOR_TABLE: Final = VariableTable(
             start=0.05,
             lower=1e-12,
             upper=1e6,
+            tunable=True,
             nominal=0.05,
         ),
         Variable(
@@ -41,6 +42,7 @@ ACTUATOR_TABLE: Final = VariableTable(
             start=0.1,
             lower=0.0,
             upper=1e3,
+            tunable=True,
             nominal=0.1,
         ),
         _force("F_start", Role.PARAMETER, "preload at the start"),

@@ -27,7 +27,7 @@ from fivtui.model.errors import ComputationError, InputError
 
 from .experiment import TIME_TOLERANCE, Experiment
 from .instance_state import InstanceState, Phase, from_bytes, to_bytes
-from .variable import Role, Type, VariableTable
+from .variable import Type, VariableTable
 
 _Method = TypeVar("_Method", bound=Callable[..., Any])
 # Python prints warnings and errors to standard error unless the host adds a handler.
@@ -211,6 +211,9 @@ class Instance(Fmi2Slave):  # type: ignore[misc]
     def _store_outputs(self) -> None:
         """Store the outputs at the current time in the values."""
 
+    def _apply_values(self, values: dict[int, float | bool]) -> None:
+        """Use values from now on; raise `InputError` if they contradict each other."""
+
     def _initialization_warning(self) -> str:
         """Warning about the values, logged at the end of initialization; empty if there is none."""
         return ""
@@ -283,6 +286,7 @@ class Instance(Fmi2Slave):  # type: ignore[misc]
         if self._refused:
             raise InputError("not initialized: " + "; ".join(self._refused.values()))
         self._begin()
+        self._apply_values(self._values)
         self._phase = Phase.STEPPING
         if warning := self._initialization_warning():
             self._log_text(Fmi2Status.warning, logging.WARNING, warning)
@@ -444,15 +448,20 @@ class Instance(Fmi2Slave):  # type: ignore[misc]
             self._needs_motion = True
         elif any(self._values[reference] != value for reference, value in accepted.items()):
             self._fast_until = -math.inf
-            # Compute the motion up to now with the old inputs.
+            # Compute the motion up to now with the old values.
             self._motion_state()
+            try:
+                self._apply_values({**self._values, **accepted})
+            except InputError as error:
+                self.refuse(next(iter(accepted)), str(error))
+                return
             self._values.update(accepted)
             self._update_outputs()
 
     def _check_value(self, reference: int, kind: Type, value: object) -> float | bool:
         checked = self.TABLE.check_settable(reference, kind, value)
         variable = self.TABLE.variables[reference]
-        is_fixed = variable.role is Role.PARAMETER and self._phase is Phase.STEPPING
+        is_fixed = variable.variability == "fixed" and self._phase is Phase.STEPPING
         if is_fixed or self._phase is Phase.TERMINATED:
             raise InputError(f"{variable.name} cannot be set {self._phase.value}")
         return checked

@@ -27,16 +27,12 @@ from fivtui.taylor.extremes import Extremes
 from fivtui.taylor.segment import Segment
 from fivtui.taylor.stepper import StepperSnapshot, TaylorStepper
 
-from .variable import Role
 from .variables import REFERENCES, STATES, VARIABLES
 
 Values = Mapping[int, float | bool]
 # Limit of Taylor steps per communication step, which take about 15 s of CPU time.
 _MAX_STEPS: Final = 500_000
-_BELT_NAMES: Final = ("v_belt", "mu_s", "v_s")
-_FIXED_REFERENCES: Final = [
-    reference for reference, variable in enumerate(VARIABLES) if variable.role is Role.PARAMETER
-]
+_FRICTION_NAMES: Final = ("mu_s", "v_s")
 
 
 class Totals(NamedTuple):
@@ -74,10 +70,8 @@ class MotionState(NamedTuple):
     t: float
     state: State
     mode: Mode
-    # Inputs up to `t`; `v_belt` is None on a belt that is always faster than the slider.
-    F: float
-    mu: float
-    v_belt: float | None
+    # Parameters and inputs up to `t`.
+    p: Parameters
     # Numbers of changes of the mode so far: to and from separation, all, and to stick, which
     # includes a start in stick. Time of the last change, or the start time, s.
     separations: int
@@ -97,17 +91,17 @@ class MotionState(NamedTuple):
 
 
 class SliderBeltMotion:
-    """A motion computed step by step, with inputs held over each communication step.
+    """A motion computed step by step, with parameters held over each communication step.
 
-    `p` are the parameters, including the initial inputs F, μ and v_belt; with `separation` the
-    slider may leave the belt. `docs/explanation/tolerance.md` defines the accuracy of `tol`. The
+    `p` are the parameters at the start, inputs included; with `separation` the slider may leave the
+    belt. `docs/explanation/tolerance.md` defines the accuracy of `tol`. The
     attribute `current` is the state at the last communication point.
     """
 
     def __init__(
         self, p: Parameters, state: State, *, t: float, separation: bool, tol: float
     ) -> None:
-        self._p, self._inputs = p, (p.F, p.mu, p.v_belt)
+        self._p = p
         self._separation = separation
         self._tol = tol
         self._stepper = self._create_stepper(state, t)
@@ -115,9 +109,7 @@ class SliderBeltMotion:
         sticks = int(snapshot.mode is Mode.STICK)
         counts = (0, 0, 0, sticks)
         totals = (_NO_TOTALS, _extremes_at(state), 0.0)
-        self.current = MotionState(
-            t, state, snapshot.mode, *self._inputs, *counts, t, *totals, snapshot, None
-        )
+        self.current = MotionState(t, state, snapshot.mode, p, *counts, t, *totals, snapshot, None)
 
     def state_at(self, t: float) -> State:
         """Evaluate the state at a time up to `computed_until`, s; the motion does not advance."""
@@ -127,32 +119,31 @@ class SliderBeltMotion:
         return self._with_belt_speed(current.segment.state(t), current.mode)
 
     def friction_and_accelerations(
-        self, state: State, force: float, *, F: float, mu: float, v_belt: float
+        self, state: State, force: float, p: Parameters
     ) -> tuple[Mode, float, tuple[float, float]]:
-        """Mode, friction force on the slider, N, and accelerations, m/s², under given inputs.
+        """Mode, friction force on the slider, N, and accelerations, m/s², under parameters.
 
         `state` is a state of the current segment, `force` its contact force, N. On a belt of finite
-        speed inputs may change the mode; otherwise `v_belt` has no effect.
+        speed other parameters than those of the segment may change the mode.
         """
-        p, mode = self._p, self.current.mode
+        mode = self.current.mode
         if p.v_belt is None:
-            # The fast path, without a copy of the parameters: hosts read outputs often.
-            if F != p.F or mu != p.mu:
-                p = p.with_values({"F": F, "mu": mu})
-            return mode, mu * force, accelerations(p, state, mode)
-        if (F, mu, v_belt) != self._inputs:
-            p = self._replace_inputs(F, mu, v_belt)
+            return mode, p.mu * force, accelerations(p, state, mode)
+        if p is not self._p and p != self._p:
             state = self._project_on_switch(state, p)
             mode = mode_of(p, state, separation=self._separation)
         # Adding zero turns -0.0 into 0.0.
         return mode, friction_force(p, state, mode) + 0.0, accelerations(p, state, mode)
 
-    def contact_force(self, y: float) -> float:
+    def contact_force(self, y: float, p: Parameters) -> float:
         """Contact force P, N, at a height y, m, in the current mode; never -0.0."""
-        return contact_force(self._p, y, self.current.mode) + 0.0
+        return contact_force(p, y, self.current.mode) + 0.0
 
-    def totals_at(self, t: float) -> Totals:
-        """Totals from the beginning to a time up to `computed_until`, s."""
+    def totals_at(self, t: float, p: Parameters) -> Totals:
+        """Totals from the beginning to a time up to `computed_until`, s.
+
+        They include the contact force at this time under other parameters.
+        """
         current, segment = self.current, self.current.segment
         extremes, separated_time = current.extremes, current.separated_time
         if segment is not None:
@@ -166,68 +157,60 @@ class SliderBeltMotion:
             contact_force(self._p, min(y, highest), Mode.CONTACT) + 0.0
             for y in (extremes.y_max, extremes.y_min)
         )
+        force = self.contact_force(self.state_at(t)[2], p)
         part = Totals(
             max(extremes.x_max, -extremes.x_min),
             max(extremes.y_max, -extremes.y_min),
             extremes.vx_max,
-            P_min,
-            P_max,
+            min(P_min, force),
+            max(P_max, force),
             separated_time,
         )
         return current.past.joined(part)
 
     @property
     def computed_until(self) -> float:
-        """Time, s, up to which the motion is computed if its inputs do not change."""
+        """Time, s, up to which the motion is computed if its parameters do not change."""
         segment = self.current.segment
         return self.current.t if segment is None else segment.end
 
-    def move_to(self, t: float, *, F: float, mu: float, v_belt: float | None = None) -> None:
-        """Advance to a later time, s, with preload `F`, N, and friction coefficient `mu`.
-
-        `v_belt`, m/s, is used on a belt of finite speed. On any exception the motion is unchanged.
-        """
+    def move_to(self, t: float, p: Parameters) -> None:
+        """Advance to a later time, s, with parameters; on any exception nothing changes."""
         initial = self.current
-        speed = None if initial.v_belt is None else v_belt
         try:
-            if (F, mu, speed) != self._inputs:
-                self._change_inputs(F, mu, speed)
+            if p is not self._p:
+                self._change_parameters(p)
             self._advance(t)
         except BaseException:
             self.restore(initial)
             raise
 
     def restore(self, current: MotionState) -> None:
-        """Return to a state of a motion with equal fixed parameters.
-
-        From there on both motions are bitwise equal.
-        """
-        inputs = (current.F, current.mu, current.v_belt)
-        if inputs != self._inputs:
-            self._p, self._inputs = self._replace_inputs(*inputs), inputs
+        """Return to a state of a motion; from there on both motions are bitwise equal."""
+        if current.p is not self._p:
+            self._p = current.p
             self._stepper = self._create_stepper(current.state, current.t)
         self._stepper.resume(current.stepper)
         self.current = current
 
-    def _replace_inputs(self, F: float, mu: float, v_belt: float | None) -> Parameters:
-        return self._p.with_values({"F": F, "mu": mu, "v_belt": v_belt})
-
     def _create_stepper(self, state: State, t: float) -> TaylorStepper:
         return taylor_stepper(System(self._p, self._separation), state, t=t, tol=self._tol)
 
-    def _change_inputs(self, F: float, mu: float, v_belt: float | None) -> None:
+    def _change_parameters(self, p: Parameters) -> None:
         current = self.current
-        p = self._replace_inputs(F, mu, v_belt)
+        if p == self._p:
+            # The motion continues, without a new step.
+            self._p = p
+            self.current = current._replace(p=p)
+            return
         state = self._project_on_switch(current.state, p)
-        past = self.totals_at(current.t)
-        self._p, self._inputs = p, (F, mu, v_belt)
+        past = self.totals_at(current.t, self._p)
+        self._p = p
         self._stepper = self._create_stepper(state, current.t)
         snapshot = self._stepper.snapshot
         self.current = _count_switch(current, snapshot.mode, current.t)._replace(
             state=state,
-            F=F,
-            mu=mu,
-            v_belt=v_belt,
+            p=p,
             past=past,
             extremes=_extremes_at(state),
             separated_time=0.0,
@@ -324,31 +307,19 @@ def start_state(values: Values) -> State:
     return (x, vx, y, vy)
 
 
-def new_motion(values: Values, state: State, *, t: float, tol: float) -> SliderBeltMotion:
-    """Create a motion that begins at a time, s, in a state, with the parameters in the values."""
-    return SliderBeltMotion(
-        build_parameters(values), state, t=t, separation=has_separation(values), tol=tol
-    )
-
-
-def fixed_values(values: Values) -> list[float]:
-    """Values of the fixed parameters; motions with equal ones can exchange their states."""
-    return [values[reference] for reference in _FIXED_REFERENCES]
-
-
 def build_parameters(values: Values) -> Parameters:
     """Build the parameter set, inputs included; `InputError` if static friction is below `mu`."""
+    check_friction(values)
     values_by_name = {name: float(values[REFERENCES[name]]) for name in PARAMETERS}
     if not values[REFERENCES["finite_belt"]]:
         return Parameters(**values_by_name)
-    check_friction(values)
     v_s = float(values[REFERENCES["v_s"]])
-    return Parameters(
+    p = Parameters(
         **values_by_name,
-        v_belt=float(values[REFERENCES["v_belt"]]),
         mu_s=float(values[REFERENCES["mu_s"]]) or None,
         v_s=v_s if v_s >= BELT_PARAMETERS["v_s"].lower else None,
     )
+    return p.with_inputs({"v_belt": float(values[REFERENCES["v_belt"]])})
 
 
 def check_friction(values: Values) -> None:
@@ -358,12 +329,22 @@ def check_friction(values: Values) -> None:
         raise InputError(f"mu = {mu:g}: must be at most mu_s = {static:g}")
 
 
+def check_belt_speed(values: Values) -> None:
+    """Raise `InputError` if a belt speed has no effect; 0 and the default count as not set."""
+    reference = REFERENCES["v_belt"]
+    speed = values[reference]
+    if not values[REFERENCES["finite_belt"]] and speed not in (0.0, VARIABLES[reference].start):
+        raise InputError(
+            f"v_belt = {speed:g}: has no effect without finite_belt, which must be set"
+        )
+
+
 def describe_unused_values(values: Values) -> str:
-    """A phrase that names belt values without effect; empty if there are none."""
+    """A phrase that names friction values without effect; empty if there are none."""
     if values[REFERENCES["finite_belt"]]:
         has_effect = values[REFERENCES["mu_s"]] > 0.0 or not values[REFERENCES["v_s"]]
         return "" if has_effect else "v_s has no effect without mu_s"
-    names = [n for n in _BELT_NAMES if values[REFERENCES[n]] != VARIABLES[REFERENCES[n]].start]
+    names = [n for n in _FRICTION_NAMES if values[REFERENCES[n]] > 0.0]
     verb = "has" if len(names) == 1 else "have"
     return f"{', '.join(names)} {verb} no effect without finite_belt" if names else ""
 

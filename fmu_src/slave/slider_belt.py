@@ -7,29 +7,27 @@ from typing import Any, Final
 from pythonfmu.default_experiment import DefaultExperiment
 
 from fivtui.model.modes import Mode
+from fivtui.model.parameters import Parameters
+from fivtui.model.slider_belt import State
 from fivtui.taylor.extremes import Extremes
 from fivtui.taylor.segment import Segment
 from fivtui.taylor.stepper import DEFAULT_TOL, StepperSnapshot
 
 from .experiment import Experiment
 from .instance import Instance
-from .instance_state import Phase
 from .motion import (
     MotionState,
     SliderBeltMotion,
     Totals,
-    Values,
-    check_friction,
+    build_parameters,
+    check_belt_speed,
     describe_unused_values,
-    fixed_values,
-    new_motion,
+    has_separation,
     start_state,
 )
-from .variable import Type
-from .variables import INPUTS, REFERENCES, SLIDER_BELT_TABLE, STATES, SUMMARY, TOTALS
+from .variables import REFERENCES, SLIDER_BELT_TABLE, STATES, SUMMARY, TOTALS
 
 # Value references of the variables.
-_F, _MU, _V_BELT = (REFERENCES[name] for name in INPUTS)
 _X, _VX, _Y, _VY = (REFERENCES[name] for name in STATES)
 _P, _FRICTION_SLIDER, _FRICTION_BELT, _SWITCHING, _AX, _AY = (
     REFERENCES[name] for name in ("P", "friction_slider", "friction_belt", "switching", "ax", "ay")
@@ -56,30 +54,38 @@ class SliderBeltInstance(Instance):
         super().__init__(SUMMARY, default, **kwargs)
         self.modelName = "SliderBelt"
         self._motion: SliderBeltMotion
-        # Tolerance and fixed parameters of the motion.
-        self._settings: tuple[float, ...] = ()
+        # Parameters and inputs from now on.
+        self._parameters = Parameters()
+        # Tolerance of the motion, and whether it has separation.
+        self._settings: tuple[float, bool] = (0.0, False)
 
     def _create_motion(self, experiment: Experiment) -> None:
         state = start_state(self._values)
-        self._motion = new_motion(self._values, state, t=experiment.start_time, tol=experiment.tol)
-        self._settings = _motion_settings(self._values, experiment)
+        self._parameters = build_parameters(self._values)
+        self._begin_motion(self._parameters, state, experiment.start_time, experiment.tol)
+
+    def _begin_motion(self, p: Parameters, state: State, t: float, tol: float) -> None:
+        separation = has_separation(self._values)
+        self._motion = SliderBeltMotion(p, state, t=t, separation=separation, tol=tol)
+        self._settings = (tol, separation)
+
+    def _apply_values(self, values: dict[int, float | bool]) -> None:
+        check_belt_speed(values)
+        self._parameters = build_parameters(values)
 
     def _initialization_warning(self) -> str:
         return describe_unused_values(self._values)
 
     def _advance(self, end: float, experiment: Experiment) -> None:
-        values = self._values
-        self._motion.move_to(end, F=values[_F], mu=values[_MU], v_belt=values[_V_BELT])
+        self._motion.move_to(end, self._parameters)
         self._fast_until = min(self._motion.computed_until, experiment.stop_time)
 
     def _store_outputs(self) -> None:
-        motion, values = self._motion, self._values
+        motion, values, p = self._motion, self._values, self._parameters
         current, state = motion.current, motion.state_at(self._t)
         x, vx, y, vy = state
-        force = motion.contact_force(y)
-        mode, friction, accelerations = motion.friction_and_accelerations(
-            state, force, F=values[_F], mu=values[_MU], v_belt=values[_V_BELT]
-        )
+        force = motion.contact_force(y, p)
+        mode, friction, accelerations = motion.friction_and_accelerations(state, force, p)
         # Written out, without a loop, for speed: reading outputs spends most time here.
         values[_X], values[_VX], values[_Y], values[_VY] = x, vx, y, vy
         values[_P], values[_FRICTION_SLIDER], values[_FRICTION_BELT] = force, friction, -friction
@@ -96,28 +102,27 @@ class SliderBeltInstance(Instance):
         if self._needs_motion or not any(r in _TOTAL_REFERENCES for r in references):
             return values
         # Computed only if a host reads them, because the search for extremes takes time.
-        totals = dict(zip(_TOTAL_REFERENCES, self._motion.totals_at(self._t), strict=True))
+        motion_totals = self._motion.totals_at(self._t, self._parameters)
+        totals = dict(zip(_TOTAL_REFERENCES, motion_totals, strict=True))
         return [totals.get(r, value) for r, value in zip(references, values, strict=True)]
-
-    def _check_value(self, reference: int, kind: Type, value: object) -> float | bool:
-        checked = super()._check_value(reference, kind, value)
-        if reference == _MU and self._phase is Phase.STEPPING:
-            check_friction({**self._values, _MU: checked})
-        return checked
 
     def _motion_state(self) -> MotionState:
         current = self._motion.current
         if current.t != self._t:
-            self._motion.move_to(self._t, F=current.F, mu=current.mu, v_belt=current.v_belt)
+            self._motion.move_to(self._t, current.p)
         return self._motion.current
 
     def _restore_motion(
         self, values: dict[int, float | bool], experiment: Experiment, current: MotionState
     ) -> None:
-        settings = _motion_settings(values, experiment)
+        settings = experiment.tol, has_separation(values)
         if settings != self._settings:
-            motion = new_motion(values, current.state, t=current.t, tol=experiment.tol)
-            self._motion, self._settings = motion, settings
+            tol, separation = settings
+            self._motion = SliderBeltMotion(
+                current.p, current.state, t=current.t, separation=separation, tol=tol
+            )
+            self._settings = settings
+        self._parameters = build_parameters(values)
         self._motion.restore(current)
 
     @staticmethod
@@ -125,6 +130,7 @@ class SliderBeltInstance(Instance):
         segment = motion_state.segment
         return {
             **motion_state._asdict(),
+            "p": motion_state.p.as_dict(),
             "extremes": astuple(motion_state.extremes),
             "segment": None if segment is None else astuple(segment),
         }
@@ -137,16 +143,13 @@ class SliderBeltInstance(Instance):
         restored = {
             "state": tuple(content["state"]),
             "mode": Mode(content["mode"]),
+            "p": Parameters().replaced(**content["p"]),
             "past": Totals(*content["past"]),
             "extremes": Extremes(*content["extremes"]),
             "stepper": stepper._replace(state=tuple(stepper.state), mode=Mode(stepper.mode)),
             "segment": None if segment is None else _segment_from_json(segment),
         }
         return MotionState(**(content | restored))
-
-
-def _motion_settings(values: Values, experiment: Experiment) -> tuple[float, ...]:
-    return (experiment.tol, *fixed_values(values))
 
 
 def _segment_from_json(content: list[Any]) -> Segment:

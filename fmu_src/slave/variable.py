@@ -45,6 +45,8 @@ class Variable:
     start: float | bool = 0.0
     lower: float = -math.inf
     upper: float = math.inf
+    # Whether a parameter may change between communication steps, and at events.
+    tunable: bool = False
     # Typical size.
     nominal: float | None = None
     # Whether it changes only where the mode changes.
@@ -84,7 +86,7 @@ class Variable:
     def variability(self) -> str:
         """FMI variability."""
         if self.role is Role.PARAMETER:
-            return "fixed"
+            return "tunable" if self.tunable else "fixed"
         return "discrete" if self.discrete else "continuous"
 
     @property

@@ -19,8 +19,9 @@ SUMMARY: Final = (
     "with a cubic contact stiffness and separation"
 )
 _COLUMNS: Final = {column.name: column for column in COLUMNS}
-# Parameters of the model that may change at every communication point.
+# Inputs, which may change at every communication point, as may all other parameters but the mass.
 INPUTS: Final = ("F", "mu", "v_belt")
+_FIXED: Final = ("m",)
 STATES: Final = ("x", "vx", "y", "vy")
 _START_NAMES: Final = tuple(f"{name}_start" for name in STATES)
 # Variables that the equilibrium for μ = 0 depends on.
@@ -35,7 +36,7 @@ _INITIAL_MODE: Final = (*_INITIAL_FORCE, *_FRICTION, "m", "c2")
 # Variables of a belt of finite speed; the flag finite_belt enables them. An FMI Real always has a
 # value, so 0 stands for an unset mu_s or v_s. An unset v_s is also the limit of small v_s.
 _BELT_MEANINGS: Final = {
-    "v_belt": "speed of the belt, used if finite_belt is true",
+    "v_belt": "speed of the belt, used if finite_belt is true; negative if it runs backward",
     "mu_s": "static friction coefficient, used if finite_belt is true: at least mu, or 0 to use mu",
     "v_s": "sliding speed over which friction falls from mu_s to mu, used if finite_belt is true; "
     "with 0 it falls at once",
@@ -60,14 +61,17 @@ def _parameter(spec: ParameterSpec) -> Variable:
         start=spec.default,
         lower=spec.lower,
         upper=spec.upper,
+        tunable=spec.name not in (*INPUTS, *_FIXED),
         nominal=abs(spec.default) or None,
     )
 
 
 def _belt_parameter(name: str, meaning: str) -> Variable:
-    # 0 means unset, except for an input.
-    variable = replace(_parameter(BELT_PARAMETERS[name]), meaning=meaning, lower=0.0)
-    return variable if variable.role is Role.INPUT else replace(variable, start=0.0)
+    # 0 means unset, except for the speed, which may be negative.
+    variable = replace(_parameter(BELT_PARAMETERS[name]), meaning=meaning)
+    if variable.role is Role.INPUT:
+        return replace(variable, lower=-variable.upper)
+    return replace(variable, start=0.0, lower=0.0)
 
 
 def _flag(name: str, meaning: str, *, start: bool) -> Variable:

@@ -20,7 +20,8 @@ from fivtui.model.errors import InputError
 from fmu_src.build.builder import NATIVE, PYTHON
 from fmu_src.build.ssp import build_ssp
 from tests.support.fmu_coupling import Row, run_coupled
-from tests.support.fmu_hosts import HOSTS
+from tests.support.fmu_hosts import CHANGE, HOSTS, OUTPUTS, START, TUNED_HOSTS
+from tests.support.fmu_instance import FmuInstance
 
 # Number and length (s) of the communication steps.
 STEPS, H = 500, 0.01
@@ -69,7 +70,31 @@ def test_the_coupled_fmus_vibrate_and_the_preload_reacts_to_the_contact_force(
 def test_a_host_agrees_with_the_reference(
     host: str, folder: Path, reference_rows: list[Row], tmp_path: Path
 ) -> None:
-    package = PACKAGES[host.removesuffix("_ssp")]
+    assert_same(run_host(host, folder, tmp_path), reference_rows)
+
+
+@pytest.mark.host
+@pytest.mark.parametrize("host", [host.__name__ for host in TUNED_HOSTS])
+def test_a_host_reverses_the_belt_tunes_and_reads_totals_as_fmpy_does(
+    host: str, folder: Path, tmp_path: Path
+) -> None:
+    extracted = fmpy.extract(str(folder / "slider_belt.fmu"), str(tmp_path / "extracted"))
+    with FmuInstance(Path(extracted)) as instance:
+        instance.begin(finite_belt=True, **START)
+        expected = []
+        for step in range(STEPS):
+            if step == STEPS // 2:
+                instance.set(**CHANGE)
+            instance.step(H)
+            y, P_max, sticks = instance.get(*OUTPUTS)
+            expected.append((y, P_max, sticks))
+    assert expected[-1][-1] > 1
+    assert_same(run_host(host, folder, tmp_path), expected)
+
+
+def run_host(host: str, folder: Path, tmp_path: Path) -> list[Row]:
+    """Run a host of `fmu_hosts.py` in a process of its own."""
+    package = PACKAGES[host.removesuffix("_ssp").removesuffix("_tuned")]
     if find_spec(package) is None:
         pytest.skip(f"{package} is not installed (extra interop)")
     script = Path(__file__).parents[1].joinpath("support", "fmu_hosts.py")
@@ -86,7 +111,8 @@ def test_a_host_agrees_with_the_reference(
         timeout=600,
     )
     assert process.returncode == 0, process.stderr[-2000:]
-    assert_same(json.loads(process.stdout.splitlines()[-1]), reference_rows)
+    rows: list[Row] = json.loads(process.stdout.splitlines()[-1])
+    return rows
 
 
 def assert_same(results: list[Row], expected: list[Row], abs_error: float = 1e-9) -> None:

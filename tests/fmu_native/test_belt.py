@@ -364,10 +364,10 @@ def test_a_ramp_of_friction_above_static_friction_is_refused(folder: Path) -> No
         assert "mu = 0.9: must be at most mu_s = 0.8" in instance.log[-1]
         instance.step(0.25)
         assert instance.get("mu") == pytest.approx([0.75])
-        instance.set_slopes(v_belt=-100.0)
+        instance.set_slopes(v_belt=-2e9)
         with pytest.raises(FMICallException, match="discard"):
             instance.step(1.0)
-        assert "v_belt = -98 at the end of the step: must be from 0" in instance.log[-1]
+        assert "v_belt = -2e+09 at the end of the step: must be from -1e+09" in instance.log[-1]
 
 
 def test_a_state_saved_on_a_ramp_in_stick_continues_with_the_same_bits(folder: Path) -> None:

@@ -38,6 +38,7 @@ ALLOWED: Final[dict[str, dict[str, tuple[str, str]]]] = {
         "GetBoolean": ("INST", "INECT"),
         "SetReal": ("INS", "INEC"),
         "SetReal of a parameter": ("IN", "IN"),
+        "SetReal of a tunable": ("INS", "INE"),
         "GetFMUstate": ("INST", "INECT"),
         "SetFMUstate": ("INST", "INECT"),
         "FreeFMUstate": ("INST", "INECT"),
@@ -73,6 +74,7 @@ ALLOWED: Final[dict[str, dict[str, tuple[str, str]]]] = {
         "GetFloat64 of the time": ("INESTV", "INECT"),
         "SetFloat64": ("INESU", "INEC"),
         "SetFloat64 of a parameter": ("IN", "IN"),
+        "SetFloat64 of a tunable": ("INE", "INE"),
         "GetFMUState": ("INEST", "INECT"),
         "SetFMUState": ("INEST", "INECT"),
         "GetDirectionalDerivative": ("NEST", "NECT"),
@@ -148,9 +150,15 @@ class Instance:
         self.on_update: Callable[[bool], None] = lambda _: None
         table = MODELS[model]
         references = {
-            role: next(r for r, v in enumerate(table.variables) if v.role is role and is_real(v))
+            role: next(
+                r
+                for r, v in enumerate(table.variables)
+                if v.role is role and is_real(v) and not v.tunable
+            )
             for role in (Role.INPUT, Role.PARAMETER)
         }
+        tunable = next(r for r, v in enumerate(table.variables) if v.tunable)
+        self.tunable = ctypes.c_uint(tunable)
         self.input = ctypes.c_uint(references[Role.INPUT])
         self.parameter = ctypes.c_uint(references[Role.PARAMETER])
         # A derivative in each model: horizontal acceleration, and rate of the preload.
@@ -222,6 +230,10 @@ class Instance:
             "GetBoolean": (*input_arguments, buffer),
             "SetReal": (*input_arguments, ctypes.byref(unit)),
             "SetReal of a parameter": (ctypes.byref(self.parameter), count, ctypes.byref(unit)),
+            "SetReal of a tunable": (ctypes.byref(self.tunable), count, ctypes.byref(unit)),
+            "SetFloat64 of a tunable": (
+                *(ctypes.byref(self.tunable), count, ctypes.byref(unit), count),
+            ),
             "GetFloat64": (*input_arguments, buffer, count),
             "GetFloat64 of the time": (ctypes.byref(self.time), count, buffer, count),
             "SetFloat64": (*input_arguments, ctypes.byref(unit), count),

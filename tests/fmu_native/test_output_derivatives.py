@@ -45,7 +45,7 @@ def test_derivatives_are_those_of_the_motion_that_follows(
 ) -> None:
     h, inputs = 1e-3, ("F", "mu", "v_belt")
     # Slopes, of which the derivatives take account before the step to which they apply.
-    slopes = {"F": 7.0, "mu": -0.02, "v_belt": 0.0 if mode is Mode.STICK else 0.3}
+    slopes = {"F": 7.0, "mu": -0.02, "v_belt": 0.3 if mode is Mode.FORWARD else 0.0}
     with FmuInstance(folder).begin(**values) as instance:
         instance.step(t)
         assert instance.get("mode") == [mode]

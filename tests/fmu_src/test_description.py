@@ -21,21 +21,21 @@ from fivtui import simulate
 # have · in place of a space, and - is no value.
 PARAMETERS: Final = """
 m        parameter fixed      kg    1e-12 1e9  5    5    mass of the slider
-k1       parameter fixed      N/m   1e-12 1e12 100  100  horizontal stiffness
-k2       parameter fixed      N/m   1e-12 1e12 50   50   linear contact stiffness
-k3       parameter fixed      N/m   0     1e12 60   60   coupling spring
-c1       parameter fixed      N·s/m 0     1e9  0.32 0.32 horizontal damping
-c2       parameter fixed      N·s/m 0     1e9  0.32 0.32 vertical damping
+k1       parameter tunable    N/m   1e-12 1e12 100  100  horizontal stiffness
+k2       parameter tunable    N/m   1e-12 1e12 50   50   linear contact stiffness
+k3       parameter tunable    N/m   0     1e12 60   60   coupling spring
+c1       parameter tunable    N·s/m 0     1e9  0.32 0.32 horizontal damping
+c2       parameter tunable    N·s/m 0     1e9  0.32 0.32 vertical damping
 F        input     continuous N     -1e9  1e9  80   80   preload, positive towards the belt
-k_nl     parameter fixed      N/m^3 0     1e24 100  100  cubic contact stiffness
+k_nl     parameter tunable    N/m^3 0     1e24 100  100  cubic contact stiffness
 mu       input     continuous 1     0     100  0.7  0.7  friction coefficient
 x_start  parameter fixed      m     -     -    1    0    horizontal displacement at the start
 vx_start parameter fixed      m/s   -     -    10   0    horizontal velocity at the start
 y_start  parameter fixed      m     -     -    1    0    vertical displacement at the start
 vy_start parameter fixed      m/s   -     -    10   0    vertical velocity at the start
-v_belt   input     continuous m/s   0     1e9  1    1    speed of the belt, used if finite_belt is true
-mu_s     parameter fixed      1     0     100  0.9  0    at least mu, or 0 to use mu
-v_s      parameter fixed      m/s   0     1e9  0.4  0    falls from mu_s to mu, used if finite_belt is true; with 0 it falls at once
+v_belt   input     continuous m/s   -1e9  1e9  1    1    speed of the belt, used if finite_belt is true
+mu_s     parameter tunable    1     0     100  0.9  0    at least mu, or 0 to use mu
+v_s      parameter tunable    m/s   0     1e9  0.4  0    falls from mu_s to mu, used if finite_belt is true; with 0 it falls at once
 """  # noqa: E501
 OUTPUTS: Final = """
 x               output continuous m     - - 1   - horizontal displacement
@@ -64,8 +64,8 @@ ay              local  continuous m/s^2 - - 50  - vertical acceleration
 ACTUATOR: Final = """
 command input     continuous N   -1e9  1e9 100  80   commanded contact force
 P       input     continuous N   -     -   100  80   contact force, fed back
-tau     parameter fixed      s   1e-12 1e6 0.05 0.05 time constant of the lag
-gain    parameter fixed      1   0     1e3 0.1  0.1  gain of the feedback
+tau     parameter tunable    s   1e-12 1e6 0.05 0.05 time constant of the lag
+gain    parameter tunable    1   0     1e3 0.1  0.1  gain of the feedback
 F_start parameter fixed      N   -1e9  1e9 100  80   preload at the start
 F       output    continuous N   -     -   100  -    preload, positive towards the belt
 F_rate  local     continuous N/s -     -   1e3  -    rate of the preload

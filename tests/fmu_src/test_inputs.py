@@ -82,10 +82,10 @@ def test_after_a_change_of_inputs_the_motion_has_the_derivatives_of_the_new_ones
 def test_the_motion_continues_within_the_step_under_changed_inputs() -> None:
     p, start = Parameters(**VALUES), (0.5, -1.0, -0.9, 0.3)
     motion = SliderBeltMotion(p, start, t=0.0, separation=True, tol=1e-9)
-    motion.move_to(0.01, F=100.0, mu=0.9)
-    motion.move_to(0.02, F=30.0, mu=0.2)
+    motion.move_to(0.01, p.with_values({"F": 100.0, "mu": 0.9}))
+    motion.move_to(0.02, p.with_values({"F": 30.0, "mu": 0.2}))
     at = motion.current
-    assert (at.F, at.mu) == (30.0, 0.2)
-    motion.move_to(0.03, F=30.0, mu=0.2)
+    assert (at.p.F, at.p.mu) == (30.0, 0.2)
+    motion.move_to(0.03, p.with_values({"F": 30.0, "mu": 0.2}))
     # The Taylor polynomial of the motion continues: the inputs are unchanged.
     assert motion.current.segment is at.segment

@@ -62,7 +62,7 @@ def test_a_course_gives_parameters_rates_and_the_time_of_the_next_row() -> None:
         ({"F": [(float("inf"), 1)]}, "time of F = inf"),
         ({"F": [(0, 1), (1e-310, 2)]}, "a jump needs the same time twice"),
         ({"mu": [(0, -0.1)]}, "mu = -0.1: must be from 0"),
-        ({"v_belt": [(0, 1), (1, -1)]}, "v_belt = -1: must be from 0"),
+        ({"v_belt": [(0, 1), (1, -2e9)]}, "v_belt = -2e+09: must be from -1e+09"),
         ({"mu": [(0, 0.5), (1, 0.95)]}, "reaches 0.95: must be at most mu_s = 0.9"),
     ],
 )

@@ -1,7 +1,7 @@
 """Runs the brake system in a co-simulation tool: ``python -I fmu_hosts.py HOST FOLDER STEPS H``.
 
 FOLDER holds the system as ``brake.ssp`` and its two FMUs; H is the step in seconds. The last line
-printed is a JSON list of (y, P, F) at the end of every communication step.
+printed is a JSON list of (y, P, F), or of `OUTPUTS`, at the end of every communication step.
 """
 
 import json
@@ -138,12 +138,70 @@ def _run_container(fmpy: Any, fmu: Path, steps: int, h: float, names: tuple[str,
     return [tuple(row) for row in zip(*(run[name][1:].tolist() for name in names), strict=True)]
 
 
+# Values of the slider-belt at the start and, set by the host, after half of the steps: a belt that
+# runs backward, and a tunable parameter. Outputs of such a run.
+START, CHANGE = {"v_belt": -1.5, "mu_s": 0.9}, {"v_belt": -0.5, "k1": 150.0}
+OUTPUTS = ("y", "P_max", "sticks")
+
+
+def libcosim_tuned(folder: Path, steps: int, h: float) -> Rows:
+    """Run the slider-belt alone in libcosimpy, and change an input and a tunable parameter."""
+    from libcosimpy.CosimExecution import CosimExecution
+    from libcosimpy.CosimManipulator import CosimManipulator
+    from libcosimpy.CosimObserver import CosimObserver
+    from libcosimpy.CosimSlave import CosimLocalSlave
+
+    execution = CosimExecution.from_step_size(round(h * 1e9))
+    fmu = str(folder / f"{_SLIDER_BELT}.fmu")
+    execution.add_local_slave(CosimLocalSlave(fmu_path=fmu, instance_name=_SLIDER_BELT))
+    slider = execution.slave_index_from_instance_name(_SLIDER_BELT)
+    references = {v.name.decode(): v.reference for v in execution.slave_variables(slider)}
+    observer, setter = CosimObserver.create_last_value(), CosimManipulator.create_override()
+    execution.add_observer(observer)
+    execution.add_manipulator(setter)
+    execution.boolean_initial_value(slider, references["finite_belt"], True)
+    for name, value in START.items():
+        execution.real_initial_value(slider, references[name], value)
+    rows: Rows = []
+    for step in range(steps):
+        if step == steps // 2:
+            setter.slave_real_values(slider, [references[n] for n in CHANGE], list(CHANGE.values()))
+        assert execution.step()
+        values = observer.last_real_values(slider, [references[name] for name in OUTPUTS])
+        rows.append(tuple(values))
+    return rows
+
+
+def ecos_tuned(folder: Path, steps: int, h: float) -> Rows:
+    """Run the slider-belt alone in ecospy, and change an input and a tunable parameter."""
+    from ecospy import EcosSimulation, EcosSimulationStructure
+    from ecospy.EcosParameterSet import EcosParameterSet
+
+    structure, values = EcosSimulationStructure(), EcosParameterSet()
+    structure.add_model(_SLIDER_BELT, str(folder / f"{_SLIDER_BELT}.fmu"))
+    values.add_bool(f"{_SLIDER_BELT}::finite_belt", True)
+    for name, value in START.items():
+        values.add_real(f"{_SLIDER_BELT}::{name}", value)
+    structure.add_parameter_set("start", values)
+    simulation = EcosSimulation(step_size=h, structure=structure)
+    simulation.init(parameter_set="start")
+    rows: Rows = []
+    for step in range(steps):
+        for name, value in CHANGE.items() if step == steps // 2 else ():
+            simulation.set_real(f"{_SLIDER_BELT}::{name}", value)
+        simulation.step()
+        rows.append(tuple(simulation.get_real(f"{_SLIDER_BELT}::{name}") for name in OUTPUTS))
+    simulation.terminate()
+    return rows
+
+
 HOSTS = (libcosim, libcosim_ssp, ecos, ecos_ssp, container, container_ssp)
+TUNED_HOSTS = (libcosim_tuned, ecos_tuned)
 
 
 def main() -> None:
     """Run the named host."""
-    run = {host.__name__: host for host in HOSTS}[sys.argv[1]]
+    run = {host.__name__: host for host in (*HOSTS, *TUNED_HOSTS)}[sys.argv[1]]
     rows = run(Path(sys.argv[2]), int(sys.argv[3]), float(sys.argv[4]))
     print("\n" + json.dumps(rows), flush=True)
 
