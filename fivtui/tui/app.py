@@ -25,7 +25,14 @@ from fivtui.scene import Scene
 from fivtui.tui.chart import Pictures, TerminalReply, parse_replies
 from fivtui.tui.session import StoredResult
 
-from .lab import KEY_IDS, KeyQueue, LabScreen, discard_alt_character, register_alt_keys
+from .lab import (
+    KEY_IDS,
+    KeyQueue,
+    LabScreen,
+    discard_alt_character,
+    key_names,
+    register_alt_keys,
+)
 from .persistence import Autosave, Slot, State, load_config, restore_session, session_state
 from .session import SCREEN_RESPONSE, ComputingThreads, Session
 from .tabs import Reported, SessionRequested
@@ -138,6 +145,7 @@ class FivtuiApp(App[None]):
         self._configured_theme = ""
         self._live_enabled: bool | None = None
         self._pictures_enabled = True
+        self._key_names = key_names(self, {})
         # Reports to be posted when the screen is displayed.
         self._reports: list[Reported] = []
         self._configure(config)
@@ -154,6 +162,7 @@ class FivtuiApp(App[None]):
             self._reports.append(Reported(f"{path}: {error}", error=True))
             return
         self.set_keymap(config.keys)
+        self._key_names = key_names(self, config.keys)
         self._configured_theme, self._live_enabled = config.theme, config.live
         self._pictures_enabled = config.pictures
         if config.theme:
@@ -223,6 +232,7 @@ class FivtuiApp(App[None]):
 
     def get_default_screen(self) -> LabScreen:
         """The laboratory's screen."""
+        self.session.key_names = self._key_names
         if self._live_enabled is not None:
             self.session.live_enabled = self._live_enabled
         screen = LabScreen(

@@ -27,10 +27,10 @@ async def test_panes_are_complete_and_titles_uncut_at_any_size() -> None:
             await show_tab(pilot, "alt+2")
             await until_shown(pilot, "Im λ/(2π) (Hz)")
             check_panes(pilot, size)
-            # F10 measures errors and times of methods, or checks the claims of the paper.
+            # The buttons measure errors and times of methods, or check the claims of the paper.
             for key, phrase in (
                 ("alt+8", "State Peak ±2nd ½ Events"),
-                ("alt+8", "F10: measure (about 7 s)"),
+                ("alt+8", "Measure F10 about 7 s"),
                 ("alt+3", "Growth μ_c Modes"),
                 ("alt+5", "Safe μ Regions"),
                 ("alt+0", "Check F10 Enter: figure, o: scene"),

@@ -103,7 +103,7 @@ def test_a_real_terminal_shows_edits_runs_and_exports(terminal: Terminal, tmp_pa
     assert "⣿" in screen_text
     # Focus the plot, then the fields: a step of a field draws a run that only F5 would keep.
     terminal.press("M-p", "M-f", "Up")
-    terminal.until_shown("F5 keeps a run")
+    terminal.until_shown("Run keeps it")
     # Two cursors show values.
     terminal.press("M-p", "c", "C")
     terminal.until_shown("t ◆50 ◇75 s Δt 25 s 1/Δt 0.04 Hz")

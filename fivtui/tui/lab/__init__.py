@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from .commands import LabCommands
     from .keyboard import KeyQueue, discard_alt_character, register_alt_keys
-    from .keys import KEY_IDS
+    from .keys import KEY_IDS, key_names
     from .screen import LabScreen
 else:
     from fivtui.lazy import lazy_exports

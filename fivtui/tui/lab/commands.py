@@ -21,7 +21,7 @@ from fivtui.scene import PRESETS, Scene
 from fivtui.tui.persistence import Slot, load_state
 from fivtui.tui.session import FIELDS, Run
 from fivtui.tui.tabs import (
-    EXPORT_KEYS,
+    EXPORT_KINDS,
     TABS,
     FieldEdited,
     RunActionRequested,
@@ -32,7 +32,6 @@ from fivtui.tui.tabs import (
     paper_scenes,
 )
 
-from .keys import key_text
 from .screen import LabScreen
 
 # Scores if all words of a search match the title or the search terms. An entry that contains only
@@ -113,54 +112,60 @@ class PaletteEntry:
 
 
 def _lab_entries(lab: LabScreen) -> Iterator[PaletteEntry]:
-    session = lab.session
+    session, keys = lab.session, lab.session.key_names
     if session.runs.active is None:
         yield PaletteEntry(
-            "Run the transient", "F5", lab.action_run, "simulate compute start calculate solve"
+            "Run the transient",
+            keys["run"],
+            lab.action_run,
+            "simulate compute start calculate solve",
         )
         yield PaletteEntry(
             "Run with native solver and FMU",
-            "F9: native solver, then FMU, then compare",
+            f"{keys['both']}: native solver, then FMU, then compare",
             lab.action_compare_engines,
             "check verify compare",
         )
     else:
-        yield PaletteEntry("Stop the run", "F5", lab.action_stop, "cancel abort break")
+        yield PaletteEntry("Stop the run", keys["stop"], lab.action_stop, "cancel abort break")
     yield from _tab_entries(lab)
     yield PaletteEntry(
         f"Engine: {session.next_engine}",
-        f"F4; now {session.engine}",
+        f"{keys['engine']}; now {session.engine}",
         lab.action_switch_engine,
         "fmu solver co-simulation switch",
     )
     yield PaletteEntry(
         "Help: keys that work now",
-        "F1, ?",
+        keys["help"],
         lab.action_help,
         "shortcuts manual equations keymap config",
     )
     yield PaletteEntry(
         f"Live curve {'off' if session.live_enabled else 'on'}",
-        "Alt+L: the transient follows every edit; its runs are not kept",
+        f"{keys['live']}: the transient follows every edit; its runs are not kept",
         lab.action_switch_live,
         "ghost redraw preview background",
     )
-    yield PaletteEntry("Open a scene or result…", "Ctrl+O", lab.action_open_scene, "load file toml")
-    yield PaletteEntry("Save the scene", "Ctrl+S", lab.action_save_scene, "write file toml")
-    yield PaletteEntry("Save the scene as…", "Alt+S", lab.action_save_scene_as, "write file toml")
+    for title, key, action, terms in (
+        ("Open a scene or result…", "open", lab.action_open_scene, "load file toml"),
+        ("Save the scene", "save", lab.action_save_scene, "write file toml"),
+        ("Save the scene as…", "save-as", lab.action_save_scene_as, "write file toml"),
+    ):
+        yield PaletteEntry(title, keys[key], action, terms)
     for path in session.recent:
         open_scene = partial(lab.files.open_path, Path(path))
         yield PaletteEntry(f"Recent: {path}", "Open again", open_scene)
     yield PaletteEntry(
         "Read a result…",
-        "Alt+O: a run, sweep, map, trade-off, branch",
+        f"{keys['read']}: a run, sweep, map, trade-off, branch",
         lab.action_read_result,
         "import load open csv npz json parquet",
     )
     if session.can_undo:
-        yield PaletteEntry("Undo", "Ctrl+Z", lab.action_undo, "back revert restore deleted run")
+        yield PaletteEntry("Undo", keys["undo"], lab.action_undo, "back revert restore deleted run")
     if session.can_redo:
-        yield PaletteEntry("Redo", "Ctrl+Y", lab.action_redo)
+        yield PaletteEntry("Redo", keys["redo"], lab.action_redo)
     if session.changed_fields:
         yield PaletteEntry(
             "Reset all fields",
@@ -192,7 +197,7 @@ def _lab_entries(lab: LabScreen) -> Iterator[PaletteEntry]:
     for tab in TABS:
         show = partial(lab.action_show_tab, tab.id)
         yield PaletteEntry(
-            f"Tab {tab.title}", key_text(lab.app, tab.key), show, _SEARCH_TERMS.get(tab.id, "")
+            f"Tab {tab.title}", keys[f"tab-{tab.id}"], show, _SEARCH_TERMS.get(tab.id, "")
         )
         yield from _view_entries(lab, tab)
     yield from _scene_entries(lab)
@@ -204,14 +209,14 @@ def _tab_entries(lab: LabScreen) -> Iterator[PaletteEntry]:
     pane = lab.pane
     if pane is None:
         return
-    for kind, key in EXPORT_KEYS.items():
+    for kind in EXPORT_KINDS:
         # A tab without content to export raises `InputError`.
         with suppress(InputError):
             export = pane.export(kind)
             is_belt = not {".gif", ".wav"}.isdisjoint(export.suffixes)
             yield PaletteEntry(
                 f"Export the {export.kind} of {export.subject}…",
-                f"{key}: {', '.join(export.suffixes)}",
+                f"{lab.session.key_names[kind]}: {', '.join(export.suffixes)}",
                 partial(lab.action_export, kind),
                 (_BELT_EXPORT_TERMS if is_belt else _EXPORT_TERMS)[kind],
             )
@@ -273,7 +278,7 @@ def _view_entries(lab: LabScreen, tab: TabSpec) -> Iterator[PaletteEntry]:
     for view, title in views.items():
         yield PaletteEntry(
             f"{tab.title}: {title}",
-            f"{key_text(lab.app, tab.key)}, v",
+            f"{lab.session.key_names[f'tab-{tab.id}']}, v",
             partial(show, view),
             f"plot {_SEARCH_TERMS.get(view, '')}",
         )

@@ -12,12 +12,14 @@ from textual.dom import DOMNode
 from textual.events import Event, Key
 from textual.widget import Widget
 
-# Digit keys by the character that each types with a Mac's Option key if the terminal sends no Alt.
-_DIGIT_OF_OPTION_CHARACTER: Final = dict(zip("¡™£¢∞§¶•ªº", "1234567890", strict=True))
 # Textual's names of keys by character.
 _KEY_NAMES: Final = {character: character for character in digits + ascii_lowercase} | {
     "-": "minus",
     "=": "equals_sign",
+}
+# Keys by the character that each types with a Mac's Option key if the terminal sends no Alt.
+_KEY_OF_OPTION_CHARACTER: Final = {
+    typed: _KEY_NAMES[key] for typed, key in zip("¡™£¢∞§¶•ªº–", "1234567890-", strict=True)
 }
 # Terminals send a key with Alt as this character and the key.
 _ESCAPE: Final = "\x1b"
@@ -54,12 +56,12 @@ def register_alt_keys() -> None:
 def discard_alt_character(key: Key, *, mac_option: bool) -> None:
     """Remove the text of a key with Alt, so that no widget inserts it.
 
-    With `mac_option`, a character that a Mac's Option key types with a digit counts as Alt and the
-    digit.
+    With `mac_option`, a character that a Mac's Option key types with a digit or minus counts as Alt
+    and this key.
     """
-    digit = _DIGIT_OF_OPTION_CHARACTER.get(key.character or "")
-    if mac_option and digit is not None:
-        key.key = f"alt+{digit}"
+    option_key = _KEY_OF_OPTION_CHARACTER.get(key.character or "")
+    if mac_option and option_key is not None:
+        key.key = f"alt+{option_key}"
     if "alt" in key.key.split("+")[:-1]:
         key.character = None
 

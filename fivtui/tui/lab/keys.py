@@ -4,7 +4,7 @@ The laboratory is the screen of the terminal program in which a scene, a paramet
 settings of its run, is edited and run.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from typing import Any, Final
 
 from textual.app import App
@@ -123,6 +123,12 @@ def _rows(screen: Screen[Any], group: Iterable[ActiveBinding]) -> list[Row]:
             purpose = purpose.capitalize()
         keys.setdefault(purpose, []).append(key_text(screen.app, binding.key))
     return [Row(" ".join(dict.fromkeys(names)), purpose) for purpose, names in keys.items()]
+
+
+def key_names(app: App[Any], configured_keys: Mapping[str, str]) -> dict[str, str]:
+    """The first key of each binding as displayed, by identifier."""
+    keys = {str(binding.id): binding.key for binding in LAB_KEYS} | dict(configured_keys)
+    return {name: key_text(app, key.split(",")[0]) for name, key in keys.items()}
 
 
 def key_text(app: App[Any], key: str) -> str:

@@ -168,11 +168,11 @@ class RunActions(LabActions):
     def _load(self, run: Run) -> None:
         if run.result is not None:
             self.session.runs.displayed = run
-        report = f"scene of run {run.number} loaded; Ctrl+Z undoes"
+        report = f"scene of run {run.number} loaded; {self.session.key_names['undo']} undoes"
         self.post_message(SceneLoaded(run.scene, "", report))
 
     def _delete(self, run: Run) -> None:
         if run is self.session.runs.active:
             self.action_stop()
         self.session.delete_run(run)
-        self.report(f"run {run.number} deleted; Ctrl+Z brings it back")
+        self.report(f"run {run.number} deleted; {self.session.key_names['undo']} brings it back")

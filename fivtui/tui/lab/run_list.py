@@ -81,7 +81,7 @@ class RunsPane(Vertical):
 
     BORDER_TITLE = "Runs"
     KEYS: ClassVar[str] = "⏎ load  Space overlay  b base  x delete"
-    NO_RUNS: ClassVar[str] = "none yet: F5 runs the scene and keeps it"
+    NO_RUNS: ClassVar[str] = "none yet: Run keeps one"
 
     def __init__(self) -> None:
         super().__init__(id="runs")

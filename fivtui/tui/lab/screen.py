@@ -95,7 +95,7 @@ class LabScreen(EditActions, RunActions):
         yield VerdictView(id="verdict")
         yield TabLine(TABS)
         with Container(id="bench"):
-            yield Form(self.session.texts)
+            yield Form(self.session.texts, reset_key=self.session.key_names["reset"])
             with Vertical(id="results"):
                 if self._shows_welcome:
                     yield Static("\n".join(WELCOME), id="welcome", markup=False)

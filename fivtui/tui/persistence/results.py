@@ -87,7 +87,7 @@ class ResultStore:
         kind, value, name, source = _kind_and_contents(result, key)
         storage = study(kind).storage
         if storage is None:
-            raise _NotStored("F10 computes it again")
+            raise _NotStored("it must be computed again")
         reason = storage.reason_not_to_store(value)
         if reason:
             raise _NotStored(reason)

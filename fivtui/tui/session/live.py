@@ -106,7 +106,7 @@ class LiveCurve:
         """Show a result; the ghost is the previous curve, or else the displayed run."""
         self.ghost = self._next_ghost(displayed)
         self.curve, self.error = run, ""
-        self.status = f"live in {_short_duration(run.duration)}; F5 keeps a run"
+        self.status = f"live in {_short_duration(run.duration)}; Run keeps it"
 
     def show_failure(self, error: str, displayed: Transient | None) -> None:
         """Show only the ghost, and the error."""
@@ -133,7 +133,7 @@ class LiveCurve:
         """Remove the live curve, because a run would take too long, and say so in the status."""
         seconds = self.expected_duration(scene)
         duration = "" if seconds is None else f", a run takes {duration_text(seconds)}"
-        self.clear(f"live off{duration}; F5 runs the scene")
+        self.clear(f"live off{duration}; Run computes it")
 
 
 def execute_live(job: LiveJob) -> Outcome[Transient]:

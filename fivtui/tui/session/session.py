@@ -1,6 +1,7 @@
 """The state of the laboratory without its screen. Imports no Textual."""
 
 import dataclasses
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, Generic, TypeVar, cast
@@ -92,6 +93,8 @@ class Session(Editing):
         self.runs = Runs()
         self.live = LiveCurve()
         self.reports: list[str] = []
+        # Keys of the laboratory as displayed, by their identifiers in the configuration file.
+        self.key_names: Mapping[str, str] = {}
         self.recent: tuple[str, ...] = ()
         self.tab = ""
         # Displayed results by kind of study; a sweep may be incomplete.

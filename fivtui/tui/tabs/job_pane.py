@@ -99,7 +99,7 @@ class ActionPane(ViewsPane):
     Attributes
     ----------
     VERB, KEY : str
-        Label of the button, and the key that does the same.
+        Label of the button, and the identifier of the key that does the same.
     HINT : str
         Status before the first result.
     STATUS_BELOW : bool
@@ -107,7 +107,7 @@ class ActionPane(ViewsPane):
     """
 
     VERB: ClassVar[str] = "Compute"
-    KEY: ClassVar[str] = "F10"
+    KEY: ClassVar[str] = "compute"
     HINT: ClassVar[str] = ""
     STATUS_BELOW: ClassVar[bool] = False
 
@@ -129,7 +129,8 @@ class ActionPane(ViewsPane):
     def show_action(self, job: Job | None, text: str, *, is_error: bool = False) -> None:
         """Display the progress of a running job, which the button stops; else a text."""
         button = self.query_one(".action", Button)
-        button.label = f"{self.VERB if job is None else 'Stop'} {self.KEY}"
+        key = self.session.key_names[self.KEY]
+        button.label = f"{self.VERB if job is None else 'Stop'} {key}"
         button.variant = "primary" if job is None else "error"
         self.query_one(StatusLine).show(job, text, is_error=is_error)
 

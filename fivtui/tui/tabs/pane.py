@@ -70,7 +70,7 @@ class Pane(Vertical):
 
     def key_hints(self) -> list[str]:
         """Keys of the tab with their effects, displayed in the border."""
-        return ["F6 figure", "F7 data"]
+        return [f"{self.session.key_names[kind]} {kind}" for kind in ("figure", "data")]
 
     def scene_changed(self) -> None:
         """Called when a field was edited or a scene loaded; must be fast: called on every key."""

@@ -22,7 +22,7 @@ from fivtui.studies import study
 from fivtui.tui.chart import ChartView
 from fivtui.tui.session import DisplayedStudy, Job, Session, study_command
 
-from .exports.export import DATA, EXPORT_KEYS, FIGURE, Export, study_export, with_displayed_charts
+from .exports.export import DATA, FIGURE, Export, study_export, with_displayed_charts
 from .job_pane import JobPane
 from .messages import RunRequested, SceneLoaded
 from .tables import ListTable
@@ -247,9 +247,11 @@ class PaperPane(JobPane):
         """Figure or data of the selected figure, or the claims as data."""
         if self.view == "claims":
             if kind == FIGURE:
-                raise InputError(f"claims have no figure: {EXPORT_KEYS[DATA]} exports them")
+                raise InputError(
+                    f"claims have no figure: {self.session.key_names[DATA]} exports them"
+                )
             if not self._verdicts:
-                raise InputError("no claims to export yet: press F10")
+                raise InputError("no claims to export yet: press Check")
             return study_export(kind, "claims", list(self._verdicts.values()), "claims")
         key = self._selected_key
         if key not in self._computed:

@@ -70,10 +70,10 @@ _WIDE_COLUMNS: Final = 120
 _END_SHARE: Final = 0.1
 # Mark and colour of the ghost, the live curve before an edit.
 _GHOST_STYLE: Final = ("·", "#808080")
-_NO_RUN: Final = "no run yet: press F5"
+_NO_RUN: Final = "no run yet: press Run"
 _NO_SPECTRUM: Final = "no chart to export: too few samples in its time window"
 _NO_BASELINE: Final = "no difference: set another run as baseline (b in the run list)"
-_NO_EXPORT: Final = "this view of the live curve has no export: press F5 to run the scene first"
+_NO_EXPORT: Final = "this view of the live curve has no export: press Run first"
 
 
 class TransientPane(ActionPane):
@@ -81,7 +81,7 @@ class TransientPane(ActionPane):
 
     NAME: ClassVar[str] = "transient"
     VERB: ClassVar[str] = "Run"
-    KEY: ClassVar[str] = "F5"
+    KEY: ClassVar[str] = "run"
     HINT: ClassVar[str] = _NO_RUN
     VIEWS: ClassVar[Mapping[str, str]] = {
         "time": "Time",

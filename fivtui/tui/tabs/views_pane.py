@@ -139,7 +139,7 @@ class ViewsPane(Pane):
 
     def key_hints(self) -> list[str]:
         """Keys of the tab; the first focus the plot and show the next view."""
-        keys = ["Alt+P plot", "v view"] if len(self.VIEWS) > 1 else ["Alt+P plot"]
+        keys = [f"{self.session.key_names['go-plot']} plot", *["v view"] * (len(self.VIEWS) > 1)]
         return [*keys, *super().key_hints()]
 
     def draw(self) -> None:

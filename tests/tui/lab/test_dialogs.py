@@ -39,7 +39,7 @@ async def test_exports_overwrite_files_only_after_a_confirmation(
     pilot: Pilot[None], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     await pilot.press("alt+1", "f6")
-    await until_notice(pilot, "no run to export yet: press F5")
+    await until_notice(pilot, "no run to export yet: press Run")
     assert not pilot.app.screen.query("#path")
     await run_to_end(pilot)
     await pilot.press("f7")

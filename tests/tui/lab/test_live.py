@@ -80,7 +80,7 @@ async def test_every_step_is_drawn_over_the_previous_curve_and_no_run_is_stored(
     # The ghost is the previous curve, named "before".
     assert live.ghost is displayed_run.result
     await until(pilot, lambda: trace_names(pilot) == ["before", "live"])
-    await until_shown(pilot, "ms; F5 keeps a run")
+    await until_shown(pilot, "ms; Run keeps it")
     # Show the list of runs, in which a run is not "shown" if it is the ghost or not plotted.
     pilot.app.screen.add_class("-runs")
     await until_shown(pilot, "● 1 before")
@@ -185,7 +185,7 @@ async def test_runs_follow_edits_at_once_or_after_a_pause_or_not_at_all(
         # Runs that take too long are left to the user; a shorter scene is live again.
         live.record_duration(BASE, 60.0)
         await pilot.press("up")
-        await until_shown(pilot, "live off, a run takes 1 min 00 s; F5 runs the scene")
+        await until_shown(pilot, "live off, a run takes 1 min 00 s; Run computes it")
         assert not live.visible
         assert len(jobs) == 4
         await type_into(pilot, "t_end", "5")
@@ -201,7 +201,7 @@ async def test_runs_follow_edits_at_once_or_after_a_pause_or_not_at_all(
         ]
         # The figure of the belt view is a film, which needs a run of the list.
         pane.show_view("belt")
-        with pytest.raises(InputError, match="press F5"):
+        with pytest.raises(InputError, match="press Run"):
             pane.export(FIGURE)
         # Switch live curves off and on again.
         job_count = len(jobs)

@@ -103,7 +103,7 @@ async def click_key(pilot: Pilot[None], label: str) -> None:
 async def test_a_click_on_a_key_presses_it(pilot: Pilot[None]) -> None:
     await pilot.press("alt+2")
     await click_key(pilot, "Runs")
-    await until_shown(pilot, "none yet: F5 runs the scene")
+    await until_shown(pilot, "none yet: Run keeps one")
     await pilot.press("f3")
     await until_shown(pilot, "F7 Data")
     await click_key(pilot, "Data")

@@ -82,7 +82,7 @@ async def test_runs_are_listed_drawn_compared_loaded_and_deleted(
     app.screen.query_one(RunsTable).focus()
     await pilot.press("x")
     await until(pilot, lambda: view.chart is None)
-    await until_shown(pilot, "no run yet: press F5")
+    await until_shown(pilot, "no run yet: press Run")
     await pilot.press("ctrl+z")
     await until(pilot, lambda: view.chart is not None and runs.displayed is first)
     assert runs.baseline is first

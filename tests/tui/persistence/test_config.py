@@ -18,6 +18,7 @@ live = false
 [keys]
 run = "f12"
 next-tab = "ctrl+n"
+compute = "alt+c"
 [themes.mine]
 primary = "#112233"
 dark = false
@@ -64,6 +65,9 @@ async def test_user_keys_and_theme_apply_from_the_first_start(tmp_path: Path) ->
         assert all(line in text_of(pilot) for line in WELCOME)
         assert app.theme == "mine"
         assert text_of(pilot).splitlines()[-1].startswith("f12 Run F1 Help ^n Tab ")
+        await pilot.resize_terminal(120, 40)
+        await pilot.press("alt+4")
+        await until_shown(pilot, "Alt+C map Alt+P plot v view F6 figure F7 data")
         await pilot.press("f5")
         await pilot.press("f12")
         await until(pilot, lambda: app.session.runs.displayed is not None)

@@ -161,7 +161,7 @@ async def test_a_map_is_read_and_stays_until_another_is_requested(
 ) -> None:
     for name in ("map.npz", "map.csv"):
         await read_result(pilot, name, f"map read from {name}")
-        await until_shown(pilot, f"read from {name}; F10 maps the edited scene")
+        await until_shown(pilot, f"read from {name}; Map computes the edited scene")
     session = app_of(pilot).session
     session.set_text("c1", "0.8")
     map_chart = chart_of(pilot, "map-chart")

@@ -138,7 +138,7 @@ async def test_a_branch_is_computed_opened_exported_and_its_command_gives_the_sa
 ) -> None:
     await show_tab(pilot, "alt+4")
     pane = pilot.app.screen.query_one(BranchesPane)
-    with pytest.raises(InputError, match="press F10"):
+    with pytest.raises(InputError, match="press Follow"):
         pane.export(DATA)
     pane.query_one("#along", Input).value = "mu=0.2"
     await pilot.press("f10")

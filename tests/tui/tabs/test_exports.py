@@ -130,7 +130,7 @@ async def test_stability_is_exported_and_its_command_gives_the_same_file(
 
 async def test_a_sweep_is_exported_and_its_command_gives_the_same_file(pilot: Pilot[None]) -> None:
     await show_tab(pilot, "alt+6")
-    await check_refusal(pilot, "f6", "no sweep to export yet: press F10")
+    await check_refusal(pilot, "f6", "no sweep to export yet: press Sweep")
     pilot.app.screen.query_one("#vary", Input).value = "mu=0.2:0.8:4"
     arguments_before = await copy_command(pilot)
     await pilot.press("f10")
@@ -187,7 +187,7 @@ async def test_a_trade_off_is_exported_and_its_command_measures_the_same_scene(
     # Measure errors and times of the methods for 0.2 s of CPU time in place of 7 s.
     monkeypatch.setattr(tradeoff, "QUICK_S", 0.2)
     await show_tab(pilot, "alt+8")
-    await check_refusal(pilot, "f7", "no trade-off to export yet: press F10")
+    await check_refusal(pilot, "f7", "no trade-off to export yet: press Measure")
     await pilot.press("f10")
     await until_shown(pilot, "this scene, this machine")
     assert is_picture(await export_file(pilot, "f6", "a.svg", "Export the figure of the trade-off"))
@@ -228,7 +228,7 @@ async def test_figures_and_claims_of_the_paper_are_exported_and_their_commands_g
     await click_view(pilot, "claims")
     pane: Any = lab_of(pilot).pane
     await until(pilot, lambda: pane.view == "claims")
-    await check_refusal(pilot, "f7", "no claims to export yet: press F10")
+    await check_refusal(pilot, "f7", "no claims to export yet: press Check")
     await check_refusal(pilot, "f6", "claims have no figure: F7 exports them")
     assert await copy_command(pilot) == ["claims"]
     claims = CLAIMS[:2]

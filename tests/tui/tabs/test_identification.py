@@ -97,7 +97,7 @@ async def test_a_fit_is_exported_and_its_command_gives_the_same_values(
     # edited scene.
     pane.action_apply_values()
     pane.action_next_signal()
-    with pytest.raises(InputError, match="press F10"):
+    with pytest.raises(InputError, match="press Fit"):
         pane.export(DATA)
     arguments = shlex.split(pane.command_line())
     await pilot.press("f10")
@@ -120,7 +120,7 @@ async def test_a_fit_is_exported_and_its_command_gives_the_same_values(
     assert json.loads(capsys.readouterr().out) == json.loads(Path("fit.json").read_text())
     # A closed laboratory stores the input alone.
     files, notes = ResultStore(Path("kept")).save(app_of(pilot).session.studies)
-    assert (files, notes) == ({}, {"identification": "F10 computes it again"})
+    assert (files, notes) == ({}, {"identification": "it must be computed again"})
 
 
 async def test_what_data_leave_unknown_is_said_in_place_of_the_values(pilot: Pilot[None]) -> None:

@@ -192,7 +192,7 @@ async def test_a_sweep_can_be_started_and_stopped_and_its_points_opened(
     pilot: Pilot[None], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     await pilot.press("alt+6")
-    await until_shown(pilot, "no sweep yet: press F10")
+    await until_shown(pilot, "no sweep yet: press Sweep")
     range_input = pilot.app.screen.query_one("#vary", Input)
     range_input.focus()
     range_input.value = "F=60:100:1"
@@ -204,7 +204,7 @@ async def test_a_sweep_can_be_started_and_stopped_and_its_points_opened(
     range_input.value = "F=60:100:100000"
     await until_shown(pilot, "NAME=START:STOP:COUNT or")
     await pilot.press("enter")
-    await until_shown(pilot, "200000 runs: press F10 again to compute them")
+    await until_shown(pilot, "200000 runs: press Sweep again to compute them")
     range_input.value = "F=60:100:21"
     await pilot.press("enter")
     await until_shown(pilot, "42 transients")

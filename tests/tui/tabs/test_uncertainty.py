@@ -99,7 +99,7 @@ async def test_f10_starts_the_study_and_the_views_show_its_results(
 ) -> None:
     await show_tab(pilot, "alt+7")
     pane = pane_of(pilot)
-    with pytest.raises(InputError, match="press F10"):
+    with pytest.raises(InputError, match="press Scatter"):
         pane.export("data")
     distribution_input = pane.query_one(f"#{UncertaintyPane.INPUT}", Input)
     distribution_input.value = "mu~uniform:0.8:0.2"

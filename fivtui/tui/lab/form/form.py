@@ -94,10 +94,10 @@ class Form(Vertical):
     """All fields by group, and a hint about the focused one."""
 
     BORDER_TITLE = "Parameters"
-    BORDER_SUBTITLE = "↑↓ step  F8 reset"
 
-    def __init__(self, texts: Mapping[str, str]) -> None:
+    def __init__(self, texts: Mapping[str, str], *, reset_key: str) -> None:
         super().__init__(id="form")
+        self.border_subtitle = f"↑↓ step  {reset_key} reset"
         self._rows = {name: FieldRow(field, texts[name]) for name, field in FIELDS.items()}
         for name in BELT_PARAMETERS:
             self._rows[name].display = bool(texts[name])

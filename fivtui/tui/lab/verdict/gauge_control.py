@@ -71,7 +71,7 @@ class GaugeController:
         if over_time:
             self.stop()
             change = f"{', '.join(over_time)} {_change_verb(over_time)} over time"
-            return [f"no zones: {change}; F5 runs the scene"]
+            return [f"no zones: {change}; Run computes the motion"]
         # Optional parameters, such as the belt speed, may have no value.
         values = stability.parameters.as_dict()
         second = _DEFAULT_SECOND if values.get(self._second) is None else self._second

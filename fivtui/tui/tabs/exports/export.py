@@ -20,9 +20,9 @@ if TYPE_CHECKING:
 
 FIGURE: Final = "figure"
 DATA: Final = "data"
-# Keys of the keyboard by kind of export.
-EXPORT_KEYS: Final[Mapping[str, str]] = {FIGURE: "F6", DATA: "F7"}
-_NO_RUN: Final = "no run to export yet: press F5"
+# Kinds of exports, which are identifiers of keys, too.
+EXPORT_KINDS: Final = (FIGURE, DATA)
+_NO_RUN: Final = "no run to export yet: press Run"
 
 PathFunction = Callable[[Path], None]
 
@@ -34,7 +34,7 @@ class Export:
     Attributes
     ----------
     kind : str
-        A key of `EXPORT_KEYS`.
+        One of `EXPORT_KINDS`.
     subject : str
         What is exported, in messages.
     file_name : str
@@ -187,7 +187,7 @@ def run_export(export_kind: str, run: Run | None) -> Export:
 def study_export(export_kind: str, kind: str, result: Any, stem: str, subject: str = "") -> Export:
     """The figure or the data of the result of a study.
 
-    `export_kind` is one of `EXPORT_KEYS`, `kind` the kind of study, `stem` the suggested file name.
+    `export_kind` is one of `EXPORT_KINDS`, `kind` the kind of study, `stem` the file name.
     """
     study_kind, subject = study(kind), subject or f"the {kind}"
     if export_kind == FIGURE:

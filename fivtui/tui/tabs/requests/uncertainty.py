@@ -39,7 +39,7 @@ def uncertainty_request(scene: Scene, text: str) -> "Study":
         return scattered_study(replace(scene, scatter=()), inputs, samples=SAMPLES)
     except InputError as error:
         # An FMU, which a scene may choose as its method, cannot compute a study.
-        advice = "; F4 switches the engine" if str(error).startswith("method =") else ""
+        advice = "; another engine can" if str(error).startswith("method =") else ""
         raise InputError(f"{error}{advice}") from None
 
 

@@ -40,7 +40,7 @@ class BranchesPane(StudyPane):
 
     NAME: ClassVar[str] = "branch"
     VERB: ClassVar[str] = "Follow"
-    HINT: ClassVar[str] = "F10: follow, Enter: run an orbit"
+    HINT: ClassVar[str] = "Enter: run an orbit"
     INPUT: ClassVar[str] = "along"
     EXAMPLE: ClassVar[str] = EXAMPLE
     INPUT_FORMAT: ClassVar[str] = "NAME=LOW:HIGH or NAME"
@@ -54,7 +54,9 @@ class BranchesPane(StudyPane):
     def compose_views(self) -> ComposeResult:
         """One chart."""
         with Vertical(id="branch"):
-            yield ChartView("branch-chart", empty_text="no branch yet: press F10", runs_points=True)
+            yield ChartView(
+                "branch-chart", empty_text="no branch yet: press Follow", runs_points=True
+            )
 
     @property
     def _origin(self) -> Origin:

@@ -35,7 +35,7 @@ class IdentificationPane(StudyPane):
 
     NAME: ClassVar[str] = "identification"
     VERB: ClassVar[str] = "Fit"
-    HINT: ClassVar[str] = "F10: fit, Enter: fitted values into the form"
+    HINT: ClassVar[str] = "Enter: fitted values into the form"
     INPUT: ClassVar[str] = "fitted"
     EXAMPLE: ClassVar[str] = "rig.csv --signal y --fit mu"
     INPUT_FORMAT: ClassVar[str] = "FILE.csv --signal NAME --fit NAME=LOW:HIGH --target NAME=N±SD"
@@ -59,7 +59,7 @@ class IdentificationPane(StudyPane):
     def compose_views(self) -> ComposeResult:
         """Both signals and the residuals; the fitted values."""
         with Vertical(id="fit"):
-            yield ChartView("fit-signals", empty_text="no fitted signal: press F10")
+            yield ChartView("fit-signals", empty_text="no fitted signal: press Fit")
             yield ChartView("fit-residuals")
         yield RowsView(id="fitted-values")
 

@@ -111,7 +111,7 @@ class _MapStudy(StudyPane):
         """Number of points of the map, and the file from which it was read."""
         points = f"{displayed.value.values.size} points"
         if displayed.source:
-            return f"{points}, read from {displayed.source}; F10 maps the edited scene"
+            return f"{points}, read from {displayed.source}; Map computes the edited scene"
         return f"{points}; Enter: run one"
 
     def draw(self) -> None:
@@ -164,7 +164,6 @@ class SafeFrictionPane(_MapStudy):
     """Safe friction, or the regions of coexistence, over two parameters of the edited scene."""
 
     NAME: ClassVar[str] = "safe-mu"
-    HINT: ClassVar[str] = "F10: map"
     VIEWS: ClassVar[Mapping[str, str]] = SAFETY_MAPS
 
     @property
@@ -188,7 +187,7 @@ class SafeFrictionPane(_MapStudy):
             != edited.with_values({name: getattr(result.parameters, name) for name in result.names})
         )
         if is_outdated and not displayed.source:
-            return f"{result.values.size} points of an earlier scene; F10 maps this one"
+            return f"{result.values.size} points of an earlier scene; Map computes this one"
         return super().result_status(displayed)
 
 

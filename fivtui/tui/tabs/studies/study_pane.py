@@ -274,7 +274,8 @@ class StudyPane(JobPane):
     def required_result(self) -> DisplayedStudy[Any]:
         """The displayed result; raises `InputError` if there is none."""
         if self.displayed is None:
-            raise InputError(f"no {study(self.kind).contents_name} to export yet: press F10")
+            contents = study(self.kind).contents_name
+            raise InputError(f"no {contents} to export yet: press {self.VERB}")
         return self.displayed
 
     def export(self, kind: str) -> Export:

@@ -33,7 +33,7 @@ from .study_pane import StudyPane
 if TYPE_CHECKING:
     from fivtui.sweeps import Rows, Study, Sweep
 
-_INCOMPLETE: Final = "the sweep is incomplete and cannot be exported: F10 computes it again"
+_INCOMPLETE: Final = "the sweep is incomplete and cannot be exported: Sweep computes it again"
 
 
 class SweepPane(StudyPane):
@@ -41,7 +41,7 @@ class SweepPane(StudyPane):
 
     NAME: ClassVar[str] = "sweep"
     VERB: ClassVar[str] = "Sweep"
-    HINT: ClassVar[str] = "F10: compute, Enter: run a point"
+    HINT: ClassVar[str] = "Enter: run a point"
     INPUT: ClassVar[str] = "vary"
     EXAMPLE: ClassVar[str] = EXAMPLE
     INPUT_FORMAT: ClassVar[str] = "NAME=START:STOP:COUNT or NAME=A,B,C, or peak-over-belt-speed"
@@ -49,7 +49,7 @@ class SweepPane(StudyPane):
 
     def __init__(self, session: Session) -> None:
         super().__init__(session)
-        # A large sweep that F10 starts only if it is pressed again.
+        # A large sweep that starts only if it is requested again.
         self._unconfirmed_study: Study | None = None
 
     def compose_bar(self) -> ComposeResult:
@@ -59,18 +59,18 @@ class SweepPane(StudyPane):
     def compose_views(self) -> ComposeResult:
         """One chart."""
         with Vertical(id="amplitudes"):
-            yield ChartView("sweep-chart", empty_text="no sweep yet: press F10", runs_points=True)
+            yield ChartView("sweep-chart", empty_text="no sweep yet: press Sweep", runs_points=True)
 
     def parse(self, scene: Scene, text: str) -> "Study":
         """The sweep of a scene over the ranges of the input."""
         return sweep_request(scene, text)
 
     def start_from_inputs(self) -> None:
-        """Sweep the edited scene; a large sweep starts if F10 is pressed again."""
+        """Sweep the edited scene; a large sweep starts at a second request."""
         study: Study = self.request()
         unconfirmed, self._unconfirmed_study = self._unconfirmed_study, study
         if study.members > MAX_UNCONFIRMED and study != unconfirmed:
-            text = f"{study.members} runs: press F10 again to compute them"
+            text = f"{study.members} runs: press Sweep again to compute them"
             self.show_status(text)
             self.post_message(Reported(text))
             return

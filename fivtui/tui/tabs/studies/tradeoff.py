@@ -40,7 +40,7 @@ class TradeoffPane(StudyPane):
 
     NAME: ClassVar[str] = "trade-off"
     VERB: ClassVar[str] = "Measure"
-    HINT: ClassVar[str] = "F10: measure (about 7 s)"
+    HINT: ClassVar[str] = "about 7 s"
     CHOICE_SETTING: ClassVar[str] = "quantity"
     CHOICES: ClassVar[Mapping[str, str]] = TITLES
     VIEWS: ClassVar[Mapping[str, str]] = {"errors": "Plot", "settings": "Table"}
@@ -54,7 +54,7 @@ class TradeoffPane(StudyPane):
     def compose_views(self) -> ComposeResult:
         """Chart with the current setting as text, and table."""
         with Vertical(id="errors"):
-            yield ChartView("errors-chart", empty_text="not measured yet: press F10")
+            yield ChartView("errors-chart", empty_text="not measured yet: press Measure")
             yield Static("", id="present", markup=False)
         yield _SettingsTable(id="settings", cursor_type="row", zebra_stripes=True, fixed_columns=1)
 

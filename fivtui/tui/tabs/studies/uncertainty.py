@@ -43,7 +43,6 @@ class UncertaintyPane(StudyPane):
 
     NAME: ClassVar[str] = "uncertainty"
     VERB: ClassVar[str] = "Scatter"
-    HINT: ClassVar[str] = "F10: compute"
     INPUT: ClassVar[str] = "scattered"
     EXAMPLE: ClassVar[str] = EXAMPLE
     INPUT_FORMAT: ClassVar[str] = "NAME~normal:MEAN:SD ~uniform:LOW:HIGH"
@@ -75,11 +74,11 @@ class UncertaintyPane(StudyPane):
         with Vertical(id="histogram"):
             with Horizontal(classes="bar"):
                 yield from self.compose_choices()
-            yield ChartView("histogram-chart", empty_text="no samples yet: press F10")
+            yield ChartView("histogram-chart", empty_text="no samples yet: press Scatter")
             yield Static("", id="probabilities", markup=False)
         yield _IndexTable(id="indices", cursor_type="row", zebra_stripes=True)
         with Vertical(id="samples"):
-            yield ChartView("samples-chart", empty_text="no samples yet: press F10")
+            yield ChartView("samples-chart", empty_text="no samples yet: press Scatter")
 
     def parse(self, scene: Scene, text: str) -> "Study":
         """The study of a scene with the distributions of the input."""
