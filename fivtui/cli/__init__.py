@@ -11,7 +11,7 @@ from fivtui.model import Cancelled, ComputationError, InputError, one_line
 
 from . import analysis, branches, fmu, playing, program, reliability, studies, transients
 from .group import commands
-from .options import print_note
+from .options import drop_warnings, print_note, print_warnings
 from .streams import ReaderGone, guarded_streams
 
 __all__ = [
@@ -54,7 +54,11 @@ def run(args: Sequence[str] | None) -> int:
         flush_message, flush_code = _run_action(sys.stdout.flush)
         if not message:
             message, code = flush_message, flush_code or code
-        if message:
+        if not message:
+            print_warnings()
+        else:
+            # The error of a refused command says what to change first.
+            drop_warnings()
             print_note(one_line(f"fivtui: {' '.join(message.split())}"))
     return code
 

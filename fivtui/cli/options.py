@@ -5,7 +5,7 @@ import sys
 from collections.abc import Callable, Sequence
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 from fivtui.model import (
     InputError,
@@ -20,6 +20,9 @@ from .paths import OutputFile, OutputFolder
 if TYPE_CHECKING:
     from fivtui.console import ProgressBar
     from fivtui.scene import Scene
+
+# Warnings about the input, printed when the computation begins.
+_WARNINGS: Final[list[str]] = []
 
 json_option = option(
     "--json", "as_json", is_flag=True, group=OUTPUT, help="Print the result as one JSON object."
@@ -44,7 +47,7 @@ def folder_option(text: str) -> Callable[..., Any]:
 def warn_of_unused_parameters(
     scene: "Scene", varied: Sequence[str] = (), assignments: Sequence[str] = ()
 ) -> None:
-    """Print a warning for parameters that have a value but no effect.
+    """Warn of parameters that have a value but no effect, unless the command is refused.
 
     `varied` are texts such as ``F=10:120:23`` or ``F~normal:80:8``. `assignments`, the texts of
     ``--set``, have no effect if their parameter varies.
@@ -53,12 +56,12 @@ def warn_of_unused_parameters(
     for overridden in (
         name for name in parse_assignments("--set", assignments, "F=120") if name in names
     ):
-        print_note(f"warning: --set {overridden} has no effect: {overridden} varies")
+        _WARNINGS.append(f"--set {overridden} has no effect: {overridden} varies")
     names += [name for name, _ in scene.over_time]
     unused = unused_parameters(scene.parameters, names)
     # No warning if a varied parameter has no effect: the computation will refuse it.
     if unused and not {*unused} & {*names}:
-        print_note(f"warning: {describe_unused(scene.parameters, names)}")
+        _WARNINGS.append(describe_unused(scene.parameters, names))
 
 
 def parse_error_targets(assignments: Sequence[str]) -> dict[str, float]:
@@ -97,6 +100,17 @@ def print_note(message: str) -> None:
     sys.stderr.write(f"{message}\n")
 
 
+def print_warnings() -> None:
+    """Print the pending warnings to standard error."""
+    while _WARNINGS:
+        print_note(f"warning: {_WARNINGS.pop(0)}")
+
+
+def drop_warnings() -> None:
+    """Drop the pending warnings."""
+    _WARNINGS.clear()
+
+
 def print_written_files(*paths: Path, note: str = "") -> None:
     """Print which files were written, and in which folder, with a `note`."""
     from fivtui.io import describe_files
@@ -106,12 +120,14 @@ def print_written_files(*paths: Path, note: str = "") -> None:
 
 
 def progress_bar(label: str) -> "ProgressBar":
-    """A progress bar; before the first one, a note if runs are interpreted (no compiled kernel).
+    """Print pending warnings, and return a progress bar.
 
-    The kernel is the integrator in C; without it Python integrates.
+    Before the first one, a note tells if runs are interpreted: without the kernel, the integrator
+    in C, Python integrates.
     """
     from fivtui.console import ProgressBar
 
+    print_warnings()
     _warn_if_interpreted()
     return ProgressBar(label)
 

@@ -185,8 +185,13 @@ def figures(numbers: tuple[str, ...], out: Path, formats: tuple[str, ...]) -> No
 
 @commands.command()
 @option("--markdown", is_flag=True, help="Print a Markdown table.")
+@option(
+    "--verdict",
+    type=click.Choice(["holds", "does-not-hold", "not-testable"]),
+    help="Print only the claims with this verdict.",
+)
 @json_option
-def claims(markdown: bool, as_json: bool) -> None:
+def claims(markdown: bool, verdict: str | None, as_json: bool) -> None:
     """Check every testable statement of the paper.
 
     Lists section, stated value, computed value and verdict of each.
@@ -197,6 +202,8 @@ def claims(markdown: bool, as_json: bool) -> None:
         raise InputError("--markdown: must be given without --json")
     with progress_bar("claims") as progress:
         checked = check_claims(progress=progress)
+    if verdict is not None:
+        checked = [claim for claim in checked if claim.verdict == verdict.replace("-", " ")]
     if markdown:
         print_text(claims_markdown(checked))
     else:

@@ -145,9 +145,10 @@ def accuracy(call: Call[AccuracyOptions]) -> None:
     """Show how many digits of a transient can be trusted.
 
     Compares it with a run whose tolerance is 100 times finer. If --tol is 1e-11 or less, that
-    tolerance is 100 times coarser, and the difference is the error of the coarser run. Shows how a
-    small error grows along the run, and estimates the largest Lyapunov exponent: whether errors
-    decay, stay bounded or grow in the long run.
+    tolerance is 100 times coarser, and the difference is the error of the coarser run. The key
+    "finer" of --json names the tolerance or step of the second run. Shows how a small error grows
+    along the run, and estimates the largest Lyapunov exponent: whether errors decay, stay bounded
+    or grow in the long run.
     """
     from fivtui.assessment import accuracy as compute
 

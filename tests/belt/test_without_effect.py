@@ -149,3 +149,9 @@ def test_none_is_not_offered_where_a_number_is_needed(
     assert capsys.readouterr().err.endswith("must be from 0 to 1e+09 m/s\n")
     assert run(["simulate", "--set", "v_belt=-1"]) == 2
     assert "must be none, or from 0 to" in capsys.readouterr().err
+
+
+def test_an_error_hides_warnings_about_the_input(capsys: pytest.CaptureFixture[str]) -> None:
+    line = "map --set mu=0.4 --over mu=0:1:3 --over F=10:20:2 --out map.txt"
+    assert run(line.split()) == 2
+    assert capsys.readouterr().err.startswith("fivtui: map.txt: the suffix")

@@ -1,8 +1,11 @@
 """``fivtui figures`` draws the figures of the paper, ``fivtui claims`` checks its statements."""
 
+import json
 from pathlib import Path
 
 import pytest
+
+from fivtui.cli import run
 
 from .test_cli import run_fivtui
 
@@ -54,6 +57,7 @@ def test_amplitudes_are_drawn_in_the_requested_formats(tmp_path: Path) -> None:
         (["figuers"], "did you mean figures?"),
         (["claims", "--json", "--markdown"], "--markdown: must be given without --json"),
         (["claims", "5"], "unexpected"),
+        (["claims", "--verdict", "true"], "'true' is not one of 'holds', 'does-not-hold'"),
         (["claim"], "did you mean claims?"),
     ],
     ids=str,
@@ -77,3 +81,9 @@ def test_force_replaces_figures(tmp_path: Path) -> None:
     process = run_fivtui("figures", "6", "--out", ".", "--format", "png", "--force", cwd=tmp_path)
     assert process.returncode == 0, process.stderr
     assert (tmp_path / "fig-06.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_claims_are_selected_by_their_verdict(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["claims", "--verdict", "not-testable", "--json"]) == 0
+    verdicts = {claim["verdict"] for claim in json.loads(capsys.readouterr().out)}
+    assert verdicts == {"not testable"}
