@@ -28,6 +28,7 @@ from fivtui.tui.lab.keys import LAB_KEYS, key_text
 from fivtui.tui.lab.run_list import RunsTable
 from fivtui.tui.tabs import TABS
 from fivtui.tui.tabs.motion.belt import BeltView
+from fivtui.tui.tabs.search import Searchable, SearchableList, TextView
 from fivtui.tui.tabs.transient import TransientPane
 from fivtui.tui.tabs.views_pane import ViewsPane
 from fmu_src.slave.variables import VARIABLES
@@ -50,7 +51,9 @@ _API: Final = {
 }  # fmt: skip
 _WIDGET_KEYS: Final[dict[str, list[BindingType]]] = {
     "In a plot": ChartView.BINDINGS,
-    "In the form": FieldList.BINDINGS,
+    "In lists and in the form": [*SearchableList.BINDINGS, *Searchable.BINDINGS],
+    "In texts, such as the log and the help": [*TextView.BINDINGS, *Searchable.BINDINGS],
+    "In the form": [key for key in FieldList.BINDINGS if key not in SearchableList.BINDINGS],
     "In the list of runs": RunsTable.BINDINGS,
     "In a tab with several views": ViewsPane.BINDINGS,
     "In the tab Run": TransientPane.BINDINGS,

@@ -30,6 +30,8 @@ FIGURE_WIDTH: Final = 7.2
 MAX_JOINED_SAMPLES: Final = 16_384
 # Limits of x show all data if they are shorter than the data by at most this fraction.
 _LENGTH_TOLERANCE: Final = 1e-6
+# Part of the data that is shown at their start or end if the limits showed all data.
+_END_SHARE: Final = 0.1
 # Okabe and Ito's colours: distinct with colour vision deficiencies, on dark and light background.
 COLOURS: Final = ("#E69F00", "#56B4E9", "#009E73", "#CC79A7", "#D55E00", "#0072B2", "#B8A800")
 # Dashes and colours of runs with separation considered (True) and ignored (False).
@@ -403,6 +405,15 @@ class View:
             self._clamp_x(chart, x.transform(shift=right)) if right else self.x,
             y.transform(shift=up) if up else self.y,
         )
+
+    def show_end(self, chart: Chart, *, last: bool) -> None:
+        """Move the limits of x to the start or end of the data; without limits, show a tenth."""
+        data_axis = View(log_x=self.log_x, hidden=self.hidden)._fitted_x(chart)
+        length = _END_SHARE
+        if self.x is not None:
+            low, high = data_axis.positions([self.x.low, self.x.high]).tolist()
+            length = min(high - low, 1.0)
+        self.set_limits(chart, data_axis.transform(zoom=length, centre=float(last)), self.y)
 
     def _clamp_x(self, chart: Chart, x: Axis) -> Axis | None:
         # Where y is a function of x, limits stay within the data; None if they show all data.

@@ -13,6 +13,7 @@ from textual.binding import ActiveBinding
 from textual.screen import Screen
 
 from fivtui.model import ComputationError, InputError
+from fivtui.scene import PRESETS
 from fivtui.tui.session import Session
 from fivtui.tui.tabs import Pane, Reported, TabBook, TabLine
 
@@ -21,6 +22,7 @@ from .run_list import RunsPane
 
 if TYPE_CHECKING:
     from .file_control import FileController
+    from .scene_control import SceneController
     from .screen import LabScreen
 
 
@@ -38,6 +40,13 @@ class LabActions(Screen[None]):
         from .file_control import FileController
 
         return FileController(cast("LabScreen", self))
+
+    @cached_property
+    def scenes(self) -> "SceneController":
+        """The controller of the editor and of the scene's file; imported on first use."""
+        from .scene_control import SceneController
+
+        return SceneController(cast("LabScreen", self))
 
     def show_inputs(self) -> None:
         """Display the fields, their errors and the verdict."""
@@ -69,7 +78,12 @@ class LabActions(Screen[None]):
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:  # noqa: ARG002
         """Whether an action is available: stop during a run, actions that start a run otherwise."""
         running = self.session.runs.active is not None
-        availability = {"run": not running, "stop": running, "compare_engines": not running}
+        availability = {
+            "run": not running,
+            "stop": running,
+            "compare_engines": not running,
+            "reload_scene": self.session.source not in ("", *PRESETS),
+        }
         return availability.get(action, True)
 
     def _remove_welcome(self) -> None:
@@ -122,6 +136,14 @@ class LabActions(Screen[None]):
     def action_open_scene(self) -> None:
         """Open a scene or result file."""
         self.files.open_scene()
+
+    def action_edit_scene(self) -> None:
+        """Edit the scene in the user's editor."""
+        self.scenes.edit()
+
+    def action_reload_scene(self) -> None:
+        """Read the scene's file again."""
+        self.scenes.reload()
 
     def action_save_scene(self) -> None:
         """Save the edited scene to its file."""

@@ -149,10 +149,18 @@ def _lab_entries(lab: LabScreen) -> Iterator[PaletteEntry]:
     )
     for title, key, action, terms in (
         ("Open a scene or result…", "open", lab.action_open_scene, "load file toml"),
+        ("Edit the scene in your editor", "edit", lab.action_edit_scene, "text toml vim nano"),
         ("Save the scene", "save", lab.action_save_scene, "write file toml"),
         ("Save the scene as…", "save-as", lab.action_save_scene_as, "write file toml"),
     ):
         yield PaletteEntry(title, keys[key], action, terms)
+    if lab.check_action("reload_scene", ()):
+        yield PaletteEntry(
+            f"Read {session.source} again",
+            keys["reload"],
+            lab.action_reload_scene,
+            "reload scene file changed on disk revert",
+        )
     for path in session.recent:
         open_scene = partial(lab.files.open_path, Path(path))
         yield PaletteEntry(f"Recent: {path}", "Open again", open_scene)
@@ -242,7 +250,7 @@ def _plot_entries(lab: LabScreen, pane: ViewsPane) -> Iterator[PaletteEntry]:
 
         return PaletteEntry(title, f"In the plot: {key}", focus_and_run, terms)
 
-    yield entry("Limits of the axes…", "g", plot.action_limits, "range zoom scale")
+    yield entry("Limits of the axes…", "i", plot.action_limits, "range zoom scale")
     yield entry("Fit the axes", "r", plot.action_fit, "reset zoom limits all")
     yield entry("Zoom in", "+", partial(plot.action_zoom, -1), "enlarge magnify")
     yield entry("Zoom out", "-", partial(plot.action_zoom, 1), "shrink")

@@ -8,7 +8,7 @@ from typing import ClassVar
 from textual import on
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
-from textual.containers import Horizontal, Vertical, VerticalScroll
+from textual.containers import Horizontal, Vertical
 from textual.screen import ModalScreen
 from textual.widgets import Button, Input, Label, Static
 
@@ -16,7 +16,7 @@ from fivtui.io import output_path
 from fivtui.model import InputError
 from fivtui.results import Row
 from fivtui.tui.chart import TextInput
-from fivtui.tui.tabs import rows_table
+from fivtui.tui.tabs import RowsView
 
 
 class PathDialog(ModalScreen[Path | None]):
@@ -109,13 +109,27 @@ class PathDialog(ModalScreen[Path | None]):
         self.dismiss(None)
 
 
+class _HelpText(RowsView):
+    # The rows of the help, between title and button.
+
+    def __init__(self, title: str, rows: Sequence[Row]) -> None:
+        super().__init__(id="dialog")
+        self._title, self._help_rows = title, rows
+
+    def compose(self) -> ComposeResult:
+        yield Label(self._title, id="dialog-title", markup=False)
+        yield from super().compose()
+        yield Button("Close", id="close", compact=True)
+
+    def on_mount(self) -> None:
+        self.show(self._help_rows)
+
+
 class HelpDialog(ModalScreen[None]):
     """Help as rows of label and value."""
 
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("escape,f1,q,enter", "close", "Close"),
-        Binding("j,down", "scroll(1)", "Down", show=False),
-        Binding("k,up", "scroll(-1)", "Up", show=False),
     ]
 
     def __init__(self, title: str, rows: Sequence[Row]) -> None:
@@ -125,14 +139,7 @@ class HelpDialog(ModalScreen[None]):
 
     def compose(self) -> ComposeResult:
         """A title over the rows."""
-        with VerticalScroll(id="dialog"):
-            yield Label(self._title, id="dialog-title", markup=False)
-            yield Static(rows_table(self._rows))
-            yield Button("Close", id="close", compact=True)
-
-    def action_scroll(self, direction: int) -> None:
-        """Scroll by a line."""
-        self.query_one("#dialog").scroll_relative(y=direction)
+        yield _HelpText(self._title, self._rows)
 
     @on(Button.Pressed, "#close")
     def action_close(self) -> None:

@@ -38,6 +38,12 @@ class EditActions(LabActions):
         self.show_inputs()
         self.report(event.report)
 
+    def replace_scene(self, scene: Scene, report: str) -> None:
+        """Replace the edited scene, and log `report`."""
+        self.session.replace_scene(scene)
+        self.show_inputs()
+        self.report(report)
+
     def set_tables(self, over_time: OverTime, report: str) -> None:
         """Replace the tables over time, which may be empty, and log `report`."""
         self.session.set_tables(over_time)

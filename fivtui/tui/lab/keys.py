@@ -72,6 +72,8 @@ LAB_KEYS: Final = (
     _key("save-as", "alt+s", "save_scene_as", "Save the scene as"),
     # Like "open", but its dialog accepts only results.
     _key("read", "alt+o", "read_result", "Read a result"),
+    _key("edit", "e", "edit_scene", "Edit the scene in your editor"),
+    _key("reload", "alt+d", "reload_scene", "Read the scene's file again", priority=True),
     _key("undo", "ctrl+z", "undo", "Undo an edit or a deleted run"),
     _key("redo", "ctrl+y", "redo", "Redo"),
     _key("go-fields", "alt+f", "focus_part('fields')", "Go to the fields", priority=True),

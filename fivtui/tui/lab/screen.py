@@ -58,6 +58,8 @@ from .verdict.gauge_control import GaugeController
 from .verdict.view import VerdictView
 
 _POLL_INTERVAL_S: Final = 0.1
+# Interval at which the scene's file is checked for changes by other programs.
+_WATCH_INTERVAL_S: Final = 2.0
 _TOO_SMALL: Final = "This window is too small for fivtui: it needs 40 columns and 10 lines."
 
 
@@ -109,6 +111,7 @@ class LabScreen(EditActions, RunActions):
         """Display the session and start polling the progress of runs."""
         # The screen polls, so that the thread of a run never waits for the screen.
         self._progress_timer = self.set_interval(_POLL_INTERVAL_S, self._poll_progress, pause=True)
+        self.set_interval(_WATCH_INTERVAL_S, self._check_scene_file)
         self.show_inputs()
         self._update_runs()
         self.query_one(Form).focus_field("mu")
@@ -206,6 +209,10 @@ class LabScreen(EditActions, RunActions):
         """Display attractors or the safe μ that the search has found."""
         self.show_verdict()
         self.tab_book.update_pane(lambda pane: pane.scene_changed())
+
+    def _check_scene_file(self) -> None:
+        if self.check_action("reload_scene", ()):
+            self.scenes.check_file()
 
     def _poll_progress(self) -> None:
         if not SCREEN_RESPONSE.pending:

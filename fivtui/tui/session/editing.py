@@ -40,7 +40,8 @@ def initial_value_text(table: TimeTable) -> str:
     return number_text(value)
 
 
-def _loaded_state(scene: Scene, source: str) -> EditState:
+def loaded_state(scene: Scene, source: str) -> EditState:
+    """The unedited state of a scene from a preset or file, `source`."""
     texts = {name: field.text_of(scene) for name, field in FIELDS.items()}
     return EditState(texts, scene.over_time, scene, source)
 
@@ -55,7 +56,7 @@ class Editing:
         self._undo_steps: list[EditState | Action] = []
         self._redo_steps: list[EditState | Action] = []
         self._step_kind = ""
-        self._apply(_loaded_state(base_scene() if scene is None else scene, source))
+        self._apply(loaded_state(base_scene() if scene is None else scene, source))
 
     def _apply(self, state: EditState) -> None:
         self.texts, self.over_time = dict(state.texts), state.over_time
@@ -128,7 +129,7 @@ class Editing:
 
     def load(self, scene: Scene, source: str = "") -> None:
         """Replace all texts by those of a scene; `source` is its preset or file, or empty."""
-        self.restore(_loaded_state(scene, source))
+        self.restore(loaded_state(scene, source))
 
     def record_saved(self, scene: Scene, source: str) -> None:
         """Record that the edited scene was saved to a file; this is not an undo step."""

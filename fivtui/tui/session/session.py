@@ -20,7 +20,7 @@ from fivtui.ranges import number_text
 from fivtui.scene import Scene
 from fivtui.transient import METHODS, SETTINGS, WITH_SEPARATION, uses_step
 
-from .editing import Action, Editing, initial_value_text
+from .editing import Action, Editing, initial_value_text, loaded_state
 from .equations import symbol_of
 from .fields import FIELDS
 from .live import LiveCurve
@@ -278,6 +278,21 @@ class Session(Editing):
             over_time=self.over_time,
             **settings,
         )
+
+    def replace_scene(self, scene: Scene) -> None:
+        """Replace the edited scene in one undo step.
+
+        A scene that differs in more than fields of the form, such as its name, has no file.
+        """
+        edited = self.scene()
+        settings: dict[str, Any] = {name: getattr(edited, name) for name in SETTINGS}
+        with_fields = dataclasses.replace(
+            scene, parameters=edited.parameters, over_time=edited.over_time, **settings
+        )
+        state = loaded_state(scene, "")
+        if with_fields == edited:
+            state = dataclasses.replace(state, loaded=self._loaded, source=self.source)
+        self.restore(state)
 
     def delete_run(self, run: Run) -> None:
         """Delete a run; `undo` restores it."""

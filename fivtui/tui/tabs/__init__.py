@@ -21,10 +21,11 @@ if TYPE_CHECKING:
     )
     from .pane import Pane
     from .requests.paper import paper_scenes
+    from .search import SearchableList
     from .studies.study_pane import StudyPane
     from .tab_book import TABS, TabBook, TabSpec
     from .tab_line import TabLine
-    from .tables import ListTable, flow_facts, rows_table
+    from .tables import ListTable, RowsView, flow_facts
     from .views_pane import ViewsPane
 else:
     from fivtui.lazy import lazy_exports

@@ -1,10 +1,35 @@
 """The log tab."""
 
+from collections.abc import Sequence
+
 from textual.app import ComposeResult
-from textual.containers import VerticalScroll
 from textual.widgets import Static
 
 from .pane import Pane
+from .search import TextView
+
+
+class LogView(TextView):
+    """The lines of the log."""
+
+    lines: Sequence[str] = ()
+
+    # RichLog is unsuitable: it draws nothing before Textual sends it a size, and if it was
+    # scrolled, Textual may send none.
+    def compose(self) -> ComposeResult:
+        """The lines."""
+        yield Static(markup=False)
+
+    def show(self, lines: Sequence[str]) -> None:
+        """Display lines."""
+        self.lines = lines
+        self.find("")
+
+    def find(self, text: str) -> bool:
+        """Display only the lines that contain a text."""
+        lines = [line for line in self.lines if text in line.lower()]
+        self.query_one(Static).update("\n".join(lines))
+        return bool(lines)
 
 
 class LogPane(Pane):
@@ -12,10 +37,7 @@ class LogPane(Pane):
 
     def compose(self) -> ComposeResult:
         """The lines."""
-        # RichLog is unsuitable: it draws nothing before Textual sends it a size, and if it was
-        # scrolled, Textual may send none.
-        with VerticalScroll(id="log-lines"):
-            yield Static(markup=False)
+        yield LogView(id="log-lines")
 
     def on_mount(self) -> None:
         """Start without displayed reports."""
@@ -25,7 +47,7 @@ class LogPane(Pane):
         """Show all reports; new reports scroll to the end."""
         lines = self.session.reports
         if len(lines) > self._displayed_count:
-            view = self.query_one("#log-lines", VerticalScroll)
-            view.query_one(Static).update("\n".join(lines))
+            view = self.query_one(LogView)
+            view.show(lines)
             view.scroll_end(animate=False)
         self._displayed_count = len(lines)

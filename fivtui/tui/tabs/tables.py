@@ -9,10 +9,11 @@ from rich.table import Table
 from rich.text import Text
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
-from textual.containers import VerticalScroll
 from textual.widgets import DataTable, Static
 
 from fivtui.results import Row
+
+from .search import SearchableList, TextView
 
 Cell = TypeVar("Cell", str, str | Text)
 # Minimum width of a wrapped column, in characters.
@@ -24,7 +25,7 @@ _PADDING: Final = 1
 _FACT_SEPARATOR: Final = "  ·  "
 
 
-class ListTable(DataTable[Cell]):
+class ListTable(DataTable[Cell], SearchableList):
     """A table with vi keys, whose columns are as wide as their contents.
 
     Textual measures columns one frame late and never shrinks them. A narrow table first omits the
@@ -37,8 +38,6 @@ class ListTable(DataTable[Cell]):
     _filled_content: tuple[Sequence[str], Mapping[str, Sequence[Cell]]] | None = None
 
     BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("j", "cursor_down", "Down", show=False),
-        Binding("k", "cursor_up", "Up", show=False),
         Binding("h", "scroll_left", "Left", show=False),
         Binding("l", "scroll_right", "Right", show=False),
     ]
@@ -75,6 +74,20 @@ class ListTable(DataTable[Cell]):
             self.add_row(*cells.values(), key=key, height=max(len(lines), 1))
         self.move_cursor(row=cursor_row)
         self.scroll_x = scroll_x
+
+    @property
+    def row_index(self) -> int:
+        """The row of the cursor."""
+        return self.cursor_row
+
+    def row_texts(self) -> Sequence[str]:
+        """The texts of all rows, with those of omitted columns."""
+        rows = self._filled_content[1] if self._filled_content is not None else {}
+        return [" ".join(map(str, row)) for row in rows.values()]
+
+    def move_by(self, rows: int) -> None:
+        """Move the cursor by rows down, or up if negative."""
+        self.move_cursor(row=min(max(self.cursor_row + rows, 0), self.row_count - 1))
 
     def _is_crowded(self, columns: Sequence[str], widths: Mapping[int, int]) -> bool:
         # Whether the wrapped column would be too narrow to read.
@@ -121,16 +134,26 @@ def _cell_width(cell: str | Text) -> int:
     return cell.cell_len if isinstance(cell, Text) else cell_len(cell)
 
 
-class RowsView(VerticalScroll):
+class RowsView(TextView):
     """A scrollable table of `Row`."""
+
+    _rows: Sequence[Row] = ()
 
     def compose(self) -> ComposeResult:
         """The table."""
-        yield Static("", markup=False)
+        yield Static("", classes="rows", markup=False)
 
-    def show(self, rows: Sequence[Row], empty_text: str) -> None:
+    def show(self, rows: Sequence[Row], empty_text: str = "") -> None:
         """Display rows; without rows, the text `empty_text`."""
-        self.query_one(Static).update(rows_table(rows) if rows else empty_text)
+        self._rows = rows
+        self.query_one(".rows", Static).update(rows_table(rows) if rows else empty_text)
+
+    def find(self, text: str) -> bool:
+        """Display only the rows that contain a text."""
+        rows = [row for row in self._rows if text in f"{row.label} {row.value} {row.note}".lower()]
+        if self._rows:
+            self.query_one(".rows", Static).update(rows_table(rows))
+        return bool(rows)
 
 
 def rows_table(rows: Sequence[Row]) -> Table:

@@ -16,7 +16,7 @@ from textual.containers import Horizontal, Vertical
 from textual.events import Resize
 from textual.widgets import Static
 
-from fivtui.charts import Axis, Heading
+from fivtui.charts import Heading
 from fivtui.equilibrium import stability
 from fivtui.model import ComputationError, InputError
 from fivtui.results import Row
@@ -66,8 +66,6 @@ _MIN_CHART_ROWS: Final = 4
 _OTHER_ROWS: Final = 2
 # Minimum columns for three phase portraits side by side.
 _WIDE_COLUMNS: Final = 120
-# Part of the run that the key for its end shows.
-_END_SHARE: Final = 0.1
 # Mark and colour of the ghost, the live curve before an edit.
 _GHOST_STYLE: Final = ("·", "#808080")
 _NO_RUN: Final = "no run yet: press Run"
@@ -98,7 +96,8 @@ class TransientPane(ActionPane):
         ("difference-y", "difference-P"),
     )
     BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("e", "show_end", "End"),
+        Binding("g,home", "show_end(False)", "Start of the run", show=False),
+        Binding("G,end", "show_end(True)", "End of the run", show=False),
         Binding("n", "next_quantity", "Next quantity"),
     ]
 
@@ -424,15 +423,12 @@ class TransientPane(ActionPane):
         self._order = (*self._order[1:], self._order[0])
         self._fit_charts()
 
-    def action_show_end(self) -> None:
-        """Zoom to the last tenth of the run."""
+    def action_show_end(self, last: bool) -> None:
+        """Limit the time to the start or the end of the run, for phases and the spectrum, too."""
         if self._plotted:
-            t_end = self._plotted[0].t_end
+            chart = time_chart("y", self._plotted, strip=False, x_axis=False)
             for name in _QUANTITIES:
-                view = self.query_one(f"#plot-{name}", ChartView).view
-                view.x = Axis((1.0 - _END_SHARE) * t_end, t_end)
-                # The heading of the chart warns of later runs that are outside the limits.
-                view.newest_run_when_zoomed = self.session.runs.count
+                self.query_one(f"#plot-{name}", ChartView).view.show_end(chart, last=last)
             self.draw()
 
 

@@ -11,6 +11,7 @@ from fivtui.model.errors import InputError
 from fivtui.scene.files import load_scene
 from fivtui.transient.files import load_trajectory
 from fivtui.tui.lab.commands import LabCommands
+from fivtui.tui.lab.keys import active_keys, key_text
 from fivtui.tui.tabs.exports.clipboard import clipboard_command
 from tests.support.laboratory import (
     answer,
@@ -111,6 +112,34 @@ async def test_help_describes_the_focused_field_and_the_keys(pilot: Pilot[None])
     await until_shown(pilot, "Zoom in along y")
     await pilot.press("q")
     await until(pilot, lambda: not pilot.app.screen.query("#dialog"))
+
+
+async def test_the_help_lists_every_active_key_of_every_part_with_what_it_does(
+    pilot: Pilot[None],
+) -> None:
+    screen = pilot.app.screen
+    await run_to_end(pilot)
+    for keys in (
+        ("alt+f", "escape"),
+        ("alt+t",),
+        ("alt+r",),
+        ("alt+1", "alt+p"),
+        ("alt+9", "alt+p"),
+    ):
+        await pilot.press(*keys)
+        await pilot.pause()
+        rows = {row.label: row.value for row in active_keys(screen)}
+        listed = " ".join(rows).split()
+        for key, active in screen.active_bindings.items():
+            assert key_text(pilot.app, key) in listed, (keys, key)
+            name = active.binding.action.partition("(")[0].removeprefix("app.")
+            name = name.removeprefix("screen.")
+            nodes = (active.node, screen, pilot.app)
+            assert any(
+                hasattr(node, f"{prefix}action_{name}") for node in nodes for prefix in ("", "_")
+            ), active
+    for phrase in ("Search", "Half a page down"):
+        assert phrase in rows.values()
 
 
 async def test_keys_focus_every_part_and_fit_into_the_key_bar(

@@ -97,7 +97,7 @@ async def test_wrong_numbers_beside_measured_data_are_marked_at_once(pilot: Pilo
 
 async def test_wrong_limits_of_an_axis_are_marked_at_once(pilot: Pilot[None]) -> None:
     await show_tab(pilot, "alt+2")
-    await pilot.press("alt+p", "g")
+    await pilot.press("alt+p", "i")
     await until(pilot, lambda: isinstance(pilot.app.screen, LimitsDialog))
     await until(pilot, lambda: isinstance(pilot.app.focused, Input))
     await pilot.press(*"0,5:0,1")

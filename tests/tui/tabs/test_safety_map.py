@@ -148,7 +148,7 @@ async def test_safe_friction_is_mapped_by_two_keys_and_refused_over_friction(
     pilot: Pilot[None],
 ) -> None:
     await pilot.press("alt+5")
-    await until_shown(pilot, "F10: map")
+    await until_shown(pilot, "none mapped yet")
     range_input = pilot.app.screen.query_one("#over", Input)
     # The proposed ranges can be mapped. Values that do not depend on μ have separate ranges.
     default_ranges = range_input.value
@@ -167,7 +167,7 @@ async def test_safe_friction_is_mapped_by_two_keys_and_refused_over_friction(
     assert pane is not None
     assert "--value safe-mu" in pane.command_line()
     await click_view(pilot, "coexistence")
-    await until_shown(pilot, "F10: map")
+    await until_shown(pilot, "none mapped yet")
     range_input.value = "F=100:120:3 mu=0.3:0.9:5"
     range_input.focus()
     await pilot.press("enter")

@@ -103,7 +103,7 @@ async def test_the_transient_has_views_and_every_plot_its_keys(
     await until_shown(pilot, "t 51")
     await pilot.press("escape", "y")
     assert chart_view.view.log_y
-    await pilot.press("y", "g", *"10:2x", "enter")
+    await pilot.press("y", "i", *"10:2x", "enter")
     await until_shown(pilot, "not a number")
     await pilot.press("backspace", "0", "enter")
     await until(pilot, lambda: chart_view.view.x is not None)

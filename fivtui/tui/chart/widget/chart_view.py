@@ -55,12 +55,16 @@ class ChartView(DrawnChart, can_focus=True):
         Binding("down,j", "step(0, -1)", "Down", show=False),
         Binding("shift+left,H", f"step(-{_FAR_STEPS}, 0)", "Far left", show=False),
         Binding("shift+right,L", f"step({_FAR_STEPS}, 0)", "Far right", show=False),
+        Binding("g,home", "show_end(False)", "Start", show=False),
+        Binding("G,end", "show_end(True)", "End", show=False),
+        Binding("ctrl+d,pagedown", "half_page(1)", "Half a window on", show=False),
+        Binding("ctrl+u,pageup", "half_page(-1)", "Half a window back", show=False),
         Binding("r", "fit", "Fit"),
         Binding("c", "cursor(0)", "Cursor", tooltip="First cursor: on, move, off"),
         Binding("C", "cursor(1)", "Second cursor: on, move, off", show=False),
         Binding("escape", "cursor_off", "Cursors off", show=False),
         Binding("enter", "open", "Open", key_display="⏎", tooltip="Run the point at the cursor"),
-        Binding("g", "limits", "Limits"),
+        Binding("i", "limits", "Limits"),
         Binding("x", "log('x')", "Log x", show=False),
         Binding("y", "log('y')", "Log y", show=False),
         *(
@@ -96,8 +100,9 @@ class ChartView(DrawnChart, can_focus=True):
         self._was_dragged = False
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:  # noqa: ARG002
-        """Disable the action "open" in charts whose points cannot be opened."""
-        return self._runs_points if action == "open" else True
+        """Disable the action "open" where points cannot be opened, "show_end" in planes."""
+        is_plane = self._chart is not None and self._chart.is_plane
+        return {"open": self._runs_points, "show_end": not is_plane}.get(action, True)
 
     # Zoom and pan
 
@@ -133,6 +138,23 @@ class ChartView(DrawnChart, can_focus=True):
             self._handle_moved_cursor()
         else:
             self.view.pan(self._chart, _PAN_SHARE * right, _PAN_SHARE * up)
+            self._handle_new_limits()
+
+    def action_show_end(self, last: bool) -> None:
+        """Show the start or the end of the data; a pinned cursor goes to the visible end."""
+        if self._chart is None:
+            return
+        position = cursor_position(self._chart, self.view)
+        if self.view.cursors.pinned and position is not None:
+            self._move_cursor((float(last), position[1]))
+        else:
+            self.view.show_end(self._chart, last=last)
+            self._handle_new_limits()
+
+    def action_half_page(self, direction: int) -> None:
+        """Pan by half of the visible range of x."""
+        if self._chart is not None:
+            self.view.pan(self._chart, 0.5 * direction)
             self._handle_new_limits()
 
     def action_fit(self) -> None:

@@ -1,6 +1,6 @@
 """The form: a list of rows with fields, and a hint about the focused field."""
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from itertools import groupby
 from typing import ClassVar
 
@@ -14,23 +14,21 @@ from textual.widgets import Label, Static
 
 from fivtui.model import BELT_PARAMETERS
 from fivtui.tui.session import FIELDS, FormField
-from fivtui.tui.tabs import FieldFocused, FieldStepped
+from fivtui.tui.tabs import FieldFocused, FieldStepped, SearchableList
 
 from .rows import FieldRow
 
 
-class FieldList(VerticalScroll):
+class FieldList(VerticalScroll, SearchableList):
     """The rows, with a cursor; while it has the focus, letters are commands and type no text."""
 
     BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("j,down", "move(1)", "Down", show=False),
-        Binding("k,up", "move(-1)", "Up", show=False),
+        # These replace the keys of the base class that scroll.
+        *SearchableList.BINDINGS,
         Binding("h,left,minus", "step(-1)", "Decrease", show=False),
         Binding("l,right,plus", "step(1)", "Increase", show=False),
         Binding("H,shift+left", "step(-1, True)", "Decrease slightly", show=False),
         Binding("L,shift+right", "step(1, True)", "Increase slightly", show=False),
-        Binding("g,home", "move(-999)", "First", show=False),
-        Binding("G,end", "move(999)", "Last", show=False),
         Binding("enter,i", "edit", "Edit", show=False),
         Binding("escape", "leave_editor", "Stop typing", show=False),
     ]
@@ -55,20 +53,32 @@ class FieldList(VerticalScroll):
 
     def on_blur(self) -> None:
         """Hide the cursor."""
-        self.row.mark(selected=False)
+        # At the end of the program there may be no row.
+        for row in self._visible_rows:
+            row.mark(selected=False)
 
     def _show_cursor(self) -> None:
         self.row.mark(selected=True)
         self.scroll_to_widget(self.row, animate=False)
         self.post_message(FieldFocused(self.row.field.name))
 
-    def action_move(self, count: int) -> None:
-        """Move the cursor by some rows."""
+    @property
+    def row_index(self) -> int:
+        """The index of the row at the cursor."""
+        return self._cursor
+
+    def row_texts(self) -> Sequence[str]:
+        """Names, symbols and meanings of the visible fields."""
+        fields = [row.field for row in self._visible_rows]
+        return [f"{field.name} {field.symbol} {field.meaning}" for field in fields]
+
+    def move_by(self, rows: int) -> None:
+        """Move the cursor by rows down, or up if negative."""
         # A check box leaves ↑ and ↓ to this list. If it kept the focus, the next Enter would toggle
         # it, not edit the row that the cursor is moved to.
         self.focus()
         self.row.mark(selected=False)
-        self._cursor = min(max(self._cursor + count, 0), len(self._visible_rows) - 1)
+        self._cursor = min(max(self._cursor + rows, 0), len(self._visible_rows) - 1)
         self._show_cursor()
 
     def action_step(self, direction: int, fine: bool = False) -> None:

@@ -32,7 +32,8 @@ class BeltView(Vertical):
         Binding("comma", "step_time(-1)", "Back", key_display=","),
         Binding("greater_than_sign", "change_speed(1)", "Faster", key_display=">"),
         Binding("less_than_sign", "change_speed(-1)", "Slower", key_display="<"),
-        Binding("home", "go_to(0.0)", "Start", show=False),
+        Binding("g,home", "go_to(0.0)", "Start", show=False),
+        Binding("G,end", "go_to(1e9)", "End", show=False),
     ]
 
     def __init__(self, id: str, *, empty_text: str) -> None:  # noqa: A002

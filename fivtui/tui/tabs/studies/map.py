@@ -164,6 +164,7 @@ class SafeFrictionPane(_MapStudy):
     """Safe friction, or the regions of coexistence, over two parameters of the edited scene."""
 
     NAME: ClassVar[str] = "safe-mu"
+    HINT: ClassVar[str] = "none mapped yet"
     VIEWS: ClassVar[Mapping[str, str]] = SAFETY_MAPS
 
     @property

@@ -1,0 +1,165 @@
+"""The scene in the user's editor, and scene files that other programs change."""
+
+import os
+import shlex
+import shutil
+import signal
+import subprocess
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from tempfile import mkdtemp
+from typing import TYPE_CHECKING, Any, Final
+
+from textual.app import App, SuspendNotSupported
+
+from fivtui.model import InputError
+from fivtui.scene import load_scene, save_scene, scene_file
+from fivtui.tui.session import EditState
+from fivtui.tui.tabs import SceneLoaded
+
+if TYPE_CHECKING:
+    from .screen import LabScreen
+
+_NO_EDITOR: Final = "no editor: set the environment variable EDITOR, such as EDITOR=nano"
+_NO_TERMINAL: Final = "an editor needs a terminal: save the scene, and edit its file"
+_UNCHANGED: Final = "scene not changed; an editor with a window must wait, as 'code --wait' does"
+
+# A file, the time of its last change, and its size.
+_Version = tuple[Path, int, int]
+
+
+class SceneController:
+    """Opens the scene in the user's editor, and offers to read its file again when it changes."""
+
+    def __init__(self, lab: "LabScreen") -> None:
+        self._lab = lab
+        self._session = lab.session
+        # A file that the editor left invalid, and the edits that it replaces: opened again.
+        self._draft: tuple[Path, EditState] | None = None
+        # The version of the scene's file that was read, or whose reading was offered.
+        self._version: _Version | None = None
+        self._checking = False
+
+    def edit(self) -> None:
+        """Edit the scene as text, and read it back.
+
+        A scene without unsaved edits is edited in its file, any other in a temporary file.
+        """
+        with self._lab.report_errors():
+            if self._lab.app.is_web:
+                raise InputError(_NO_TERMINAL)
+            command, keys = editor_command(os.environ), self._session.key_names
+            file = self._scene_file
+            is_draft = file is None or not file.is_file() or bool(self._session.changed_fields)
+            path = self._draft_file() if file is None or is_draft else file
+            run_editor(self._lab.app, command, path)
+            if not is_draft:
+                self._version = _version(path)
+            try:
+                scene = load_scene(path)
+            except InputError as error:
+                raise InputError(f"{error}; {keys['edit']} opens it again") from None
+            if is_draft:
+                shutil.rmtree(path.parent, ignore_errors=True)
+                self._draft = None
+            if scene == self._session.scene():
+                self._lab.report(_UNCHANGED)
+            elif is_draft:
+                self._lab.replace_scene(scene, f"scene read back; {keys['undo']} undoes")
+            else:
+                report = f"scene {scene.name} read from {path}; {keys['undo']} undoes"
+                self._lab.post_message(SceneLoaded(scene, str(path), report))
+
+    @property
+    def _scene_file(self) -> Path | None:
+        return scene_file(self._session.source)
+
+    def _draft_file(self) -> Path:
+        # The file that the editor left invalid, unless the form has changed since; or a copy.
+        if self._draft is None or self._draft[1] != self._session.edit_state:
+            path = Path(mkdtemp(prefix="fivtui-")) / "scene.toml"
+            save_scene(self._session.scene(), path)
+            self._draft = path, self._session.edit_state
+        return self._draft[0]
+
+    def check_file(self) -> None:
+        """Offer to read the scene's file if another program has changed it; call at intervals."""
+        file, loaded, last_version = self._scene_file, self._session.loaded, self._version
+        if file is None or self._checking:
+            return
+        self._checking = True
+
+        def check() -> None:
+            version, change = _version(file), ""
+            if version not in (None, last_version):
+                try:
+                    if load_scene(file) != loaded:
+                        change = f"{file} has changed on disk"
+                except InputError as error:
+                    change = f"changed on disk: {error}"
+            self._lab.call_later(offer, version, change)
+
+        def offer(version: _Version | None, change: str) -> None:
+            self._checking = False
+            # The scene may have been saved, edited as text or replaced since.
+            if self._session.loaded is loaded and self._version == last_version:
+                self._version = version
+                if change:
+                    self._offer(change)
+
+        # In a thread, because a file of a network may be slow.
+        self._lab.run_worker(check, name="watching", thread=True, exit_on_error=False)
+
+    def _offer(self, change: str) -> None:
+        keys, has_edits = self._session.key_names, bool(self._session.changed_fields)
+        edits = f"; {keys['undo']} then brings your edits back" if has_edits else ""
+        self._lab.report(f"{change}; {keys['reload']} reads it{edits}")
+
+    def reload(self) -> None:
+        """Read the scene's file again."""
+        file = self._scene_file
+        if file is not None:
+            self._lab.files.open_path(file)
+
+
+def _version(file: Path) -> _Version | None:
+    # The version of a file; None if it cannot be read.
+    try:
+        status = file.stat()
+    except OSError:
+        return None
+    return file, status.st_mtime_ns, status.st_size
+
+
+def editor_command(environment: Mapping[str, str]) -> list[str]:
+    """The command of the user's editor; raises `InputError` if there is none."""
+    text = environment.get("VISUAL") or environment.get("EDITOR") or ""
+    try:
+        command = shlex.split(text, posix=os.name == "posix")
+    except ValueError:
+        raise InputError(f"editor {text}: a quote is not closed") from None
+    if not command:
+        raise InputError(_NO_EDITOR)
+    return command
+
+
+def run_editor(app: App[Any], command: Sequence[str], path: Path) -> None:
+    """Run an editor in the terminal; raises `InputError` if it fails."""
+    problem = ""
+    try:
+        with app.suspend():
+            # Ctrl+C is for the editor.
+            handler = signal.signal(signal.SIGINT, lambda *_: None)
+            try:
+                status = subprocess.run(  # noqa: S603, the user's editor
+                    [*command, str(path)], check=False
+                ).returncode
+                problem = f"ended with status {status}" if status else ""
+            except OSError as error:
+                problem = error.strerror or str(error)
+            finally:
+                signal.signal(signal.SIGINT, handler)
+    except SuspendNotSupported:
+        raise InputError(_NO_TERMINAL) from None
+    if problem:
+        raise InputError(f"editor {command[0]}: {problem}; the scene stays as it is")
