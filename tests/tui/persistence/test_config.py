@@ -67,7 +67,7 @@ async def test_user_keys_and_theme_apply_from_the_first_start(tmp_path: Path) ->
         assert text_of(pilot).splitlines()[-1].startswith("f12 Run F1 Help ^n Tab ")
         await pilot.resize_terminal(120, 40)
         await pilot.press("alt+4")
-        await until_shown(pilot, "Alt+C map Alt+P plot F6 figure F7 data")
+        await until_shown(pilot, "Follow Alt+C")
         await pilot.press("f5")
         await pilot.press("f12")
         await until(pilot, lambda: app.session.runs.displayed is not None)
