@@ -156,7 +156,9 @@ async def test_a_file_that_changes_on_disk_is_offered_once_and_loses_no_edits(
         assert not session.changed_fields
         await pilot.press("ctrl+z")
         await until(pilot, lambda: session.texts["mu"] == "0.42")
-        path.write_text("mu")
+        invalid = tmp_path / "invalid.toml"
+        invalid.write_text("mu")
+        invalid.replace(path)
         await until_notice(pilot, "changed on disk: ")
         await pilot.press("alt+d")
         await until_notice(pilot, "not a TOML file")
