@@ -38,6 +38,7 @@ class ListTable(DataTable[Cell], SearchableList):
     _filled_content: tuple[Sequence[str], Mapping[str, Sequence[Cell]]] | None = None
 
     BINDINGS: ClassVar[list[BindingType]] = [
+        *SearchableList.BINDINGS,
         Binding("h", "scroll_left", "Left", show=False),
         Binding("l", "scroll_right", "Right", show=False),
     ]
