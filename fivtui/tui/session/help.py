@@ -14,7 +14,10 @@ from .fields import FormField
 HINTS: Final = (
     Row("Tab, Shift+Tab", "next and previous field, button, plot"),
     Row("↑ ↓", "in a number: increase or decrease by a step; with Shift: by a tenth of it"),
-    Row("Escape", "stop typing; then j k select a field, h l decrease or increase it, Enter types"),
+    Row(
+        "Escape",
+        "stop typing; then j k or / select a field, h l decrease or increase it, Enter types",
+    ),
     Row(
         "mouse",
         "on the gauge: drag the dot, or click where it is to go; a click on a bound or its number "

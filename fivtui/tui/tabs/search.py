@@ -15,6 +15,8 @@ from fivtui.tui.chart import TextInput
 
 # More rows than any list has.
 _ALL_ROWS: Final = 10**6
+_SEARCH: Final = "search: "
+_NO_MATCH: Final = "no match: "
 
 
 class Searchable(Widget):
@@ -58,12 +60,12 @@ class SearchLine(ModalScreen[None]):
     def compose(self) -> ComposeResult:
         """The line."""
         with Horizontal():
-            yield Label("search: ")
+            yield Label(_SEARCH)
             yield TextInput("", compact=True)
 
     @on(Input.Changed)
     def _show_matches(self, event: Input.Changed) -> None:
-        event.input.set_class(not self._find(event.value.lower()), "-wrong")
+        self.query_one(Label).update(_SEARCH if self._find(event.value.lower()) else _NO_MATCH)
 
     @on(Input.Submitted)
     def _close(self) -> None:
