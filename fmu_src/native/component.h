@@ -27,6 +27,8 @@ typedef struct {
     /* Typical size. */
     double nominal;
     int is_continuous;
+    /* Whether it is computed by `compute_totals`. */
+    int is_total;
 } Variable;
 
 static inline int is_settable(const Variable *v)
@@ -67,6 +69,8 @@ typedef struct {
     double (*motion_step_end)(struct Instance *i);
     /* Computes the outputs from the motion, in model exchange from the states. */
     void (*compute_outputs)(struct Instance *i);
+    /* Computes the outputs over the motion so far, such as peaks, after the others. Optional. */
+    void (*compute_totals)(struct Instance *i);
     /* Model exchange: computes event indicators; updates the mode of the motion, returns whether it
        changed. */
     void (*event_indicators)(const struct Instance *i, double *indicators);

@@ -164,7 +164,7 @@ fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReferenc
             return report(i, fmi2Error, "order of an output derivative = %d: must be from 1 to %d",
                           order[n], COMPONENT.derivative_order);
     }
-    fmi2Status status = update_outputs(i);
+    fmi2Status status = update_totals(i);
     for (int power = 1; power <= COMPONENT.derivative_order && status == fmi2OK; power++) {
         const char *reason = COMPONENT.differentiate_in_time(i, power, rates);
         status = reason ? report(i, fmi2Discard, "%s", reason) : fmi2OK;

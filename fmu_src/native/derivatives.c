@@ -41,7 +41,7 @@ static fmi2Status check_references(Instance *i, const fmi2ValueReference unknown
             return report(i, fmi2Error, "value reference %u: must be that of %s", knowns[n],
                           i->s.phase == INITIALIZATION ? "an input or Real parameter"
                                                        : "an input, state or Real parameter");
-    return update_outputs(i);
+    return update_totals(i);
 }
 
 static fmi2Status check_seeds(Instance *i, const fmi2ValueReference r[], size_t count,

@@ -137,6 +137,14 @@ fmi2Status update_outputs(Instance *i)
     return fmi2OK;
 }
 
+fmi2Status update_totals(Instance *i)
+{
+    const fmi2Status status = update_outputs(i);
+    if (status == fmi2OK && COMPONENT.compute_totals)
+        COMPONENT.compute_totals(i);
+    return status;
+}
+
 Instance *make_instance(const Instance *settings, const char *name, const char *guid)
 {
     const char *instance_name = name ? name : "";

@@ -161,6 +161,8 @@ fmi2Status check_call(Instance *i, const char *call, int type, unsigned phases);
 
 /* Begin the motion and compute the outputs, if needed. */
 fmi2Status update_outputs(Instance *i);
+/* The same, and compute the totals (`component.h`). */
+fmi2Status update_totals(Instance *i);
 
 /* Refuse reading while an intermediate update asks for inputs. */
 fmi2Status check_readable(Instance *i);

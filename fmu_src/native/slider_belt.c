@@ -425,14 +425,19 @@ static void compute_outputs(Instance *i)
     v[V_separations] = record->separations, v[V_reattachments] = record->reattachments;
     v[V_switches] = record->switches, v[V_sticks] = record->sticks;
     v[V_last_event] = record->last_event;
+}
+
+static void compute_totals(Instance *i)
+{
+    double *v = i->s.values;
     Totals totals;
     if (i->type == fmi2CoSimulation)
-        get_stepping(i)->totals(&record->motion, i->s.t, &totals);
+        get_stepping(i)->totals(&motion_record(i)->motion, i->s.t, &totals);
     else
         totals = exchange_totals(i);
     v[V_x_peak] = totals.x_peak, v[V_y_peak] = totals.y_peak, v[V_vx_max] = totals.vx_max;
     /* The contact force is that under parameters set since the last step. */
-    v[V_P_min] = minimum(totals.P_min, force), v[V_P_max] = maximum(totals.P_max, force);
+    v[V_P_min] = minimum(totals.P_min, v[V_P]), v[V_P_max] = maximum(totals.P_max, v[V_P]);
     v[V_separated_time] = totals.separated_time;
 }
 
@@ -761,6 +766,7 @@ const Component COMPONENT = {
     .computed_until = computed_until,
     .motion_step_end = motion_step_end,
     .compute_outputs = compute_outputs,
+    .compute_totals = compute_totals,
     .event_indicators = event_indicators,
     .update_mode = update_mode,
     .complete_step = complete_step,

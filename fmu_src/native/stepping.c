@@ -210,14 +210,19 @@ static double order_for(double tol, int has_friction_law)
 /* Begin a step at time t from a state, with the inputs of `m`. */
 static void start_step(Motion *m, const double *state, double t)
 {
+    m->cubic = m->inputs.p[P_K_NL] > 0.0;
     begin_problem(&m->w, ONLY_LANE, m->inputs.p, m->separation != 0.0, state);
     m->w.t = m->w.last_switch = t;
     m->w.extremes = (Extremes){.x_low = state[S_X], .x_high = state[S_X], .y_low = state[S_Y],
                                .y_high = state[S_Y], .vx_high = state[S_VX]};
     m->has_step = 0.0;
     m->order = order_for(m->tol, 0);
-    if (!m->belt.finite)
+    if (!m->belt.finite) {
+        /* Ramps need the constants of `belt` on every belt. */
+        if (has_ramps(m))
+            begin_belt(&m->belt, &m->w, ONLY_LANE, m->inputs.p, 0);
         return;
+    }
     double p[BELT_PARAMETERS];
     memcpy(p, m->inputs.p, sizeof p);
     p[P_MU_S] = p[P_MU_S] < 0.0 ? p[P_MU] : p[P_MU_S];
@@ -234,23 +239,12 @@ static void start_step(Motion *m, const double *state, double t)
     }
 }
 
-/* Set inputs from t on. */
-static void set_inputs(Motion *m, double t, const Inputs *inputs, const double *state,
-                       int finite_belt)
-{
-    m->inputs = *inputs, m->input_start = t, m->cubic = inputs->p[P_K_NL] > 0.0;
-    /* Ramps need the constants of `belt` on every belt, but `start_step` begins it only if its
-       speed is finite. `begin_belt` reads scales that `begin_problem` sets in `w`. */
-    begin_problem(&m->w, ONLY_LANE, inputs->p, m->separation != 0.0, state);
-    begin_belt(&m->belt, &m->w, ONLY_LANE, inputs->p, finite_belt);
-}
-
 static void begin_motion(Motion *m, const Inputs *inputs, int separation, int finite_belt,
                          const double *state, double t, double tol)
 {
     memset(m, 0, sizeof *m);
-    m->separation = separation, m->tol = tol, m->last_belt_switch = t;
-    set_inputs(m, t, inputs, state, finite_belt);
+    m->separation = separation, m->belt.finite = finite_belt, m->tol = tol;
+    m->inputs = *inputs, m->input_start = m->last_belt_switch = t;
     start_step(m, state, t);
     m->past = (Totals){.vx_max = -INFINITE, .P_min = INFINITE, .P_max = -INFINITE};
     totals_at(m, t, &m->past);
@@ -280,7 +274,7 @@ static void change_inputs(Motion *m, double t, const Inputs *inputs)
     const double speed = inputs->p[P_V_BELT];
     if (m->belt.finite && moves_with_belt(m, state[S_VX], speed))
         state[S_VX] = speed;
-    set_inputs(m, t, inputs, state, m->belt.finite);
+    m->inputs = *inputs, m->input_start = t;
     start_step(m, state, t);
     if (m->w.side != before.side && state[S_Y] != 0.0) {
         /* Inputs do not change y, so only rounding changed its side: the slider is at a switch. */

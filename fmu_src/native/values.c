@@ -30,12 +30,17 @@ static fmi2Status prepare_reading(Instance *i, const fmi2ValueReference *referen
         return fmi2Error;
     if (count > 0 && (!references || !values))
         return report(i, fmi2Error, "value references and values must be given");
-    for (size_t n = 0; n < count; n++)
+    int has_totals = 0;
+    for (size_t n = 0; n < count; n++) {
         if (references[n] >= COMPONENT.variable_count)
             return report(i, fmi2Error, "value reference %u: there is no such variable",
                           references[n]);
+        has_totals |= COMPONENT.variables[references[n]].is_total;
+    }
     const fmi2Status status = check_readable(i);
-    return status == fmi2OK ? update_outputs(i) : status;
+    if (status != fmi2OK)
+        return status;
+    return has_totals ? update_totals(i) : update_outputs(i);
 }
 
 fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference r[], size_t count,

@@ -40,6 +40,7 @@ _SEPARATIONS, _REATTACHMENTS, _SWITCHES, _STICKS, _LAST_EVENT = (
     for name in ("separations", "reattachments", "switches", "sticks", "last_event")
 )
 _TOTAL_REFERENCES: Final = tuple(REFERENCES[name] for name in TOTALS)
+_TOTAL_SET: Final = frozenset(_TOTAL_REFERENCES)
 
 
 class SliderBeltInstance(Instance):
@@ -99,7 +100,7 @@ class SliderBeltInstance(Instance):
 
     def _read(self, references: Sequence[int]) -> list[float | bool]:
         values = super()._read(references)
-        if self._needs_motion or not any(r in _TOTAL_REFERENCES for r in references):
+        if self._needs_motion or _TOTAL_SET.isdisjoint(references):
             return values
         # Computed only if a host reads them, because the search for extremes takes time.
         motion_totals = self._motion.totals_at(self._t, self._parameters)

@@ -51,6 +51,36 @@ def test_cvode_finds_the_native_switches(fmu: Path, tol: float, error: float) ->
     assert np.all(run["P"] >= -1e-6)
 
 
+@pytest.mark.parametrize("friction", [{}, {"mu_s": 0.9}, {"mu_s": 0.9, "v_s": 0.4}])
+def test_cvode_agrees_on_a_belt_that_runs_backward(fmu: Path, friction: dict[str, float]) -> None:
+    run = fmpy.simulate_fmu(
+        str(fmu),
+        stop_time=10.0,
+        output_interval=0.05,
+        relative_tolerance=1e-9,
+        fmi_type="ModelExchange",
+        start_values={"finite_belt": True, "v_belt": -1.5, **friction},
+        output=[*STATES, "sticks"],
+    )
+    native = simulate(Parameters(**friction), t_end=10.0, over_time={"v_belt": [(0.0, -1.5)]})
+    assert run["sticks"][-1] == native.events.sticks > 0
+    final = [run[name][-1] for name in STATES]
+    assert final == pytest.approx([getattr(native.final, name) for name in STATES], abs=1e-4)
+
+
+def test_parameters_are_tuned_in_event_mode_alone(folder: Path) -> None:
+    with FmuInstance(folder, "ModelExchange").begin() as instance:
+        (y, P) = instance.get("y", "P")
+        instance.set(k2=500.0)
+        assert instance.get("P", "P_max") == pytest.approx([P - (500.0 - 50.0) * y] * 2)
+        assert instance.get("ay") == pytest.approx([-(500.0 - 50.0) * y / 5.0])
+        instance.update_mode()
+        instance.fmi.enterContinuousTimeMode()
+        with pytest.raises(FMICallException):
+            instance.set(k2=50.0)
+        assert "k2 cannot be set in continuous-time mode" in instance.log[-1]
+
+
 def test_an_integrator_restarted_only_where_the_fmu_requests_it_finds_the_native_switches(
     folder: Path,
 ) -> None:
