@@ -270,26 +270,26 @@ static const char *differentiate_in_time(Instance *i, int order, double *rates)
     const Inputs inputs = read_inputs(s);
     if (get_stepping(i)->expand(&m, s->t, &inputs) != RUNNING)
         return overflow_reason(i, s->t, maximum(vabs(v[V_x]), vabs(v[V_y])));
-    /* Coefficients in the time since now. Forces follow from the equations of motion. */
+    /* Coefficients in the time since now. A force is the mass times the part of the acceleration
+       that is missing without it. */
     const double *p = inputs.p, *x = m.w.xs, *y = m.w.ys;
     double vx[OUTPUT_DERIVATIVE_ORDER + 1], vy[OUTPUT_DERIVATIVE_ORDER + 1],
-        P[OUTPUT_DERIVATIVE_ORDER + 1], friction, ax, ay, factorial = 1.0;
+        ax[OUTPUT_DERIVATIVE_ORDER + 1], ay[OUTPUT_DERIVATIVE_ORDER + 1],
+        P[OUTPUT_DERIVATIVE_ORDER + 1], friction = 0.0, factorial = 1.0;
     const int is_off = motion_mode(&m) == SEPARATED, n = order;
-    for (int k = 0; k <= OUTPUT_DERIVATIVE_ORDER; k++) {
-        vx[k] = (k + 1.0) * x[k + 1], vy[k] = (k + 1.0) * y[k + 1];
-        const double load = k == 0 ? load_of(p) : k == 1 ? inputs.rates.F : 0.0;
-        P[k] = is_off ? 0.0
-                      : p[P_M] * (k + 1.0) * (k + 2.0) * y[k + 2] + p[P_C2] * vy[k] + load
-                            - coupling_stiffness(p) * (x[k] - y[k]);
+    for (int k = 1; k <= OUTPUT_DERIVATIVE_ORDER; k++) {
+        vx[k] = (k + 1.0) * x[k + 1], ax[k] = (k + 1.0) * (k + 2.0) * x[k + 2];
+        vy[k] = (k + 1.0) * y[k + 1], ay[k] = (k + 1.0) * (k + 2.0) * y[k + 2];
+        P[k] = is_off ? 0.0 : p[P_M] * (ay[k] - vertical_acceleration(p, x[k], y[k], vy[k], 0.0));
+    }
+    if (!is_off) {
+        P[1] += inputs.rates.F;
+        friction = p[P_M] * (ax[n] - horizontal_acceleration(p, x[n], vx[n], y[n], 0.0));
     }
     for (int k = 2; k <= n; k++)
         factorial *= k;
-    ax = (n + 1.0) * (n + 2.0) * x[n + 2], ay = (n + 1.0) * (n + 2.0) * y[n + 2];
-    friction = is_off ? 0.0
-                      : p[P_M] * ax + p[P_C1] * vx[n] + p[P_K1] * x[n]
-                            + coupling_stiffness(p) * (x[n] - y[n]);
-    rates[V_x] = x[n], rates[V_vx] = vx[n], rates[V_ax] = ax;
-    rates[V_y] = rates[V_switching] = y[n], rates[V_vy] = vy[n], rates[V_ay] = ay;
+    rates[V_x] = x[n], rates[V_vx] = vx[n], rates[V_ax] = ax[n];
+    rates[V_y] = rates[V_switching] = y[n], rates[V_vy] = vy[n], rates[V_ay] = ay[n];
     rates[V_P] = P[n], rates[V_friction_slider] = friction, rates[V_friction_belt] = -friction;
     rates[V_x_peak] = total_term(v[V_x_peak], v[V_x], x, v[V_x] < 0.0 ? -1.0 : 1.0, n);
     rates[V_y_peak] = total_term(v[V_y_peak], v[V_y], y, v[V_y] < 0.0 ? -1.0 : 1.0, n);

@@ -150,13 +150,13 @@ def test_with_derivatives_a_coupled_system_converges_to_second_order() -> None:
     coupled = runpy.run_path(str(Path(__file__).parents[2] / "examples" / "fmu_coupled.py"))[
         "coupled"
     ]
-    t_end, counts = 1.0, (80, 160, 320, 640)
-    exact, _ = coupled(2560, t_end, extrapolate=True)
+    t_end, counts = 1.0, (80, 160, 320)
+    exact, _ = coupled(1280, t_end, extrapolate=True)
 
     def error_orders(*, extrapolate: bool) -> list[float]:
         # Exponents p of errors that are proportional to h^p.
         errors = [abs(coupled(n, t_end, extrapolate=extrapolate)[0] - exact) for n in counts]
         return np.log2(np.divide(errors[:-1], errors[1:])).tolist()  # type: ignore[no-any-return]
 
-    assert error_orders(extrapolate=False) == pytest.approx([1.0] * 3, abs=0.2)
+    assert error_orders(extrapolate=False) == pytest.approx([1.0] * 2, abs=0.2)
     assert np.mean(error_orders(extrapolate=True)) >= 1.9
