@@ -79,7 +79,9 @@ def _is_dense(extrema: FloatArray, edges: FloatArray) -> NDArray[np.bool_]:
     if extrema.size < 2:
         return np.zeros(centres.size, dtype=bool)
     after = np.clip(np.searchsorted(extrema, centres), 1, extrema.size - 1)
-    gaps = np.maximum(extrema[after], centres) - np.minimum(extrema[after - 1], centres)
+    start, end = extrema[after - 1], extrema[after]
+    # Beyond the first and last extremum, their distance.
+    gaps = np.maximum(end - start, np.maximum(start - centres, centres - end))
     return gaps <= _MAX_DENSE_PERIOD * widths
 
 

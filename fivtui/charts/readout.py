@@ -181,7 +181,7 @@ def heading_spans(
 
 
 def has_long_heading(chart: Chart, view: View) -> bool:
-    """Whether a heading is long: with a cursor, or with traces outside the limits."""
+    """Whether a heading may be long: with a cursor, or with traces outside the limits."""
     cursors = view.cursors
     return (cursors.first or cursors.second) is not None or bool(_outside_spans(chart, view))
 

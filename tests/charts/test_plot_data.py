@@ -139,6 +139,7 @@ def test_the_edges_of_a_dense_signal_follow_its_amplitude_where_it_is_dense() ->
         values = signal[np.abs(x - centre) <= 0.75 * period]
         assert top == pytest.approx(values.max(), abs=0.6)
         assert bottom == pytest.approx(values.min(), abs=0.6)
+    assert np.isfinite(dense_band(x, np.sin(5.0 * x), edges)[1]).all()
     # At rest from half of the time.
     low, high = dense_band(x, np.where(x < 50.0, signal, 0.0), edges)
     assert np.isfinite(high[6:75]).all()

@@ -29,6 +29,7 @@ from fivtui.tui.lab.form.rows import FieldRow
 from fivtui.tui.lab.notices import NoticeView
 from fivtui.tui.lab.screen import LabScreen
 from fivtui.tui.tabs.tab_book import TabBook
+from fivtui.tui.tabs.transient import TransientPane
 from fivtui.tui.tabs.views_pane import ViewsPane
 
 # A wait fails after this many polls of an idle application; a running worker resets their count. A
@@ -300,6 +301,14 @@ def endless_simulate(*_: object, progress: Callable[[float], bool], **__: object
         fraction += 1e-6
         time.sleep(0.005)
     raise Cancelled
+
+
+async def show_all_quantities(pilot: Pilot[None]) -> None:
+    """Draw all quantities over time, also on a low screen."""
+    pane = lab_of(pilot).query_one(TransientPane)
+    pane.store_setting("quantity", "all")
+    pane.draw()
+    await pilot.pause()
 
 
 async def run_to_end(pilot: Pilot[None]) -> None:

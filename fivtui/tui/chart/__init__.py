@@ -4,6 +4,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from .widget.chart_view import ChartView
+    from .widget.drawn_chart import Control
     from .widget.pictures import Pictures, TerminalReply, parse_replies
     from .widget.text_input import TextInput
 else:

@@ -41,8 +41,8 @@ class LiveController:
     def __init__(self, screen: "LabScreen") -> None:
         self._screen = screen
         self._session = session = screen.session
-        # The scene of the last request (None if invalid), and the run displayed at that time.
-        self._requested_scene = self._edited_scene()
+        # The scene of the last request (None at first, and if invalid), and the run displayed then.
+        self._requested_scene: Scene | None = None
         self._displayed = session.runs.displayed
         self._job: LiveJob | None = None
         self._queued_scene: Scene | None = None
@@ -74,6 +74,11 @@ class LiveController:
         else:
             self._schedule(scene)
         return True
+
+    @property
+    def follows_edits(self) -> bool:
+        """Whether a run of a fraction of a second is in progress."""
+        return self._job is not None and self._job.pace is Pace.AT_ONCE
 
     def _schedule(self, scene: Scene) -> None:
         # Run a scene at once, after the current live run, after a pause, or not at all.
@@ -143,8 +148,8 @@ class LiveController:
             self.stop()
         if runs.displayed is not self._displayed:
             self._displayed = runs.displayed
-            # The displayed run stays visible until the next edit.
-            self._requested_scene = self._edited_scene()
+            # A displayed run stays visible until the next edit.
+            self._requested_scene = None if self._displayed is None else self._edited_scene()
             self.stop()
             self._session.live.clear()
 

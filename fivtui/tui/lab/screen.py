@@ -205,6 +205,11 @@ class LabScreen(EditActions, RunActions):
         # The number of gauges depends on the height.
         self.call_after_refresh(self.show_verdict)
 
+    @property
+    def is_busy(self) -> bool:
+        """Whether the tab is about to be drawn, or the live curve that follows every edit."""
+        return self._is_tab_outdated or self.pane is None or self._live.follows_edits
+
     def show_search_result(self) -> None:
         """Display attractors or the safe μ that the search has found."""
         self.show_verdict()
@@ -230,7 +235,7 @@ class LabScreen(EditActions, RunActions):
         curve = self.session.live.curve
         if self._live.update():
             self._show_run_status()
-            if self.session.live.curve is not curve:
+            if curve is None or self.session.live.curve is not curve:
                 self._show_curves()
 
     def show_live(self) -> None:

@@ -55,7 +55,7 @@ class SearchController:
             self.stop()
             self._key = key
             if key not in self._cache or not self._cache[key].complete:
-                self._pause_timer = self._screen.set_timer(_PAUSE, self._start_search)
+                self._pause_timer = self._screen.set_timer(_PAUSE, self._start_after_pause)
         # Without results, the text says that the search is running; there is no such search for
         # an unstable equilibrium.
         return self._cache.get(key, Attractors() if stable else Attractors(text=""))
@@ -69,6 +69,12 @@ class SearchController:
         if self._job is not None:
             self._job.stop()
             self._job = None
+
+    def _start_after_pause(self) -> None:
+        if self._screen.is_busy:
+            self._pause_timer = self._screen.set_timer(_PAUSE, self._start_after_pause)
+        else:
+            self._start_search()
 
     def _start_search(self) -> None:
         if self._key is None:

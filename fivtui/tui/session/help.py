@@ -45,10 +45,7 @@ HINTS: Final = (
 # Shown at the first start.
 WELCOME: Final = (
     "Brake squeal: a slider on a moving belt.",
-    "F5       run: motion, force, lift-off",
-    "↑ ↓      change a value: does it squeal?",
-    "Ctrl+P   commands: csv, phase, plot, …",
-    "F1 or ?  all keys that work now",
+    "↑ ↓ change a value · F5 keep a run · F1 keys",
 )
 
 

@@ -34,7 +34,7 @@ from fivtui.transient import (
     time_chart,
     transient_rows,
 )
-from fivtui.tui.chart import ChartView
+from fivtui.tui.chart import ChartView, Control
 from fivtui.tui.session import (
     NATIVE_ENGINE,
     Run,
@@ -57,18 +57,26 @@ from .tables import RowsView, flow_facts
 if TYPE_CHECKING:
     from .exports.export import Export
 
-# Quantities of the time histories from the top, and in the order in which they are shown if the
-# screen is too low for all of them.
+# Quantities of the time histories from the top.
 _QUANTITIES: Final = ("y", "x", "P")
-_DEFAULT_ORDER: Final = ("y", "P", "x")
+# What the time histories show in turn, and the stored setting of the choice.
+_ALL: Final = "all"
+_CHOICES: Final = ("y", "P", "x", _ALL)
+_CHOICE: Final = "quantity"
+# Rows of each quantity from which all can be chosen, and from which all are shown at first.
 _MIN_CHART_ROWS: Final = 4
-# Rows below the time histories: strip and time axis.
-_OTHER_ROWS: Final = 2
+_GOOD_CHART_ROWS: Final = 6
+# Other rows: status, strip, time axis and summary.
+_OTHER_ROWS: Final = 5
 # Minimum columns for three phase portraits side by side.
 _WIDE_COLUMNS: Final = 120
 # Mark and colour of the ghost, the live curve before an edit.
 _GHOST_STYLE: Final = ("·", "#808080")
-_NO_RUN: Final = "no run yet: press Run"
+_LIVE_OFF: Final = "The live curve is off: press Run, or switch it on in the palette."
+# Charts that display a text while there is no curve, the first ones of their views.
+_FIRST_CHARTS: Final = ("plot-y", "phase-y", "plot-spectrum", "belt-picture")
+# The key that shows another quantity over time; a click on it does the same.
+_CONTROLS: Final = (Control("next_quantity", "n: y P x all", "n:yPx"),)
 _NO_SPECTRUM: Final = "no chart to export: too few samples in its time window"
 _NO_BASELINE: Final = "no difference: set another run as baseline (b in the run list)"
 _NO_EXPORT: Final = "this view of the live curve has no export: press Run first"
@@ -80,7 +88,6 @@ class TransientPane(ActionPane):
     NAME: ClassVar[str] = "transient"
     VERB: ClassVar[str] = "Run"
     KEY: ClassVar[str] = "run"
-    HINT: ClassVar[str] = _NO_RUN
     VIEWS: ClassVar[Mapping[str, str]] = {
         "time": "Time",
         "phase": "Phase",
@@ -107,7 +114,6 @@ class TransientPane(ActionPane):
         self._plotted: list[PlottedRun] = []
         # The run that is plotted first; None if it is the live curve.
         self._first_run: Run | None = None
-        self._order = _DEFAULT_ORDER
 
     def compose(self) -> ComposeResult:
         """The views and the summary."""
@@ -118,17 +124,17 @@ class TransientPane(ActionPane):
         """Time histories, phase portraits, spectrum, difference, belt, measured data, numbers."""
         with Vertical(id="time"):
             for quantity in _QUANTITIES:
-                yield ChartView(f"plot-{quantity}", empty_text=_NO_RUN)
+                yield ChartView(f"plot-{quantity}", controls=_CONTROLS)
         with Horizontal(id="phase"):
-            yield ChartView("phase-y", empty_text=_NO_RUN)
-            yield ChartView("phase-x", empty_text=_NO_RUN)
-            yield ChartView("phase-path", empty_text=_NO_RUN)
+            yield ChartView("phase-y")
+            yield ChartView("phase-x")
+            yield ChartView("phase-path")
         with Vertical(id="spectrum"):
-            yield ChartView("plot-spectrum", empty_text=_NO_RUN)
+            yield ChartView("plot-spectrum")
         with Vertical(id="difference"):
             yield ChartView("difference-y", empty_text=_NO_BASELINE)
             yield ChartView("difference-P")
-        yield BeltView("belt", empty_text=_NO_RUN)
+        yield BeltView("belt")
         yield MeasuredView(
             "measured",
             lambda name: self.stored_setting(f"measured-{name}", ""),
@@ -154,7 +160,7 @@ class TransientPane(ActionPane):
         if live_status and runs.active is None:
             self.show_action(None, live_status)
         elif newest is None:
-            self.show_action(None, self.HINT)
+            self.show_action(None, "" if self.session.live_enabled else "live curve off")
         else:
             self.show_action(runs.active, _state_text(newest, is_outdated=is_outdated))
 
@@ -162,7 +168,11 @@ class TransientPane(ActionPane):
 
     def scene_changed(self) -> None:
         """Request the live curve."""
-        self.post_message(LiveRequested())
+        self._request_live()
+
+    def _request_live(self) -> None:
+        # Textual does not pass on messages from the tab bar that bubble up through it.
+        self.screen.post_message(LiveRequested())
 
     def run_changed(self, run: Run | None) -> None:
         """Display the live curve if it is visible, else a run; and the overlaid runs."""
@@ -200,12 +210,18 @@ class TransientPane(ActionPane):
         self.query_one("#summary", Static).update(flow_facts(lines, self.size.width))
 
     def _clear(self) -> None:
-        if self._plotted and self.session.runs.active is None:
-            self._plotted, self._first_run = [], None
-            self.query_one("#summary", Static).update("")
-            for chart in self.query(ChartView):
-                chart.show(None)
-            self.query_one("#result", RowsView).show([], _NO_RUN)
+        # Without a run the live curve is drawn, unless it is off.
+        session = self.session
+        if session.runs.active is not None:
+            return
+        self._plotted, self._first_run = [], None
+        self.query_one("#summary", Static).update("")
+        text = session.live.status if session.live_enabled else _LIVE_OFF
+        for chart in self.query(ChartView):
+            chart.show(None, empty_text=text if chart.id in _FIRST_CHARTS else None)
+        self.query_one("#result", RowsView).show([], text)
+        self.draw()
+        self._request_live()
 
     def run_progressed(self, run: Run) -> None:
         """Display the part of a run computed so far."""
@@ -229,6 +245,10 @@ class TransientPane(ActionPane):
 
     def draw(self) -> None:
         """Draw the current view."""
+        shown = self._shown_quantities
+        for name in _QUANTITIES:
+            self.query_one(f"#plot-{name}").display = name in shown
+        self.query_one("#phase-path").display = self.view_switcher.size.width >= _WIDE_COLUMNS
         if not self._plotted:
             return
         draw = {
@@ -243,13 +263,12 @@ class TransientPane(ActionPane):
         draw[self.view]()
 
     def _draw_time(self) -> None:
-        charts = [self.query_one(f"#plot-{name}", ChartView) for name in _QUANTITIES]
-        visible = [chart for chart in charts if chart.display]
-        for quantity, chart in zip(_QUANTITIES, charts, strict=True):
-            if chart.display:
-                # The strip of separations is shown once, and so is the time axis.
-                strip, x_axis = chart is visible[0], chart is visible[-1]
-                chart.show(time_chart(quantity, self._plotted, strip=strip, x_axis=x_axis))
+        shown = self._shown_quantities
+        for quantity in shown:
+            # The strip of separations is shown once, and so is the time axis.
+            strip, x_axis = quantity == shown[0], quantity == shown[-1]
+            chart = time_chart(quantity, self._plotted, strip=strip, x_axis=x_axis)
+            self.query_one(f"#plot-{quantity}", ChartView).show(chart)
 
     def _draw_phase(self) -> None:
         for quantity in ("y", "x"):
@@ -305,7 +324,7 @@ class TransientPane(ActionPane):
             name = "live" if live is not None or run is None else _run_name(run)
             heading = Row("baseline", _run_name(baseline), f"{name} − {_run_name(baseline)}:")
             rows += [Row("", ""), heading, *change_rows(result, baseline.result)]
-        self.query_one("#result", RowsView).show(rows, _NO_RUN)
+        self.query_one("#result", RowsView).show(rows, "")
 
     @property
     def _result(self) -> Transient | None:
@@ -392,36 +411,37 @@ class TransientPane(ActionPane):
     # Layout
 
     @on(Resize)
-    def _fit(self, _event: Resize) -> None:
-        self._fit_charts()
-
-    def _fit_charts(self) -> None:
-        # Hide the plots that do not fit.
-        chart_count = max((self.view_switcher.size.height - _OTHER_ROWS) // _MIN_CHART_ROWS, 1)
-        for name in _QUANTITIES:
-            self.query_one(f"#plot-{name}").display = name in self._order[:chart_count]
-        self.query_one("#phase-path").display = self.view_switcher.size.width >= _WIDE_COLUMNS
-        hidden_quantities, unseen = self._order[chart_count:], self.query_one("#unseen", Static)
-        unseen.display = bool(hidden_quantities)
-        unseen.update(f"n: {', '.join(hidden_quantities)}")
-        self.refresh_bindings()
+    def _fit(self) -> None:
         self.draw()
 
-    def compose_bar(self) -> ComposeResult:
-        """The quantities that do not fit."""
-        yield Static("", id="unseen", classes="bar-text", markup=False)
+    @property
+    def _shown_quantities(self) -> Sequence[str]:
+        # The chosen quantities over time, or else those that fit.
+        choice = self.stored_setting(_CHOICE, _ALL if self._has_rows(_GOOD_CHART_ROWS) else "y")
+        shows_all = choice == _ALL and bool(self._plotted) and self._has_rows(_MIN_CHART_ROWS)
+        return _QUANTITIES if shows_all else (choice if choice in _QUANTITIES else "y",)
+
+    def _has_rows(self, chart_rows: int) -> bool:
+        # Whether all quantities have this many rows.
+        return self.size.height >= len(_QUANTITIES) * chart_rows + _OTHER_ROWS
+
+    def key_hints(self) -> list[str]:
+        """Keys of the tab, among them the one that shows another quantity."""
+        return ["n y, P, x, all", *super().key_hints()]
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
-        """Whether an action is available: the next quantity if some quantities do not fit."""
+        """Whether an action is available: the next quantity in the view over time."""
         if action == "next_quantity":
-            charts = (self.query_one(f"#plot-{name}") for name in _QUANTITIES)
-            return self.view == "time" and not all(chart.display for chart in charts)
+            return self.view == "time"
         return super().check_action(action, parameters)
 
     def action_next_quantity(self) -> None:
-        """Plot the next quantity over time that does not fit."""
-        self._order = (*self._order[1:], self._order[0])
-        self._fit_charts()
+        """Show another quantity over time, or all of them if they fit."""
+        shown = self._shown_quantities
+        current = shown[0] if len(shown) == 1 else _ALL
+        choices = _CHOICES if self._has_rows(_MIN_CHART_ROWS) else _CHOICES[:-1]
+        self.store_setting(_CHOICE, choices[(choices.index(current) + 1) % len(choices)])
+        self.draw()
 
     def action_show_end(self, last: bool) -> None:
         """Limit the time to the start or the end of the run, for phases and the spectrum, too."""

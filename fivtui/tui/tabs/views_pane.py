@@ -118,6 +118,11 @@ class ViewsPane(Pane):
                 phrases = cursor_texts(label, cursors.first[0], cursors.second[0])
             if phrases:
                 break
+        cursor_text = self.query_one(".cursor-text", Static)
+        if phrases and not self.has_class("-cursors"):
+            # The charts keep their height where the text replaces a summary.
+            heights = [summary.size.height for summary in self.query("#summary")]
+            cursor_text.styles.min_height = max(heights, default=1)
         self.set_class(bool(phrases), "-cursors")
         lines: list[str] = []
         for phrase in phrases:
@@ -126,7 +131,7 @@ class ViewsPane(Pane):
                 lines[-1] = longer_line
             else:
                 lines.append(phrase)
-        self.query_one(".cursor-text", Static).update("\n".join(lines))
+        cursor_text.update("\n".join(lines))
 
     def theme_changed(self) -> None:
         """Redraw the charts in the new colours."""

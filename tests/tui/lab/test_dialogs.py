@@ -39,7 +39,7 @@ SIZE = (100, 30)
 async def test_exports_overwrite_files_only_after_a_confirmation(
     pilot: Pilot[None], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    await pilot.press("alt+1", "f6")
+    await pilot.press("alt+1", "alt+l", "f6")
     await until_notice(pilot, "no run to export yet: press Run")
     assert not pilot.app.screen.query("#path")
     await run_to_end(pilot)
@@ -235,7 +235,7 @@ async def test_plots_are_copied_as_text_and_as_pictures(
     # `when_ready`: as soon as the pane of the tab exists.
     lab.tab_book.when_ready(lab.files.copy_plot)
     await until(pilot, lambda: "off belt" in pilot.app.clipboard)
-    assert "⣄" in pilot.app.clipboard
+    assert "⢕" in pilot.app.clipboard
     assert "t (s)" in pilot.app.clipboard
     lab.tab_book.when_ready(lab.files.copy_picture)
     await until_notice(pilot, "a picture cannot be copied without a desktop")

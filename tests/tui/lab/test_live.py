@@ -80,7 +80,7 @@ async def test_every_step_is_drawn_over_the_previous_curve_and_no_run_is_stored(
     # The ghost is the previous curve, named "before".
     assert live.ghost is displayed_run.result
     await until(pilot, lambda: trace_names(pilot) == ["before", "live"])
-    await until_shown(pilot, "ms; Run keeps it")
+    await until_shown(pilot, "Run keeps it")
     # Show the list of runs, in which a run is not "shown" if it is the ghost or not plotted.
     pilot.app.screen.add_class("-runs")
     await until_shown(pilot, "● 1 before")
@@ -114,6 +114,21 @@ async def test_every_step_is_drawn_over_the_previous_curve_and_no_run_is_stored(
     assert [run.number for run in session.runs] == [1, 2]
     assert not live.visible
     await until_shown(pilot, "run 2 done")
+
+
+async def test_the_scene_is_drawn_at_the_start_and_without_live_curve_a_line_names_the_key(
+    pilot: Pilot[None],
+) -> None:
+    await show_tab(pilot, "alt+1")
+    await until(pilot, lambda: trace_names(pilot) == ["live"])
+    await until_shown(pilot, "peak |y| 10.50 m")
+    await until_shown(pilot, "Run keeps it")
+    assert not list(app_of(pilot).session.runs)
+    await pilot.press("alt+l")
+    await until_shown(pilot, "The live curve is off: press Run")
+    assert trace_names(pilot) == []
+    await pilot.press("alt+l")
+    await until(pilot, lambda: trace_names(pilot) == ["live"])
 
 
 class PausableRuns:
@@ -157,6 +172,11 @@ async def test_runs_follow_edits_at_once_or_after_a_pause_or_not_at_all(
     async with FivtuiApp().run_test(size=SIZE) as pilot:
         session, live, jobs = app_of(pilot).session, live_of(pilot), pausable_runs.jobs
         await show_tab(pilot, "alt+1")
+        # The first run is that of the scene at the start.
+        pausable_runs.may_end.set()
+        await until_live(pilot)
+        pausable_runs.may_end.clear()
+        jobs.clear()
         await focus(pilot, "m")
         # Of several edits during a short run, only the newest is computed.
         await pilot.press("up")

@@ -328,7 +328,7 @@ async def test_the_palette_opens_another_session_and_keeps_this_one(tmp_path: Pa
             await until(pilot, lambda: app.session.studies.get("map") is not None)
             assert "base (changed)" in text_of(pilot)
             await pilot.press("alt+1")
-            await until_shown(pilot, "no run yet: press Run")
+            await until_shown(pilot, "Run keeps it")
             assert len(app.screen_stack) == 1
     autosave, state = load_session(path)
     assert (autosave.number, check_map_and_read_preload(autosave, state)) == (1, "11")

@@ -13,6 +13,7 @@ from tests.support.laboratory import (
     flat_text_of,
     focus,
     run_to_end,
+    show_all_quantities,
     text_of,
     until,
     until_shown,
@@ -32,6 +33,7 @@ async def test_two_cursors_are_on_all_plots_with_differences_and_units(
     pilot: Pilot[None],
 ) -> None:
     await run_to_end(pilot)
+    await show_all_quantities(pilot)
     run = app_of(pilot).session.runs.displayed
     assert run is not None
     assert run.result is not None
@@ -105,6 +107,7 @@ async def test_two_cursors_are_on_all_plots_with_differences_and_units(
 async def test_cursor_values_are_never_cut(size: tuple[int, int]) -> None:
     async with FivtuiApp().run_test(size=size) as pilot:
         await run_to_end(pilot)
+        await show_all_quantities(pilot)
         await focus(pilot, "mu")
         await pilot.press("up")
         await until(pilot, lambda: app_of(pilot).session.live.curve is not None)

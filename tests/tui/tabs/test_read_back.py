@@ -292,7 +292,19 @@ def test_a_map_shows_values_boundary_and_point_at_their_coordinates() -> None:
     assert reading.near(mark, (1.2, 45.0))
     heading = draw(chart, View(cursors=Cursors((1.0, 60.0))), 90, 30).text().splitlines()[0]
     rate = paper_model.growth_rate(mu=1.0, F=60.0)
-    assert heading.split() == ["μ", "1", "F", "60", "N", "growth", "rate", f"{rate:.5g}", "1/s"]
+    assert heading.split() == [
+        "F",
+        "(N)",
+        "μ",
+        "1",
+        "F",
+        "60",
+        "N",
+        "growth",
+        "rate",
+        f"{rate:.5g}",
+        "1/s",
+    ]
     # -1 is the backdrop, which is no trace.
     texts = point_texts(result, NearestPoint(trace=-1, x=0.65, y=85.0))
     assert (texts["mu"], texts["F"], texts["k1"]) == ("0.65", "85", "100")

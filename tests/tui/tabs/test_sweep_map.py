@@ -99,7 +99,7 @@ def test_a_sweep_over_two_parameters_shades_the_computed_points() -> None:
         assert backdrop.values[1, 2] == pytest.approx(run.peak.y_abs, rel=1e-9)
         assert "◆" in draw(chart, View(), 80, 20).text()
         heading = draw(chart, View(cursors=Cursors((41.0, 0.79))), 80, 20).text()
-        assert heading.startswith("F 40 N  μ 0.8  peak of |y| ")
+        assert heading.startswith("μ F 40 N  μ 0.8  peak of |y| ")
         (point,) = points_at(chart, View(), (41.0, 0.79))
         assert point_separation(study, point, case) is case
         assert point_scene(study, point, case).parameters == Parameters(F=40.0, mu=0.8)
@@ -147,7 +147,7 @@ def test_a_map_is_drawn_with_its_boundary_and_point() -> None:
         assert boundary.x[nearest] == pytest.approx(0.4394, abs=0.02)
         assert "◆" in draw(chart, View(), 80, 24).text()
         heading = draw(chart, View(cursors=Cursors((0.7, 80.0))), 80, 24).text()
-        assert heading.startswith(f"μ 0.7  F 80 N  {label}")
+        assert heading.startswith(f"F (N) μ 0.7  F 80 N  {label}")
     swapped_axes = {"F": second.values()[::-1], "mu": first.values()}
     swapped_chart = map_chart(stability_map(Parameters(), swapped_axes), None)
     assert swapped_chart.backdrop is not None

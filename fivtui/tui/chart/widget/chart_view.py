@@ -19,7 +19,7 @@ from textual.message import Message
 from fivtui.charts import NearestPoint, Position, Span, View, points_at
 from fivtui.tui.chart.cursor_moves import cursor_position, move_cursor, step_cursor, switch_cursor
 
-from .drawn_chart import DrawnChart
+from .drawn_chart import Control, DrawnChart
 from .limits_dialog import LimitsDialog
 
 _ZOOM: Final = Binding.Group("Zoom")
@@ -92,8 +92,15 @@ class ChartView(DrawnChart, can_focus=True):
 
         chart_view: "ChartView"
 
-    def __init__(self, id: str, *, empty_text: str = "", runs_points: bool = False) -> None:  # noqa: A002
-        super().__init__(id, empty_text=empty_text)
+    def __init__(
+        self,
+        id: str,  # noqa: A002
+        *,
+        empty_text: str = "",
+        controls: Sequence[Control] = (),
+        runs_points: bool = False,
+    ) -> None:
+        super().__init__(id, empty_text=empty_text, controls=controls)
         self._runs_points = runs_points
         # Last column and row of the pointer while the mouse is dragged.
         self._drag_position: tuple[int, int] | None = None
@@ -286,7 +293,9 @@ class ChartView(DrawnChart, can_focus=True):
             # Clickable labels at the end of the heading: columns and action.
             for first, stop, action in self._controls:
                 if event.y == 0 and first <= event.x < stop:
-                    await self.run_action(action)
+                    name = f"action_{action.partition('(')[0]}"
+                    owner = next(node for node in self.ancestors_with_self if hasattr(node, name))
+                    await self.app.run_action(action, owner)
                     return
             index = _legend_index(picture.lines[event.y], event.x)
             if index is not None:

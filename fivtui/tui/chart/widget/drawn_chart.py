@@ -3,7 +3,7 @@
 The heading in the first line ends with clickable controls for the limits and scales of the axes.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from textwrap import wrap
 from typing import Final
@@ -61,26 +61,37 @@ FOCUSED_STYLES: Final[Mapping[str, str]] = {
 
 
 @dataclass(frozen=True, slots=True)
-class _Control:
-    # A clickable label at the end of the heading; narrow charts display the short label.
+class Control:
+    """A clickable label at the end of the heading; narrow charts display the short label.
+
+    The action is one of the chart or of a widget around it.
+    """
+
     action: str
     label: str
     short_label: str
 
 
 _CONTROLS: Final = (
-    _Control("log('x')", "log x", "logx"),
-    _Control("log('y')", "log y", "logy"),
-    _Control("limits", "limits", "lim"),
-    _Control("fit", "fit", "fit"),
+    Control("log('x')", "log x", "logx"),
+    Control("log('y')", "log y", "logy"),
+    Control("limits", "limits", "lim"),
+    Control("fit", "fit", "fit"),
 )
 
 
 class DrawnChart(Widget):
     """A chart with clickable controls at the end of its heading; without chart, a text."""
 
-    def __init__(self, id: str, *, empty_text: str) -> None:  # noqa: A002
+    def __init__(
+        self,
+        id: str,  # noqa: A002
+        *,
+        empty_text: str = "",
+        controls: Sequence[Control] = (),
+    ) -> None:
         super().__init__(id=id)
+        self._all_controls = (*controls, *_CONTROLS)
         self.view = View()
         # Cursors by the quantity along which they move, which charts may share; cursors of a plane
         # by the identifier of its chart.
@@ -171,11 +182,14 @@ class DrawnChart(Widget):
             return [[("", "plot")], *([(f"{_INDENT}{line}", "label")] for line in text_lines)]
         if self._picture is None:
             self._controls.clear()
-            # In a narrow chart a long heading takes the whole first line, without controls.
-            is_crowded = width < _WIDE_COLUMNS and has_long_heading(self._chart, self.view)
-            controls = [] if is_crowded else self._control_spans(width)
+            controls = self._control_spans(width)
             control_width = sum(len(text) for text, _ in controls)
             self._picture = draw(self._chart, self.view, width, height, reserved=control_width)
+            if self._picture.plot_area.top_row > 1 and has_long_heading(self._chart, self.view):
+                # A heading that does not fit beside the controls takes their place.
+                self._controls.clear()
+                controls = []
+                self._picture = draw(self._chart, self.view, width, height)
             # The last span of the first line is blank: it has the columns reserved for controls.
             self._picture.lines[0][-1:] = controls
         return self._picture.lines
@@ -187,13 +201,15 @@ class DrawnChart(Widget):
 
     def _control_spans(self, width: int) -> list[Span]:
         is_wide = width >= _WIDE_COLUMNS
-        texts = [control.label if is_wide else control.short_label for control in _CONTROLS]
+        texts = [
+            control.label if is_wide else control.short_label for control in self._all_controls
+        ]
         view = self.view
         has_limits = view.x is not None or view.y is not None
         is_on = {"log('x')": view.log_x, "log('y')": view.log_y, "fit": has_limits}
         column = width - sum(len(text) + 1 for text in texts)
         spans: list[Span] = []
-        for control, text in zip(_CONTROLS, texts, strict=True):
+        for control, text in zip(self._all_controls, texts, strict=True):
             style = "control-on" if is_on.get(control.action) else "control"
             spans += [(" ", "plot"), (text, style)]
             first, stop = column + 1, column + 1 + len(text)

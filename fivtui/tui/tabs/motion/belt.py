@@ -36,10 +36,9 @@ class BeltView(Vertical):
         Binding("G,end", "go_to(1e9)", "End", show=False),
     ]
 
-    def __init__(self, id: str, *, empty_text: str) -> None:  # noqa: A002
+    def __init__(self, id: str) -> None:  # noqa: A002
         super().__init__(id=id)
         self.t, self.speed = 0.0, 1.0
-        self._empty_text = empty_text
         self._run: Transient | None = None
         self._layout: Layout | None = None
         self._timer: Timer | None = None
@@ -48,7 +47,7 @@ class BeltView(Vertical):
 
     def compose(self) -> ComposeResult:
         """The picture."""
-        yield ChartView("belt-picture", empty_text=self._empty_text)
+        yield ChartView("belt-picture")
 
     def on_mount(self) -> None:
         """Prepare the timer of the animation."""
