@@ -114,6 +114,8 @@ class TransientPane(ActionPane):
         self._plotted: list[PlottedRun] = []
         # The run that is plotted first; None if it is the live curve.
         self._first_run: Run | None = None
+        # The facts of the summary.
+        self._facts: Sequence[str] = []
 
     def compose(self) -> ComposeResult:
         """The views and the summary."""
@@ -207,6 +209,7 @@ class TransientPane(ActionPane):
         self._show(plotted, None)
 
     def _show_summary(self, lines: Sequence[str]) -> None:
+        self._facts = lines
         self.query_one("#summary", Static).update(flow_facts(lines, self.size.width))
 
     def _clear(self) -> None:
@@ -215,7 +218,7 @@ class TransientPane(ActionPane):
         if session.runs.active is not None:
             return
         self._plotted, self._first_run = [], None
-        self.query_one("#summary", Static).update("")
+        self._show_summary([])
         text = session.live.status if session.live_enabled else _LIVE_OFF
         for chart in self.query(ChartView):
             chart.show(None, empty_text=text if chart.id in _FIRST_CHARTS else None)
@@ -412,6 +415,7 @@ class TransientPane(ActionPane):
 
     @on(Resize)
     def _fit(self) -> None:
+        self._show_summary(self._facts)
         self.draw()
 
     @property
