@@ -1,7 +1,7 @@
 """Build an FMU: by pythonfmu from Python sources, or from the compiled native flavour.
 
 An FMU is a ZIP archive of a model description, sources or binaries, and documentation. Equal
-sources give equal bytes.
+sources and an equal `SOURCE_DATE_EPOCH` give equal bytes.
 """
 
 import hashlib
@@ -23,6 +23,7 @@ from .component import Component, documentation_files, reference_files
 from .components import COMPONENTS, DEFAULT_COMPONENT
 from .description import complete_description
 from .native import native_files
+from .terminals import pictures_and_terminals
 
 SUFFIX: Final = ".fmu"
 PYTHON: Final = "python"
@@ -116,6 +117,7 @@ def build_fmu(
         with temporary_folder() as folder:
             content = _export_with_pythonfmu(folder, definition)
     content |= documentation_files(definition, is_native=flavour == NATIVE)
+    content |= pictures_and_terminals(definition, fmi)
     content |= reference_files(definition.model, definition.reference_run())
     if flavour != NATIVE:
         incomplete = content.pop(_DESCRIPTION)

@@ -3,11 +3,11 @@
 import html
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from importlib.metadata import distribution
-from pathlib import Path
 from typing import Final, NamedTuple
 
 from fmu_src.slave import Role, VariableTable
+
+from .description import license_text
 
 _PYTHON_RULES: Final = """\
 <h2>Rules</h2>
@@ -51,6 +51,14 @@ _TITLES: Final = {
 _EXTRA_FOLDER: Final = "extra"
 
 
+class Terminal(NamedTuple):
+    """Variables that are connected together with those of the same terminal of another FMU."""
+
+    meaning: str
+    # Names of variables by the names under which both FMUs have them.
+    members: Mapping[str, str]
+
+
 class Reference(NamedTuple):
     """A reference run: inputs and outputs by name, each with a column ``time``, s.
 
@@ -78,6 +86,8 @@ class Component:
     # and each other.
     modules: Mapping[str, Sequence[str]]
     variable_table: VariableTable
+    # Terminals by name.
+    terminals: Mapping[str, Terminal]
     # One sentence on the model.
     description: str
     # Documentation of the model, as paragraphs of HTML.
@@ -89,17 +99,22 @@ class Component:
 def documentation_files(component: Component, *, is_native: bool) -> dict[str, bytes]:
     """The files below ``documentation/``: content by name in the FMU."""
     rules = _NATIVE_RULES if is_native else _PYTHON_RULES
-    files = {"documentation/index.html": _index_page(component, rules).encode()}
+    texts = {
+        "index.html": _index_page(component, rules),
+        "licenses/license.txt": license_text("fivtui"),
+    }
     if not is_native:
-        files["documentation/licenses/pythonfmu.txt"] = _license_text("pythonfmu")
-    return files
+        texts["licenses/pythonfmu.txt"] = license_text("pythonfmu")
+    return {f"documentation/{name}": text.encode() for name, text in texts.items()}
 
 
 def _index_page(component: Component, rules: str) -> str:
     parts = [
         '<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8">',
         f"<title>{component.model}</title></head><body>\n<h1>{component.model}</h1>\n",
+        f'<p><img src="diagram.svg" alt="{html.escape(component.description)}"></p>\n',
         component.about_html,
+        _states_html(component.variable_table),
         rules,
     ]
     for role, title in _TITLES.items():
@@ -114,11 +129,9 @@ def _index_page(component: Component, rules: str) -> str:
     return "".join(parts) + "</body></html>\n"
 
 
-def _license_text(package: str) -> bytes:
-    for file in distribution(package).files or ():
-        if file.name == "LICENSE":
-            return Path(str(file.locate())).read_bytes()
-    raise LookupError(f"the installed {package} has no licence file")
+def _states_html(table: VariableTable) -> str:
+    states = ", ".join(v.derivative_of for v in table.variables if v.derivative_of)
+    return f"<p>Continuous states, in this order: {states}.</p>\n"
 
 
 def reference_files(model: str, reference: Reference) -> dict[str, bytes]:

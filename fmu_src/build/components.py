@@ -16,7 +16,7 @@ from fmu_src.slave import (
     start_state,
 )
 
-from .component import Component, Reference
+from .component import Component, Reference, Terminal
 
 # Modules that the Python FMUs contain: of every instance, and of the model.
 _INSTANCE_MODULES: Final = ("experiment", "instance", "instance_state", "variable")
@@ -153,6 +153,15 @@ tau dF/dt = command + gain (command - P) - F
 <p>Inputs are held over a communication step; the solution over it is exact.</p>
 """
 
+# In both components, so that they can be connected by it.
+_PRELOAD: Final = {"preload": Terminal("preload, and contact force fed back", {"F": "F", "P": "P"})}
+_FRICTION: Final = {
+    "friction": Terminal(
+        "friction force of the slider on the belt, and speed of the belt",
+        {"force": "friction_belt", "speed": "v_belt"},
+    )
+}
+
 COMPONENTS: Final[Mapping[str, Component]] = {
     "slider-belt": Component(
         model="SliderBelt",
@@ -162,6 +171,7 @@ COMPONENTS: Final[Mapping[str, Component]] = {
             "fmu_src.slave": (*_INSTANCE_MODULES, "motion", "slider_belt", "variables"),
         },
         variable_table=SLIDER_BELT_TABLE,
+        terminals=_PRELOAD | _FRICTION,
         description=SUMMARY,
         about_html=_SLIDER_BELT_ABOUT + _EVENTS_ABOUT,
         reference_run=_slider_belt_reference,
@@ -175,6 +185,7 @@ COMPONENTS: Final[Mapping[str, Component]] = {
             "fmu_src.slave": (*_INSTANCE_MODULES, "actuator", "actuator_variables"),
         },
         variable_table=ACTUATOR_TABLE,
+        terminals=_PRELOAD,
         description=ACTUATOR_SUMMARY,
         about_html=_ACTUATOR_ABOUT,
         reference_run=_actuator_reference,

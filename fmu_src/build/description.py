@@ -7,24 +7,24 @@ functions here.
 
 import hashlib
 import math
+import os
+import time
 import uuid
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
+from datetime import UTC, datetime
+from importlib.metadata import distribution
+from pathlib import Path
 from typing import Final
 from xml.etree import ElementTree as ET
 
+from fivtui.model import InputError
 from fivtui.taylor import DEFAULT_TOL
+from fivtui.version import __version__
 from fmu_src.slave import Role, Type, Variable, VariableTable
 
-# A fixed date, so that equal content gives equal bytes.
-TIMESTAMP: Final = "1980-01-01T00:00:00Z"
-# Attributes of native descriptions on tool and author, for all FMI versions.
-TOOL_ATTRIBUTES: Final = {
-    "generationTool": "fivtui",
-    "generationDateAndTime": TIMESTAMP,
-    "variableNamingConvention": "structured",
-}
-AUTHOR_ATTRIBUTES: Final = {"author": "The fivtui developers", "license": "MIT"}
+TOOL: Final = f"fivtui {__version__}"
+_DATE: Final = "generationDateAndTime"
 # The factors of units such as N s/m, with their exponents of the SI base units kg, m and s. FMI has
 # an attribute for each base unit, in this order.
 _BASE_EXPONENTS: Final = {
@@ -34,7 +34,7 @@ _BASE_EXPONENTS: Final = {
     "N": {"kg": 1, "m": 1, "s": -2},
     "1": {},
 }
-# Display unit used by engineers, and its factor: display value = factor times SI value.
+# Units that engineers use, with their factors: display value = factor times SI value.
 _DISPLAY_UNITS: Final = {
     "kg": ("g", 1e3),
     "m": ("mm", 1e3),
@@ -47,17 +47,19 @@ _DISPLAY_UNITS: Final = {
     "N/s": ("kN/s", 1e-3),
     "N s/m": ("N s/mm", 1e-3),
 }
+# SI units that tools display in the unit above by default.
+_CONVERTED_UNITS: Final = ("m", "N", "N/m", "N/s")
 
 
 def complete_description(xml: bytes, content: Mapping[str, bytes], table: VariableTable) -> bytes:
     """Complete the model description that pythonfmu wrote.
 
-    This adds units, bounds, types, derivatives, dependencies, initial unknowns, and a GUID from a
-    hash of `content`, the other files of the FMU by name.
+    This adds units, bounds, types, derivatives, dependencies, initial unknowns, author, licence and
+    date, and a GUID from a hash of `content`, the other files of the FMU by name.
     """
     root = ET.fromstring(xml)  # noqa: S314
-    root.set("generationDateAndTime", TIMESTAMP)
-    root.set("generationTool", f"fivtui with {root.get('generationTool')}")
+    wrapper = root.get("generationTool")
+    root.attrib |= about_attributes() | {"generationTool": f"{TOOL} with {wrapper}"}
     # Elements have a fixed order: the first is the interface, then come units and types.
     root.insert(1, unit_definitions(table))
     for types in type_definitions(table, add_type):
@@ -66,13 +68,45 @@ def complete_description(xml: bytes, content: Mapping[str, bytes], table: Variab
         set_type_attributes(element, variable, table)
     root.remove(_find_child(root, "ModelStructure"))
     root.append(model_structure(table, lambda v: v.depends_on))
-    # The GUID is a hash of the description without it, and of the other files.
+    # The GUID is a hash of the description without it and the date, and of the other files.
+    date = root.attrib.pop(_DATE)
     root.set("guid", "")
     digest = hashlib.sha256(ET.tostring(root))
     for name in sorted(content):
         digest.update(f"\0{name}\0".encode() + content[name])
     root.set("guid", f"{{{uuid.uuid5(uuid.NAMESPACE_OID, digest.hexdigest())}}}")
+    root.set(_DATE, date)
     return xml_bytes(root)
+
+
+def about_attributes() -> dict[str, str]:
+    """Attributes of a description on author, licence, version, tool and date, in every version."""
+    return {
+        "author": "The fivtui developers",
+        "version": __version__,
+        "copyright": next(line for line in license_text("fivtui").splitlines() if "(c)" in line),
+        "license": "MIT",
+        "generationTool": TOOL,
+        _DATE: build_date(),
+        "variableNamingConvention": "structured",
+    }
+
+
+def license_text(package: str) -> str:
+    """The licence of an installed package."""
+    for file in distribution(package).files or ():
+        if file.name == "LICENSE":
+            return Path(str(file.locate())).read_text(encoding="utf-8")
+    raise LookupError(f"the installed {package} has no licence file")
+
+
+def build_date() -> str:
+    """Date and time of the build, UTC; those of ``SOURCE_DATE_EPOCH`` if it is set."""
+    text = os.environ.get("SOURCE_DATE_EPOCH") or str(int(time.time()))
+    try:
+        return f"{datetime.fromtimestamp(int(text), UTC):%Y-%m-%dT%H:%M:%SZ}"
+    except (ValueError, OverflowError, OSError):
+        raise InputError(f"SOURCE_DATE_EPOCH = {text}: must be seconds since 1970") from None
 
 
 def xml_bytes(root: ET.Element) -> bytes:
@@ -182,8 +216,9 @@ def value_attributes(variable: Variable, derivative_of: str) -> dict[str, str]:
     """
     attributes: dict[str, str] = {}
     if variable.unit:
-        # By default tools display values in the SI unit, without a conversion.
         attributes |= {"unit": variable.unit, "displayUnit": variable.unit}
+    if variable.unit in _CONVERTED_UNITS:
+        attributes["displayUnit"] = _DISPLAY_UNITS[variable.unit][0]
     for name, bound in (("min", variable.lower), ("max", variable.upper)):
         if math.isfinite(bound):
             attributes[name] = repr(bound) if variable.type is Type.REAL else str(int(bound))

@@ -9,8 +9,7 @@ from fmu_src.slave import Role, Type, Variable, VariableTable
 from .c_sources import OUTPUT_DERIVATIVE_ORDER, model_guid, sources
 from .component import Component
 from .description import (
-    AUTHOR_ATTRIBUTES,
-    TOOL_ATTRIBUTES,
+    about_attributes,
     common_attributes,
     new_description,
     type_definitions,
@@ -99,8 +98,7 @@ def native_description_3(component: Component, categories: Mapping[str, str]) ->
         "modelName": component.model,
         "instantiationToken": model_guid(component.model),
         "description": component.description,
-        **AUTHOR_ATTRIBUTES,
-        **TOOL_ATTRIBUTES,
+        **about_attributes(),
     }
     types = type_definitions(
         table, lambda group, name: ET.SubElement(group, "EnumerationType", name=name)

@@ -22,8 +22,7 @@ from .c_sources import (
 from .component import Component
 from .cross_compilation import compile_binary
 from .description import (
-    AUTHOR_ATTRIBUTES,
-    TOOL_ATTRIBUTES,
+    about_attributes,
     add_type,
     common_attributes,
     model_structure,
@@ -43,11 +42,10 @@ from .platforms import HOSTS, PLATFORMS
 _DESCRIPTION: Final = "modelDescription.xml"
 # Contains the reason if the compilation at installation failed.
 _FAILURE_FILE: Final = NATIVE / "native.txt"
-# Also for FMI 3.0, whose statuses have the same names with the prefix fmi3.
 _LOG_CATEGORIES: Final = {
-    "logStatusWarning": "Log messages with fmi2Warning status.",
-    "logStatusDiscard": "Log messages with fmi2Discard status.",
-    "logStatusError": "Log messages with fmi2Error status.",
+    "logStatusWarning": "Log messages with the status Warning.",
+    "logStatusDiscard": "Log messages with the status Discard.",
+    "logStatusError": "Log messages with the status Error.",
     "logAll": "Log all messages.",
 }
 _CAPABILITIES: Final = {
@@ -154,10 +152,9 @@ def native_description(component: Component, *, with_sources: bool = False) -> b
         "fmiVersion": "2.0",
         "modelName": component.model,
         "guid": model_guid(component.model),
-        **TOOL_ATTRIBUTES,
         "numberOfEventIndicators": str(len(INDICATORS[component.model])),
         "description": component.description,
-        **AUTHOR_ATTRIBUTES,
+        **about_attributes(),
     }
     types = type_definitions(table, add_type)
     root = new_description(root_attributes, _INTERFACES, table, types, _LOG_CATEGORIES)

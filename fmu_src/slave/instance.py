@@ -166,8 +166,6 @@ class Instance(Fmi2Slave):  # type: ignore[misc]
         if "logger" in kwargs and self.resources in sys.path:
             sys.path.remove(self.resources)
         release_at_exit(self.resources)
-        self.author = "The fivtui developers"
-        self.license = "MIT"
         self.description = description
         self.default_experiment = default
         table = self.TABLE

@@ -31,6 +31,8 @@ PACKAGES = {
     "ecos": "ecospy",
     "container": "fmu_manipulation_toolbox",
 }
+# Date of the archive, s since 1970.
+DATE = "1000000000"
 # Folder of the shared libraries in the Python environment.
 LIBRARIES = f"{sys.prefix}/lib"
 
@@ -44,7 +46,10 @@ def flavour(request: pytest.FixtureRequest) -> str:
 @pytest.fixture(scope="module")
 def folder(flavour: str, tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("system")
-    with zipfile.ZipFile(build_ssp(folder / "brake.ssp", flavour=flavour)) as archive:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("SOURCE_DATE_EPOCH", DATE)
+        build_ssp(folder / "brake.ssp", flavour=flavour)
+    with zipfile.ZipFile(folder / "brake.ssp") as archive:
         for name in ("slider_belt", "brake_actuator"):
             (folder / f"{name}.fmu").write_bytes(archive.read(f"resources/{name}.fmu"))
     return folder
@@ -167,8 +172,9 @@ def test_fmpy_runs_the_archive_with_inputs_of_zero_in_the_first_step(folder: Pat
 
 
 def test_the_archive_follows_the_standard_and_its_bytes_are_reproducible(
-    flavour: str, folder: Path, tmp_path: Path
+    flavour: str, folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", DATE)
     system = read_ssd(str(folder / "brake.ssp"), validate=True).system
     assert [element.name for element in system.elements] == ["brake_actuator", "slider_belt"]
     for element in system.elements:

@@ -36,12 +36,18 @@ def test_the_fmu_follows_the_schema_and_has_no_problems(component: str, tmp_path
         text = archive.read("modelDescription.xml")
         names = {name.partition("/")[0] for name in archive.namelist()}
     etree.XMLSchema(etree.parse(schema)).assertValid(etree.fromstring(text))
-    assert names == {"modelDescription.xml", "binaries", "documentation", "extra"}
+    folders = {"binaries", "documentation", "extra", "terminalsAndIcons"}
+    assert names == {"modelDescription.xml", "model.png"} | folders
 
 
-def test_the_same_project_builds_the_same_bytes(fmu: Path, tmp_path: Path) -> None:
-    again = build_fmu(tmp_path / "again.fmu", flavour="native")
-    assert again.read_bytes() == fmu.read_bytes()
+def test_the_same_project_builds_the_same_bytes_at_the_same_date(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", "1000000000")
+    fmus = [build_fmu(tmp_path / f"{name}.fmu", flavour="native") for name in ("first", "second")]
+    assert fmus[0].read_bytes() == fmus[1].read_bytes()
+    date = fmpy.read_model_description(fmus[0]).generationDateAndTime
+    assert date == "2001-09-09T01:46:40Z"
 
 
 def test_the_fmu_reproduces_its_reference_run(fmu: Path, folder: Path) -> None:

@@ -20,6 +20,7 @@ from fivtui import Parameters, simulate
 from fivtui.fmu.check import check_fmu
 from fivtui.io import is_replaceable
 from fivtui.model.errors import InputError
+from fivtui.version import __version__
 from fmu_src.build import builder
 from fmu_src.build.builder import build_fmu
 from fmu_src.build.components import COMPONENTS
@@ -153,7 +154,11 @@ def test_the_archive_is_compressed_and_documented(fmu: Path) -> None:
     assert all(variable.name in index for variable in VARIABLES)
 
 
-def test_the_same_project_builds_the_same_bytes_anywhere(fmu: Path, tmp_path: Path) -> None:
+def test_the_same_project_builds_the_same_bytes_anywhere_at_the_same_date(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", "1000000000")
+    first = build_fmu(tmp_path / "first.fmu")
     code = "import sys; from fmu_src.build.builder import build_fmu; build_fmu(sys.argv[1])"
     run_python(
         "-c",
@@ -162,7 +167,64 @@ def test_the_same_project_builds_the_same_bytes_anywhere(fmu: Path, tmp_path: Pa
         cwd=tmp_path,
         environment={"PYTHONHASHSEED": "7", "TZ": "Asia/Tokyo"},
     )
-    assert (tmp_path / "rebuilt.fmu").read_bytes() == fmu.read_bytes()
+    assert (tmp_path / "rebuilt.fmu").read_bytes() == first.read_bytes()
+
+
+def test_the_guid_is_the_same_at_another_date(
+    fmu: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", "0")
+    old = read_model_description(build_fmu(tmp_path / "old.fmu"))
+    assert old.generationDateAndTime == "1970-01-01T00:00:00Z"
+    assert old.guid == read_model_description(fmu).guid
+
+
+@pytest.mark.parametrize("date", ["today", "1e9", "9" * 30])
+def test_an_invalid_date_is_refused(
+    date: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", date)
+    with pytest.raises(InputError, match=r"SOURCE_DATE_EPOCH = .*: must be seconds since 1970"):
+        build_fmu(tmp_path / "m.fmu")
+
+
+@pytest.mark.parametrize("flavour", ["python", "native"])
+@pytest.mark.parametrize("component", COMPONENTS)
+def test_the_fmu_has_its_licence_figure_icon_and_terminals(
+    component: str, flavour: str, tmp_path: Path
+) -> None:
+    fmu = build_fmu(tmp_path / "m.fmu", component=component, flavour=flavour)
+    description = read_model_description(fmu)
+    assert description.generationTool is not None
+    assert description.generationTool.startswith(f"fivtui {__version__}")
+    assert description.version == __version__
+    with zipfile.ZipFile(fmu) as archive:
+        license_lines = archive.read("documentation/licenses/license.txt").decode().splitlines()
+        assert description.copyright in license_lines
+        page = archive.read("documentation/index.html").decode()
+        assert '<img src="diagram.svg"' in page
+        states = {"slider-belt": "x, y, vx, vy", "brake-actuator": "F"}[component]
+        assert f"Continuous states, in this order: {states}." in page
+        pictures = ["model.png", "terminalsAndIcons/icon.png"]
+        assert {archive.read(name)[:4] for name in pictures} == {b"\x89PNG"}
+        for name in ("documentation/diagram.svg", "terminalsAndIcons/icon.svg"):
+            assert etree.fromstring(archive.read(name)).tag.endswith("svg")
+        terminals = etree.fromstring(archive.read("terminalsAndIcons/terminalsAndIcons.xml"))
+    folder = Path(fmpy.__file__).parent / "schema" / "fmi3"
+    etree.XMLSchema(etree.parse(folder / "fmi3TerminalsAndIcons.xsd")).assertValid(terminals)
+    causalities = {v.name: v.causality for v in description.modelVariables}
+    members = {
+        (terminal.get("name"), member.get("memberName")): causalities[member.get("variableName")]
+        for terminal in terminals.iter("Terminal")
+        for member in terminal
+    }
+    preload = {("preload", "F"): "input", ("preload", "P"): "output"}
+    friction = {("friction", "force"): "output", ("friction", "speed"): "input"}
+    if component == "slider-belt":
+        assert members == preload | friction
+    else:
+        # Both ends of the terminal "preload" have opposite directions.
+        assert members == dict(zip(preload, reversed(preload.values()), strict=True))
 
 
 def test_building_does_not_change_the_process(tmp_path: Path) -> None:
