@@ -1,7 +1,7 @@
 """Fit parameters to measured signals and features."""
 
 from collections.abc import Callable, Sequence
-from functools import partial
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, Final
 
@@ -154,17 +154,22 @@ def prepare_fit(scene: Scene, options: IdentifyOptions) -> Callable[..., Identif
     parse_unknowns(scene, options.fit, options.own, len(options.measured))
     for text in options.target:
         parse_target(text)
-    return partial(
-        identify,
-        scene,
-        options.measured,
-        fit=options.fit,
-        own=options.own,
-        signals=options.signal or ("y",),
-        targets=options.target,
-        time=options.time,
-        **numbers,
-    )
+
+    def fit(progress: OnProgress | None = None) -> Identification:
+        result = identify(
+            scene,
+            options.measured,
+            fit=options.fit,
+            own=options.own,
+            signals=options.signal or ("y",),
+            targets=options.target,
+            time=options.time,
+            progress=progress,
+            **numbers,
+        )
+        return replace(result, request=(scene, options))
+
+    return fit
 
 
 def _read_record(
@@ -224,12 +229,14 @@ def _assess(problem: Problem, fitted: Fit, *, known_noise: bool) -> Identificati
             )
         values[unknown.key] = FittedValue(value, *ends, unknown.is_logarithmic)
     residuals = problem.signal_residuals(solution.residuals, t_end)
+    measured_until = max((float(record.t[-1]) for record in problem.records), default=0.0)
     features = solution.residuals[solution.residuals.size - len(problem.targets) :]
+    table: dict[str, Any] = problem.table(solution.residuals, t_end)
     return Identification(
         scene=scene_at(problem.scene, problem.values(solution.z)),
         fit=values,
         correlation=intervals.correlation,
-        **problem.table(solution.residuals, t_end),
+        **table,
         targets={
             target: target.value + float(deviation) * target.sd
             for target, deviation in zip(problem.targets, features, strict=True)
@@ -239,8 +246,8 @@ def _assess(problem: Problem, fitted: Fit, *, known_noise: bool) -> Identificati
             for name, parts in residuals.items()
         },
         runs_test=residual_runs_test(problem, solution.residuals, t_end),
-        fitted_until=t_end,
-        measured_until=max((float(record.t[-1]) for record in problem.records), default=t_end),
+        fitted_until=min(t_end, measured_until),
+        measured_until=measured_until,
         misfit=fitted.misfit,
         unknown=tuple(directions),
         at_bound=tuple(

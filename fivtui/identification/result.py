@@ -2,19 +2,22 @@
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, Final, NamedTuple
+from typing import TYPE_CHECKING, Any, ClassVar, Final, NamedTuple, get_type_hints
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fivtui.distributions import Distribution
+from fivtui.io import save_json
 from fivtui.model import Column, ComputationError, InputError, System
-from fivtui.results import Plottable, Row, Table, TableResult, to_data
-from fivtui.scene import Scene, save_scene
+from fivtui.options import option_arguments, read_arguments
+from fivtui.results import Plottable, Row, Table, TableResult, from_data, read_result, to_data
+from fivtui.scene import Scene, save_scene, scene_from_dict, scene_to_dict
 
 from .features import Target
+from .options import IdentifyOptions
 
 if TYPE_CHECKING:
     from fivtui.charts import Sheet
@@ -25,6 +28,15 @@ Floats = NDArray[np.float64]
 _INDEPENDENT: Final = 0.01
 # Correlations above this are printed.
 _STRONG: Final = 0.9
+# Fields that are arrays, with the types of their elements.
+_ARRAYS: Final[Mapping[str, type]] = {
+    "correlation": float,
+    "record": np.int64,
+    "signal": str,
+    "t": float,
+    "measured": float,
+    "computed": float,
+}
 
 
 class FittedValue(NamedTuple):
@@ -89,6 +101,8 @@ class Identification(TableResult, Plottable):
         Whether the solver found a minimum.
     windows, starts, evaluations : int
         Numbers of growing windows, of starts of the fit, and of evaluations of all runs.
+    request : tuple of Scene and IdentifyOptions, optional
+        Scene and options of the command that repeats the fit; None for a fit by `identify`.
     """
 
     data_name: ClassVar[str] = "identification"
@@ -113,6 +127,7 @@ class Identification(TableResult, Plottable):
     windows: int
     starts: int
     evaluations: int
+    request: tuple[Scene, IdentifyOptions] | None = field(default=None, compare=False)
 
     @property
     def system(self) -> System:  # type: ignore[override]
@@ -244,3 +259,42 @@ class Identification(TableResult, Plottable):
 def save_fitted_scene(result: Identification, path: Path) -> None:
     """Write the fitted scene as TOML."""
     save_scene(result.fitted_scene(), path)
+
+
+# Fields that JSON has as they are.
+_PLAIN: Final = [
+    entry.name
+    for entry in fields(Identification)
+    if entry.name not in (*_ARRAYS, "scene", "targets", "request")
+]
+
+
+def store_identification(result: Identification, path: Path) -> None:
+    """Write a fit as JSON that `restore_identification` reads."""
+    data = {name: to_data(getattr(result, name)) for name in (*_PLAIN, *_ARRAYS)}
+    data["scene"] = scene_to_dict(result.scene)
+    data["targets"] = to_data(list(result.targets.items()))
+    if result.request is not None:
+        scene, options = result.request
+        data["request"] = {"scene": scene_to_dict(scene), "options": option_arguments(options)}
+    save_json(data, path)
+
+
+def restore_identification(path: Path) -> Identification:
+    """Read a fit that `store_identification` wrote; raises `InputError` if it is damaged."""
+    return read_result(path, "fit", _from_stored)
+
+
+def _from_stored(data: Any) -> Identification:
+    types, request = get_type_hints(Identification), data.get("request")
+    values: dict[str, Any] = {name: from_data(data[name], types[name]) for name in _PLAIN}
+    values |= {name: np.array(data[name], dtype=kind) for name, kind in _ARRAYS.items()}
+    if request is not None:
+        options, _ = read_arguments(IdentifyOptions, request["options"])
+        request = scene_from_dict(request["scene"]), options
+    return Identification(
+        scene=scene_from_dict(data["scene"]),
+        targets=dict(from_data(data["targets"], list[tuple[Target, float]])),
+        request=request,
+        **values,
+    )

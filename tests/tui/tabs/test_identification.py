@@ -3,6 +3,7 @@
 import json
 import shlex
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -14,6 +15,7 @@ from fivtui.model import InputError, Parameters
 from fivtui.simulation import simulate
 from fivtui.tui.chart.widget.chart_view import ChartView
 from fivtui.tui.persistence.results import ResultStore
+from fivtui.tui.session.session import DisplayedStudy
 from fivtui.tui.tabs.exports.export import DATA, FIGURE
 from fivtui.tui.tabs.studies import identification
 from fivtui.tui.tabs.studies.identification import IdentificationPane, fit_options
@@ -54,6 +56,14 @@ async def fit(pilot: Pilot[None], text: str) -> IdentificationPane:
     pane = await enter(pilot, text)
     await pilot.press("f10")
     return pane
+
+
+def stored_and_read(displayed: DisplayedStudy[Any]) -> DisplayedStudy[Any]:
+    files, notes = ResultStore(Path("kept")).save({"identification": displayed})
+    assert notes == {}
+    read = ResultStore(Path("kept")).read("identification", files["identification"])
+    assert isinstance(read, DisplayedStudy)
+    return read
 
 
 async def test_a_fit_is_shown_beside_its_residuals_and_enter_runs_the_fitted_values(
@@ -118,9 +128,12 @@ async def test_a_fit_is_exported_and_its_command_gives_the_same_values(
     ]  # fmt: skip
     assert cli.run([*arguments[1:], "--json"]) == 0
     assert json.loads(capsys.readouterr().out) == json.loads(Path("fit.json").read_text())
-    # A closed laboratory stores the input alone.
-    files, notes = ResultStore(Path("kept")).save(app_of(pilot).session.studies)
-    assert (files, notes) == ({}, {"identification": "it must be computed again"})
+    # A closed laboratory stores the fit, and repeats its command when it is opened.
+    session = app_of(pilot).session
+    restored = stored_and_read(session.studies["identification"])
+    assert restored.value == session.studies["identification"].value
+    session.studies["identification"] = restored
+    assert shlex.split(pane.command_line()) == arguments
 
 
 async def test_what_data_leave_unknown_is_said_in_place_of_the_values(pilot: Pilot[None]) -> None:
@@ -128,6 +141,8 @@ async def test_what_data_leave_unknown_is_said_in_place_of_the_values(pilot: Pil
         pilot, "--target critical-mu=0.45±0.01 --target frequency=0.92±0.01 --fit F --fit k_nl"
     )
     await until_shown(pilot, "only combinations of")
+    displayed = app_of(pilot).session.studies["identification"]
+    assert stored_and_read(displayed).value.to_dict() == displayed.value.to_dict()
     # Targets have no signals to draw.
     assert pane.visible_charts() is None
     with pytest.raises(InputError, match="a fit to targets alone has no figure"):

@@ -49,8 +49,6 @@ class IdentificationPane(StudyPane):
     def __init__(self, session: Session) -> None:
         super().__init__(session)
         self._signal_index = 0
-        # What the displayed result was computed from, for the command line.
-        self._fitted_request: _Request | None = None
 
     def compose_bar(self) -> ComposeResult:
         """Files, and what is fitted."""
@@ -69,15 +67,14 @@ class IdentificationPane(StudyPane):
         prepare_fit(scene, options)
         return scene, options
 
-    def compute(self, request: _Request, job: Job) -> "tuple[_Request, Identification]":
+    def compute(self, request: _Request, job: Job) -> "Identification":
         """Fit the parameters of a scene."""
-        return request, prepare_fit(*request)(progress=job.report)
+        return prepare_fit(*request)(progress=job.report)
 
-    def show_result(self, result: "tuple[_Request, Identification]") -> None:
+    def show_result(self, result: "Identification") -> None:
         """Display a fit."""
-        self._fitted_request, identification = result
         self._signal_index = 0
-        super().show_result(identification)
+        super().show_result(result)
 
     def result_status(self, displayed: "DisplayedStudy[Identification]") -> str:
         """What the data leave unknown, or else the fitted values."""
@@ -112,9 +109,9 @@ class IdentificationPane(StudyPane):
         """The fitted parameters."""
         return Heading([result.parameters], ignores_separation=not result.scene.separation)
 
-    def request_for(self, result: "Identification") -> Any:  # noqa: ARG002
+    def request_for(self, result: "Identification") -> Any:
         """The scene and the options of the displayed fit."""
-        return self._fitted_request
+        return result.request
 
 
 def fit_options(text: str) -> IdentifyOptions:
