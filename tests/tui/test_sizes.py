@@ -30,7 +30,7 @@ async def test_panes_are_complete_and_titles_uncut_at_any_size() -> None:
             # The buttons measure errors and times of methods, or check the claims of the paper.
             for key, phrase in (
                 ("alt+8", "State Peak ±2nd ½ Events"),
-                ("alt+8", "Measure F10 about 7 s"),
+                ("alt+8", "F10 measures all methods"),
                 ("alt+3", "Growth μ_c Modes"),
                 ("alt+5", "Safe μ Regions"),
                 ("alt+0", "Check F10 Enter: figure, o: scene"),

@@ -3,6 +3,7 @@
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from .raster import Raster
     from .widget.chart_view import ChartView
     from .widget.drawn_chart import Control
     from .widget.pictures import Pictures, TerminalReply, parse_replies

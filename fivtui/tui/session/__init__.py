@@ -17,6 +17,7 @@ if TYPE_CHECKING:
         Outcome,
         compute_outcome,
         crash_message,
+        duration_text,
     )
     from .live import MAX_IMMEDIATE_S, LiveCurve, LiveJob, LiveRun, Pace, execute_live
     from .report import (

@@ -78,7 +78,7 @@ class PaperPane(JobPane):
             yield _ClaimTable(id="claims-table", cursor_type="row", zebra_stripes=True)
             yield Static("", id="claim", markup=False)
         with Vertical(id="figure"):
-            yield ChartView("figure-1", empty_text="select a figure", runs_points=True)
+            yield ChartView("figure-1", runs_points=True)
             yield ChartView("figure-2", runs_points=True)
 
     def on_mount(self) -> None:
@@ -90,8 +90,6 @@ class PaperPane(JobPane):
     def _restore(self) -> None:
         if self._figure_key not in PANELS:
             self._figure_key = ""
-        elif self.view == "figure":
-            self._choose_figure(self._figure_key)
         self.draw()
 
     @cached_property
@@ -224,6 +222,9 @@ class PaperPane(JobPane):
         from fivtui.paper import figure_charts
 
         if self._figure_key not in self._computed:
+            if self.job is None:
+                row = self.query_one("#figures", _PaperTable).cursor_row
+                self._choose_figure(self._figure_key or list(PANELS)[row])
             return
         charts = figure_charts(PANELS[self._figure_key], self._computed[self._figure_key])
         is_new, self._drawn_key = self._drawn_key != self._figure_key, self._figure_key

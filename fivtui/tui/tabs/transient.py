@@ -141,6 +141,7 @@ class TransientPane(ActionPane):
             "measured",
             lambda name: self.stored_setting(f"measured-{name}", ""),
             lambda name, text: self.store_setting(f"measured-{name}", text),
+            self.session.key_names["go-bar"],
         )
         yield RowsView(id="result")
 

@@ -57,11 +57,16 @@ class ViewsPane(Pane):
         """The views, and the values that cursors read."""
         with ContentSwitcher(initial=self.page_of(self.view), classes="views"):
             yield from self.compose_views()
+        yield from self.compose_preview()
         yield Static("", classes="cursor-text", markup=False)
 
     def compose_views(self) -> ComposeResult:
         """The pages of the views."""
         raise NotImplementedError
+
+    def compose_preview(self) -> ComposeResult:
+        """What the pane shows in place of its views."""
+        yield from ()
 
     def page_of(self, view: str) -> str:
         """Identifier of the page that displays a view."""

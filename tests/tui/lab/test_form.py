@@ -182,7 +182,7 @@ async def test_keys_with_alt_insert_no_text(pilot: Pilot[None]) -> None:
     # Also without a pause between two keys.
     await send_sequences(pilot, "\x1b2\x1b6")
     await until(pilot, lambda: session.tab == "sweep")
-    await until_shown(pilot, "no sweep yet: press Sweep")
+    await until_shown(pilot, "computes 112 runs")
     range_input = pilot.app.screen.query_one("#vary", Input)
     range_input.focus()
     initial_range = range_input.value

@@ -24,7 +24,7 @@ async def test_measured_data_lie_over_the_run_and_pass_or_fail(
     await run_to_end(pilot)
     pane = pilot.app.screen.query_one(TransientPane)
     pane.show_view("measured")
-    await until_shown(pilot, "no measured data: name a file above")
+    await until_shown(pilot, "How near does the model come to")
     run = pane.session.runs.displayed
     assert run is not None
     assert run.result is not None

@@ -192,7 +192,7 @@ async def test_a_sweep_can_be_started_and_stopped_and_its_points_opened(
     pilot: Pilot[None], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     await pilot.press("alt+6")
-    await until_shown(pilot, "no sweep yet: press Sweep")
+    await until_shown(pilot, "computes 112 runs")
     range_input = pilot.app.screen.query_one("#vary", Input)
     range_input.focus()
     range_input.value = "F=60:100:1"

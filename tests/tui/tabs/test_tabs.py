@@ -169,7 +169,7 @@ async def test_the_trade_off_is_measured_and_shown(
         endless_simulate(progress=progress)
 
     await pilot.press("alt+8")
-    await until_shown(pilot, "not measured yet")
+    await until_shown(pilot, "F10 measures all methods")
     # A running job stops at once.
     monkeypatch.setattr("fivtui.tradeoffs.measure_tradeoff", measure_endlessly)
     await pilot.press("f10")

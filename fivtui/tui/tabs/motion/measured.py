@@ -24,6 +24,7 @@ from fivtui.model import InputError, parse_number, unknown_name_error
 from fivtui.ranges import with_decimal_point
 from fivtui.transient import Transient
 from fivtui.tui.chart import ChartView, TextInput
+from fivtui.tui.tabs.preview import FILE_FORMAT, MEASURED_SKETCH, Preview
 
 # Placeholder and meaning of the inputs by name. Apart from `file`, the names are those of options
 # of `fivtui validate`.
@@ -60,7 +61,8 @@ _MIN_ROWS_FOR_BOTH: Final = 14
 class MeasuredView(Vertical):
     """Measured data beside the displayed run.
 
-    `stored_text` returns the stored text of an input, `store_text` stores it.
+    `stored_text` returns the stored text of an input, `store_text` stores it. `bar_key` is the name
+    of the key that goes to the inputs.
     """
 
     def __init__(
@@ -68,9 +70,11 @@ class MeasuredView(Vertical):
         id: str,  # noqa: A002
         stored_text: Callable[[str], str],
         store_text: Callable[[str, str], None],
+        bar_key: str,
     ) -> None:
-        super().__init__(id=id)
+        super().__init__(id=id, classes="-empty")
         self._stored_text, self._store_text = stored_text, store_text
+        self._bar_key = bar_key
         self._run: Transient | None = None
         self._validation: Validation | None = None
         self._result_text = ""
@@ -90,8 +94,13 @@ class MeasuredView(Vertical):
                         compact=True,
                         select_on_focus=False,
                     )
-        yield ChartView("overlay-time", empty_text=_NO_DATA)
+        yield ChartView("overlay-time")
         yield ChartView("overlay-spectrum")
+        yield Preview(
+            MEASURED_SKETCH,
+            "How near does the model come to a measurement?",
+            (self._bar_key, f"goes to the file above; Enter reads it. {FILE_FORMAT}"),
+        )
         yield Static("", id="overlay-text", markup=False)
 
     def show_run(self, run: Transient) -> None:
@@ -111,6 +120,7 @@ class MeasuredView(Vertical):
             except InputError as error:
                 self._result_text = str(error)
         validation = self._validation
+        self.set_class(validation is None, "-empty")
         time_view.show(None if validation is None else overlay_chart(validation))
         spectrum_view.show(None if validation is None else overlay_spectra(validation))
         if validation is not None:

@@ -20,6 +20,7 @@ from fivtui.ranges import parse_ends
 from fivtui.scene import Scene
 from fivtui.tui.chart import ChartView
 from fivtui.tui.session import DisplayedStudy, Job, base_scene, replace_symbols
+from fivtui.tui.tabs.preview import Sketch
 from fivtui.tui.tabs.requests.sweep import point_texts
 
 from .study_pane import StudyPane
@@ -31,6 +32,9 @@ _PERIODS_PER_RUN: Final = 20
 _ORIGIN_SETTING: Final = "from"
 Origin = Literal["hopf", "cycle"]
 _ORIGINS: Final[Mapping[Origin, str]] = {"hopf": "from the Hopf point", "cycle": "from a cycle"}
+# A sketch of a branch that folds where unstable limit cycles become stable.
+_SKETCH_Y: Final = np.linspace(0.0, 1.0, 81)
+_SKETCH_X: Final = 0.2 + 1.6 * (_SKETCH_Y - 0.4) ** 2
 # Scene, origin, parameter along the branch, and its range.
 _Request = tuple[Scene, Origin, str, tuple[float, float] | None]
 
@@ -40,11 +44,21 @@ class BranchesPane(StudyPane):
 
     NAME: ClassVar[str] = "branch"
     VERB: ClassVar[str] = "Follow"
-    HINT: ClassVar[str] = "Enter: run an orbit"
     INPUT: ClassVar[str] = "along"
     EXAMPLE: ClassVar[str] = EXAMPLE
     INPUT_FORMAT: ClassVar[str] = "NAME=LOW:HIGH or NAME"
     VIEWS: ClassVar[Mapping[str, str]] = {"branch": "Branch"}
+    SKETCH: ClassVar[Sketch | None] = Sketch(
+        x="μ",
+        y="±y of limit cycles",
+        curves=((_SKETCH_X[32:], _SKETCH_Y[32:]),),
+        dots=((_SKETCH_X[:32:2], _SKETCH_Y[:32:2]),),
+        labels={"stable": (0.65, 0.7), "unstable": (0.05, 0.0)},
+    )
+    QUESTION: ClassVar[str] = (
+        "From which value on does a knock start vibration, and how large is it?"
+    )
+    START: ClassVar[str] = "follows the limit cycles along this range"
 
     def compose_bar(self) -> ComposeResult:
         """The parameter with its range, and the start of the branch."""
@@ -54,9 +68,7 @@ class BranchesPane(StudyPane):
     def compose_views(self) -> ComposeResult:
         """One chart."""
         with Vertical(id="branch"):
-            yield ChartView(
-                "branch-chart", empty_text="no branch yet: press Follow", runs_points=True
-            )
+            yield ChartView("branch-chart", runs_points=True)
 
     @property
     def _origin(self) -> Origin:

@@ -19,6 +19,7 @@ from fivtui.studies import study
 from fivtui.tui.chart import ChartView
 from fivtui.tui.session import DisplayedStudy, Job, Session, replace_symbols, symbol_of
 from fivtui.tui.tabs.messages import PointRunRequested
+from fivtui.tui.tabs.preview import FILE_FORMAT, MEASURED_SKETCH, Sketch
 from fivtui.tui.tabs.requests.sweep import point_texts
 from fivtui.tui.tabs.tables import RowsView
 
@@ -35,12 +36,17 @@ class IdentificationPane(StudyPane):
 
     NAME: ClassVar[str] = "identification"
     VERB: ClassVar[str] = "Fit"
-    HINT: ClassVar[str] = "Enter: fitted values into the form"
     INPUT: ClassVar[str] = "fitted"
-    EXAMPLE: ClassVar[str] = "rig.csv --signal y --fit mu"
+    EXAMPLE: ClassVar[str] = "--target critical-mu=0.45±0.01 --fit F"
     INPUT_FORMAT: ClassVar[str] = "FILE.csv --signal NAME --fit NAME=LOW:HIGH --target NAME=N±SD"
     VIEWS: ClassVar[Mapping[str, str]] = {"fit": "Signals", "fitted-values": "Values"}
-    LINKED: ClassVar[Sequence[Sequence[str]]] = (("fit-signals", "fit-residuals"),)
+    SKETCH: ClassVar[Sketch | None] = MEASURED_SKETCH
+    QUESTION: ClassVar[str] = "Which values explain what a rig did?"
+    START: ClassVar[str] = "fits the values of the input"
+    NOTES: ClassVar[Sequence[str]] = (
+        f"To fit a record, enter rig.csv --signal y --fit μ. {FILE_FORMAT}",
+    )
+    COMMON_X_LIMITS: ClassVar[Sequence[Sequence[str]]] = (("fit-signals", "fit-residuals"),)
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("enter", "apply_values", "Apply", key_display="⏎", tooltip="Run the fitted values"),
         Binding("n", "next_signal", "Next signal"),
@@ -57,7 +63,7 @@ class IdentificationPane(StudyPane):
     def compose_views(self) -> ComposeResult:
         """Both signals and the residuals; the fitted values."""
         with Vertical(id="fit"):
-            yield ChartView("fit-signals", empty_text="no fitted signal: press Fit")
+            yield ChartView("fit-signals")
             yield ChartView("fit-residuals")
         yield RowsView(id="fitted-values")
 
@@ -75,6 +81,9 @@ class IdentificationPane(StudyPane):
         """Display a fit."""
         self._signal_index = 0
         super().show_result(result)
+        if not result.t.size:
+            # Targets have no signals to draw.
+            self.show_view("fitted-values")
 
     def result_status(self, displayed: "DisplayedStudy[Identification]") -> str:
         """What the data leave unknown, or else the fitted values."""

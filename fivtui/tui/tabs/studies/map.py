@@ -3,10 +3,12 @@
 The parameters on the axes are the mapped ones, all others are fixed. Each mapped value is a view.
 """
 
+import math
 from collections.abc import Mapping
 from functools import partial
 from typing import TYPE_CHECKING, Any, ClassVar, Final
 
+import numpy as np
 from textual import on
 from textual.app import ComposeResult
 from textual.containers import Vertical
@@ -17,6 +19,7 @@ from fivtui.model import InputError
 from fivtui.scene import Scene
 from fivtui.tui.chart import ChartView
 from fivtui.tui.session import SAFETY_MAPS, DisplayedStudy, Job, Session
+from fivtui.tui.tabs.preview import Sketch, about
 from fivtui.tui.tabs.requests.map import (
     EXAMPLES,
     TITLES,
@@ -40,6 +43,9 @@ _RANGES_WITHOUT_MU: Final = "over-others"
 # Delay between the last edit and the computation of the map, s.
 _MAP_DELAY: Final = 0.1
 _PAGE: Final = "map-view"
+# Usual duration of a point of a map of safe friction, s.
+_POINT_S: Final = {"safe-mu": 1.2e-2, "coexistence": 1.5e-3}
+_SKETCH_X: Final = np.linspace(0.0, 1.0, 80)
 
 
 class _MapStudy(StudyPane):
@@ -164,8 +170,14 @@ class SafeFrictionPane(_MapStudy):
     """Safe friction, or the regions of coexistence, over two parameters of the edited scene."""
 
     NAME: ClassVar[str] = "safe-mu"
-    HINT: ClassVar[str] = "none mapped yet"
     VIEWS: ClassVar[Mapping[str, str]] = SAFETY_MAPS
+    SKETCH: ClassVar[Sketch | None] = Sketch(
+        x="F",
+        y="k_nl",
+        curves=[(_SKETCH_X, level / (_SKETCH_X + 0.15)) for level in (0.1, 0.2, 0.35, 0.55, 0.8)],
+        labels={"high": (0.02, 0.0), "low safe μ": (0.65, 1.0)},
+    )
+    QUESTION: ClassVar[str] = "Below which friction coefficient does no knock start vibration?"
 
     @property
     def study_key(self) -> str:
@@ -176,8 +188,16 @@ class SafeFrictionPane(_MapStudy):
         """Show the map of a value, if there is one."""
         super().show_view(name)
         if self.displayed is None:
-            self.show_status(self.HINT)
+            self.show_status("")
         self.scene_changed()
+
+    def start_text(self) -> str:
+        """The number of points, and their usual duration."""
+        try:
+            points = math.prod(len(values) for values in self.axes.values())
+        except InputError:
+            return "maps two ranges"
+        return f"maps {points} points, {about(points * _POINT_S[self.view])}"
 
     def result_status(self, displayed: "DisplayedStudy[StabilityMap]") -> str:
         """Number of points of the map, and whether it is that of the edited scene."""

@@ -1,6 +1,6 @@
 """A pane that computes, displays and exports the results of one kind of study."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import partial
 from typing import Any, ClassVar
 
@@ -19,6 +19,7 @@ from fivtui.tui.session import DisplayedStudy, Job, Session, study_command
 from fivtui.tui.tabs.exports.export import Export, scene_study_export, with_displayed_charts
 from fivtui.tui.tabs.job_pane import JobPane
 from fivtui.tui.tabs.messages import PointRunRequested
+from fivtui.tui.tabs.preview import Preview, Sketch, about
 
 
 class StudyPane(JobPane):
@@ -41,6 +42,12 @@ class StudyPane(JobPane):
         Key of the setting that stores the active button.
     CHOICES : mapping of str to str
         Identifiers and titles of the buttons, of which one is active.
+    SKETCH, QUESTION : Sketch or None, str
+        Shape of a typical result, and the question it answers; displayed before the first result.
+    START, TYPICAL_S : str, float
+        What starting the study does, as a verb with objects, and its usual duration, s.
+    NOTES : sequence of str
+        Further sentences before the first result.
     """
 
     STATUS_BELOW: ClassVar[bool] = True
@@ -50,6 +57,11 @@ class StudyPane(JobPane):
     INPUT_FORMAT: ClassVar[str] = ""
     CHOICE_SETTING: ClassVar[str] = ""
     CHOICES: ClassVar[Mapping[str, str]] = {}
+    SKETCH: ClassVar[Sketch | None] = None
+    QUESTION: ClassVar[str] = ""
+    START: ClassVar[str] = ""
+    TYPICAL_S: ClassVar[float] = 0.0
+    NOTES: ClassVar[Sequence[str]] = ()
 
     def __init__(self, session: Session) -> None:
         super().__init__(session)
@@ -59,6 +71,11 @@ class StudyPane(JobPane):
         self._error = ""
         self.kind = self.KIND or self.NAME
         self._drawn_result: DisplayedStudy[Any] | None = None
+
+    def compose_preview(self) -> ComposeResult:
+        """The preview of the first result."""
+        if self.SKETCH is not None:
+            yield Preview(self.SKETCH, self.QUESTION)
 
     # The input
 
@@ -144,6 +161,23 @@ class StudyPane(JobPane):
         """Display the progress of a job, an error of the input, its format, or the status."""
         text = self._error or (self.INPUT_FORMAT if self._is_typing else self.status)
         self.show_action(self.job, text, is_error=bool(self._error))
+        self._show_preview()
+
+    # Before the first result
+
+    def _show_preview(self) -> None:
+        is_empty = self.SKETCH is not None and self.displayed is None
+        self.set_class(is_empty, "-empty")
+        if is_empty and self.job is None:
+            keys = self.session.key_names
+            edit = [(keys["go-bar"], "goes to the input above.")] if self.EXAMPLE else []
+            notes = [("", note) for note in self.NOTES]
+            start = keys["compute"], f"{self.start_text()}."
+            self.query_one(Preview).show(start, *edit, *notes)
+
+    def start_text(self) -> str:
+        """What the key of the computation does, and how long it usually takes."""
+        return f"{self.START}, {about(self.TYPICAL_S)}"
 
     # The choices
 
@@ -238,6 +272,7 @@ class StudyPane(JobPane):
         if displayed is None:
             for chart in self.query(ChartView):
                 chart.show(None)
+            self._show_preview()
             return
         if displayed is not self._drawn_result:
             self._drawn_result = displayed

@@ -16,6 +16,7 @@ from fivtui.tui.chart import ChartView
 from fivtui.tui.session import DisplayedStudy, Job, Session, symbol_of
 from fivtui.tui.tabs.exports.export import Export
 from fivtui.tui.tabs.messages import Reported
+from fivtui.tui.tabs.preview import Sketch, about
 from fivtui.tui.tabs.requests.sweep import (
     EXAMPLE,
     MAX_UNCONFIRMED,
@@ -33,6 +34,8 @@ from .study_pane import StudyPane
 if TYPE_CHECKING:
     from fivtui.sweeps import Rows, Study, Sweep
 
+# Usual duration of a run by the native solver, s.
+_TYPICAL_RUN_S: Final = 1e-3
 _INCOMPLETE: Final = "the sweep is incomplete and cannot be exported: Sweep computes it again"
 
 
@@ -41,11 +44,20 @@ class SweepPane(StudyPane):
 
     NAME: ClassVar[str] = "sweep"
     VERB: ClassVar[str] = "Sweep"
-    HINT: ClassVar[str] = "Enter: run a point"
     INPUT: ClassVar[str] = "vary"
     EXAMPLE: ClassVar[str] = EXAMPLE
     INPUT_FORMAT: ClassVar[str] = "NAME=START:STOP:COUNT or NAME=A,B,C, or peak-over-belt-speed"
     VIEWS: ClassVar[Mapping[str, str]] = {"amplitudes": "Amplitudes"}
+    SKETCH: ClassVar[Sketch | None] = Sketch(
+        x="F",
+        y="peak |y|",
+        curves=(
+            ([0.0, 0.3, 0.35, 1.0], [0.03, 0.05, 0.35, 0.95]),
+            ([0.0, 0.3, 0.35, 1.0], [0.03, 0.05, 0.3, 0.5]),
+        ),
+        labels={"separation ignored": (0.2, 0.8), "considered": (0.7, 0.3)},
+    )
+    QUESTION: ClassVar[str] = "How large does the motion become over one or two parameters?"
 
     def __init__(self, session: Session) -> None:
         super().__init__(session)
@@ -59,11 +71,20 @@ class SweepPane(StudyPane):
     def compose_views(self) -> ComposeResult:
         """One chart."""
         with Vertical(id="amplitudes"):
-            yield ChartView("sweep-chart", empty_text="no sweep yet: press Sweep", runs_points=True)
+            yield ChartView("sweep-chart", runs_points=True)
 
     def parse(self, scene: Scene, text: str) -> "Study":
         """The sweep of a scene over the ranges of the input."""
         return sweep_request(scene, text)
+
+    def start_text(self) -> str:
+        """The number of runs, and their duration from that of a run of the edited scene."""
+        try:
+            study: Study = self.request()
+        except InputError:
+            return "runs the scene with each value"
+        run_s = self.session.live.expected_duration(self.session.scene()) or _TYPICAL_RUN_S
+        return f"computes {study.members} runs, {about(study.members * run_s)}"
 
     def start_from_inputs(self) -> None:
         """Sweep the edited scene; a large sweep starts at a second request."""

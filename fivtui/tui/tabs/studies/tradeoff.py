@@ -16,6 +16,7 @@ from fivtui.scene import Scene
 from fivtui.tradeoffs import tradeoff_chart
 from fivtui.tui.chart import ChartView
 from fivtui.tui.session import DisplayedStudy, Job
+from fivtui.tui.tabs.preview import Sketch
 from fivtui.tui.tabs.requests.tradeoff import (
     TITLES,
     current_setting,
@@ -40,11 +41,19 @@ class TradeoffPane(StudyPane):
 
     NAME: ClassVar[str] = "trade-off"
     VERB: ClassVar[str] = "Measure"
-    HINT: ClassVar[str] = "about 7 s"
     CHOICE_SETTING: ClassVar[str] = "quantity"
     CHOICES: ClassVar[Mapping[str, str]] = TITLES
     VIEWS: ClassVar[Mapping[str, str]] = {"errors": "Plot", "settings": "Table"}
     LOG_AXES: ClassVar[Mapping[str, str]] = {"errors-chart": "xy"}
+    SKETCH: ClassVar[Sketch | None] = Sketch(
+        x="CPU time",
+        y="error",
+        curves=(([0.05, 0.4], [0.95, 0.05]), ([0.35, 0.95], [0.95, 0.35])),
+        labels={"taylor": (0.3, 0.3), "rk4": (0.75, 0.75)},
+    )
+    QUESTION: ClassVar[str] = "Which method reaches an accuracy in the shortest time?"
+    START: ClassVar[str] = "measures all methods and settings"
+    TYPICAL_S: ClassVar[float] = 7.0
 
     def compose_bar(self) -> ComposeResult:
         """The quantities whose error can be displayed."""
@@ -54,7 +63,7 @@ class TradeoffPane(StudyPane):
     def compose_views(self) -> ComposeResult:
         """Chart with the current setting as text, and table."""
         with Vertical(id="errors"):
-            yield ChartView("errors-chart", empty_text="not measured yet: press Measure")
+            yield ChartView("errors-chart")
             yield Static("", id="present", markup=False)
         yield _SettingsTable(id="settings", cursor_type="row", zebra_stripes=True, fixed_columns=1)
 

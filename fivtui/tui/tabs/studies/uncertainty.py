@@ -5,8 +5,9 @@ region has the samples with one outcome: no squeal, squeal after a knock, or squ
 """
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, ClassVar, Final
 
+import numpy as np
 from textual.app import ComposeResult
 from textual.containers import Horizontal, Vertical
 from textual.widgets import Static
@@ -15,9 +16,11 @@ from fivtui.charts import Heading
 from fivtui.scene import Scene
 from fivtui.tui.chart import ChartView
 from fivtui.tui.session import DisplayedStudy, Job, Session, symbol_of
+from fivtui.tui.tabs.preview import Preview, Sketch
 from fivtui.tui.tabs.requests.uncertainty import (
     COLUMNS,
     EXAMPLE,
+    SAMPLES,
     TITLES,
     index_remark,
     index_rows,
@@ -31,6 +34,10 @@ from .study_pane import StudyPane
 if TYPE_CHECKING:
     from fivtui.reliability import Uncertainty
     from fivtui.sweeps import Study
+
+
+# Values of x of the sketch.
+_X: Final = np.linspace(0.0, 1.0, 80)
 
 
 class _IndexTable(ListTable[str]):
@@ -53,6 +60,15 @@ class UncertaintyPane(StudyPane):
         "indices": "Drivers",
         "samples": "Samples",
     }
+    SKETCH: ClassVar[Sketch | None] = Sketch(
+        x="growth rate",
+        y="share of the samples",
+        curves=((_X, np.exp(-(((_X - 0.55) / 0.18) ** 2))), ([0.45, 0.45], [0.0, 1.0])),
+        labels={"no squeal": (0.02, 0.9), "squeal by itself": (0.5, 0.15)},
+    )
+    QUESTION: ClassVar[str] = "How likely is squeal where parameters scatter, and what drives it?"
+    START: ClassVar[str] = f"computes {SAMPLES} samples of these distributions"
+    TYPICAL_S: ClassVar[float] = 3.0
 
     def __init__(self, session: Session) -> None:
         super().__init__(session)
@@ -74,11 +90,11 @@ class UncertaintyPane(StudyPane):
         with Vertical(id="histogram"):
             with Horizontal(classes="bar"):
                 yield from self.compose_choices()
-            yield ChartView("histogram-chart", empty_text="no samples yet: press Scatter")
+            yield ChartView("histogram-chart")
             yield Static("", id="probabilities", markup=False)
         yield _IndexTable(id="indices", cursor_type="row", zebra_stripes=True)
         with Vertical(id="samples"):
-            yield ChartView("samples-chart", empty_text="no samples yet: press Scatter")
+            yield ChartView("samples-chart")
 
     def parse(self, scene: Scene, text: str) -> "Study":
         """The study of a scene with the distributions of the input."""
@@ -105,6 +121,8 @@ class UncertaintyPane(StudyPane):
 
     def show_progress(self) -> None:
         """Display the estimated probabilities so far, with their errors."""
+        if self.displayed is None and self._estimate:
+            self.query_one(Preview).show(("", self._estimate))
         view = self.query_one("#probabilities", Static)
         view.update(self._estimate)
         view.display = bool(self._estimate)

@@ -1,0 +1,122 @@
+"""What a tab shows before its first result: a sketch of it, its question, and how to start."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from textwrap import wrap
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+from textual.content import Content
+from textual.widgets import Static
+
+from fivtui.tui.chart import Raster
+from fivtui.tui.session import duration_text
+
+FILE_FORMAT: Final = "A file has a line of names, such as t,y, and lines such as 0.01,0.0031."
+_Values = Sequence[float] | NDArray[np.float64]
+
+# Columns and rows of the plot of a sketch.
+_MIN_COLUMNS: Final = 30
+_MAX_COLUMNS: Final = 56
+_MIN_ROWS: Final = 2
+_MAX_ROWS: Final = 10
+# Rows of a sketch beside its plot: names of the axes, and a blank line below them.
+_OTHER_ROWS: Final = 3
+# Columns beside the sketch and the texts.
+_MARGIN: Final = 4
+_MAX_TEXT_COLUMNS: Final = 72
+_CURVE_STYLE: Final = "$primary"
+_AXIS_STYLE: Final = "$foreground-muted"
+_KEY_STYLE: Final = "bold $text-accent"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Sketch:
+    """The shape of a typical result; its axes have no numbers, because nothing was computed.
+
+    Attributes
+    ----------
+    x, y : str
+        Names of the axes.
+    curves, dots : sequence of pairs of ndarray
+        Coordinates from 0 to 1 of points, joined by lines or not.
+    labels : mapping of str to pair of float
+        Texts, and the position of their first character.
+    """
+
+    x: str
+    y: str
+    curves: Sequence[tuple[_Values, _Values]]
+    dots: Sequence[tuple[_Values, _Values]] = ()
+    labels: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+
+    def lines(self, columns: int, rows: int) -> Iterator[tuple[str, str]]:
+        """Axis and plot of every line."""
+        raster = Raster(columns, rows)
+        for x, y in self.curves:
+            raster.draw_lines(np.array(x), np.array(y))
+        for x, y in self.dots:
+            raster.draw_dots(np.array(x), np.array(y))
+        plot = np.where(raster.cells, raster.cells + Raster.BLANK, ord(" "))
+        for text, (left, height) in self.labels.items():
+            row, column = round((1.0 - height) * (rows - 1)), round(left * (columns - 1))
+            plot[row, column : column + len(text)] = list(map(ord, text[: columns - column]))
+        yield self.y.ljust(columns + 1), ""
+        for cells in plot:
+            yield "│", "".join(map(chr, cells))
+        yield f"└{f' {self.x}'.rjust(columns, '─')}", ""
+        yield " ", ""
+
+
+_TIMES: Final = np.linspace(0.0, 1.0, 161)
+# A growing vibration: a run, and measured data that deviate from it.
+_MOTION: Final = 0.5 + 0.45 * _TIMES * np.sin(8.0 * np.pi * _TIMES)
+MEASURED_SKETCH: Final = Sketch(
+    x="t",
+    y="y",
+    curves=((_TIMES, _MOTION),),
+    dots=((_TIMES[::4], (_MOTION + 0.12 * np.cos(70.0 * _TIMES))[::4]),),
+    labels={"computed and measured": (0.02, 1.0)},
+)
+
+
+def about(seconds: float) -> str:
+    """A typical duration as a phrase."""
+    if seconds < 1.0:
+        return "usually within 1 s"
+    return f"usually in about {duration_text(float(f'{seconds:.1g}')).replace('.0 s', ' s')}"
+
+
+class Preview(Static):
+    """A sketch, the question that a tab answers, and notes, in place of its views.
+
+    A note is a key, which may be empty, and a text.
+    """
+
+    def __init__(self, sketch: Sketch, question: str, *notes: tuple[str, str]) -> None:
+        super().__init__(classes="preview")
+        self._sketch, self._question, self._notes = sketch, question, notes
+
+    def show(self, *notes: tuple[str, str]) -> None:
+        """Display other notes."""
+        if notes != self._notes:
+            self._notes = notes
+            self.refresh()
+
+    def render(self) -> Content:
+        """The sketch in the rows that the texts leave, if they are enough."""
+        width, height = self.size
+        text_width = max(min(width - _MARGIN, _MAX_TEXT_COLUMNS), 1)
+        lines = [Content.styled(line, "bold") for line in wrap(self._question, text_width)]
+        for key, text in self._notes:
+            first, *others = wrap(f"{key} {text}".lstrip(), text_width)
+            lines += [Content(first).stylize(_KEY_STYLE, 0, len(key)), *map(Content, others)]
+        columns = min(width - _MARGIN, _MAX_COLUMNS)
+        rows = min(height - len(lines) - _OTHER_ROWS, _MAX_ROWS)
+        if rows >= _MIN_ROWS and columns >= _MIN_COLUMNS:
+            lines[:0] = [
+                Content.assemble((axis, _AXIS_STYLE), (plot, _CURVE_STYLE))
+                for axis, plot in self._sketch.lines(columns, rows)
+            ]
+        return Content("\n").join(lines)

@@ -1,0 +1,83 @@
+"""A tab without a result shows a sketch, its question and its key; the key gives a result."""
+
+import re
+from typing import Any
+
+import pytest
+from textual.pilot import Pilot
+
+from fivtui.maps import safety
+from fivtui.reliability import means
+from fivtui.safety import verdict
+from fivtui.tradeoffs import measure
+from fivtui.tui.tabs.preview import Preview, about
+from fivtui.tui.tabs.requests import uncertainty
+from fivtui.tui.tabs.requests.map import EXAMPLES
+from fivtui.tui.tabs.studies.study_pane import StudyPane
+from fivtui.tui.tabs.tab_book import TABS
+from tests.support.laboratory import app_of, lab_of, show_tab, text_of, until, until_shown
+
+SIZE = (80, 24)
+STUDIES = [tab for tab in TABS if getattr(tab.import_pane_class(), "SKETCH", None)]
+
+
+async def preview_of(pilot: Pilot[None], key: str) -> tuple[StudyPane, Preview]:
+    """The pane of a tab before its first result, and its preview."""
+    await show_tab(pilot, key)
+    pane: Any = lab_of(pilot).pane
+    preview = pane.query_one(Preview)
+    await until(pilot, lambda: preview.display and preview.size.height > 0)
+    return pane, preview
+
+
+@pytest.mark.parametrize("tab", STUDIES, ids=lambda tab: tab.id)
+async def test_one_key_after_that_of_the_tab_gives_a_result(
+    tab: Any, pilot: Pilot[None], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(measure, "QUICK_S", 0.2)
+    monkeypatch.setattr(uncertainty, "SAMPLES", 16)
+    monkeypatch.setitem(EXAMPLES, "safe-mu", "F=60:80:2 k_nl=50:100:2")
+    # The other tests of the laboratory do without safe friction.
+    for module in (means, safety):
+        monkeypatch.setattr(module, "safe_friction", verdict.safe_friction)
+    pane, preview = await preview_of(pilot, tab.key)
+    lines = preview.render().plain.splitlines()
+    # At 80 columns and 24 rows the texts fit beside a sketch, whose axes have no numbers.
+    assert len(lines) <= preview.size.height
+    assert max(map(len, lines)) <= preview.size.width
+    sketch_end = lines.index(" ")
+    assert sketch_end > 3
+    assert not re.search(r"\d", "".join(lines[:sketch_end]).replace("rk4", ""))
+    texts = " ".join(lines[sketch_end + 1 :])
+    assert texts.startswith(pane.QUESTION)
+    assert re.search(r"F10 .* usually (within|in about) \d+ s\.", texts)
+    assert lines[-1] in text_of(pilot)
+    await pilot.press("f10")
+    await until(pilot, lambda: tab.id in app_of(pilot).session.studies)
+    await until(pilot, lambda: not preview.display)
+    assert pane.query_one(".views").display
+
+
+async def test_a_preview_names_the_configured_key_and_counts_the_runs(pilot: Pilot[None]) -> None:
+    session = app_of(pilot).session
+    session.key_names = {**session.key_names, "compute": "F12"}
+    pane, _ = await preview_of(pilot, "alt+6")
+    await until_shown(pilot, "F12 computes 112 runs")
+    pane.query_one("#vary").value = "F=20:80:1000"  # type: ignore[attr-defined]
+    await until_shown(pilot, "F12 computes 2000 runs")
+    pane.query_one("#vary").value = "F=a"  # type: ignore[attr-defined]
+    await until_shown(pilot, "F12 runs the scene with each value")
+
+
+async def test_the_view_of_a_figure_computes_the_selected_one(pilot: Pilot[None]) -> None:
+    await show_tab(pilot, "alt+0")
+    await pilot.press("alt+p", "down", "v", "v")
+    await until_shown(pilot, "figure 2b computed")
+
+
+def test_typical_durations_are_rounded() -> None:
+    assert [about(seconds) for seconds in (0.3, 7.4, 100.0)] == [
+        "usually within 1 s",
+        "usually in about 7 s",
+        "usually in about 1 min 40 s",
+    ]
