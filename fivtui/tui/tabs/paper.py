@@ -166,15 +166,11 @@ class PaperPane(JobPane):
     @on(DataTable.RowSelected, "#figures")
     def _choose_selected_figure(self, event: DataTable.RowSelected) -> None:
         event.stop()
-        self._choose_figure(list(PANELS)[event.cursor_row])
+        self.stop()
+        self._figure_key = list(PANELS)[event.cursor_row]
+        self.show_view("figure")
 
-    def _choose_figure(self, key: str) -> None:
-        self._figure_key = key
-        self.store_setting(_FIGURE_SETTING, key)
-        if key in self._computed:
-            self.show_view("figure")
-            return
-
+    def _compute_figure(self, key: str) -> None:
         def compute(job: Job) -> object:
             results, panel = self._results, PANELS[key]
             if panel.kind == "amplitude":
@@ -207,10 +203,7 @@ class PaperPane(JobPane):
             key, data = result
             self._computed[key] = data
             self.show_status(f"figure {key} computed")
-            if self.view == "figure":
-                self.draw()
-            else:
-                self.show_view("figure")
+            self.draw()
         elif isinstance(result, list):
             self.session.studies[_CLAIMS_STUDY] = DisplayedStudy(result, _CLAIMS_STUDY)
             self._show_counts()
@@ -221,10 +214,13 @@ class PaperPane(JobPane):
     def _draw_figure(self) -> None:
         from fivtui.paper import figure_charts
 
+        if not self._figure_key:
+            row = self.query_one("#figures", _PaperTable).cursor_row
+            self._figure_key = list(PANELS)[row]
+        self.store_setting(_FIGURE_SETTING, self._figure_key)
         if self._figure_key not in self._computed:
             if self.job is None:
-                row = self.query_one("#figures", _PaperTable).cursor_row
-                self._choose_figure(self._figure_key or list(PANELS)[row])
+                self._compute_figure(self._figure_key)
             return
         charts = figure_charts(PANELS[self._figure_key], self._computed[self._figure_key])
         is_new, self._drawn_key = self._drawn_key != self._figure_key, self._figure_key
