@@ -348,6 +348,7 @@ class FivtuiApp(App[None]):
                 discard_alt_character(event, mac_option=isinstance(self.screen, LabScreen))
             if not isinstance(event, MouseMove):
                 SCREEN_RESPONSE.begin()
+                self._pictures.note_key()
         await super().on_event(event)
 
     def on_ready(self) -> None:

@@ -121,7 +121,11 @@ async def test_a_terminal_with_sixel_shows_the_figures_of_the_charts(screen: Scr
         assert pixels.std() > 5.0
 
 
-async def test_no_frame_without_picture_follows_a_picture_of_a_chart(screen: Screen) -> None:
+async def test_no_frame_without_picture_follows_a_picture_of_a_chart(
+    screen: Screen, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # No key counts as held.
+    monkeypatch.setattr("fivtui.tui.chart.widget.pictures._HELD_S", 1e-3)
     screen.answer(CELL, SIXEL_ATTRIBUTES)
     await until(screen.pilot, lambda: is_shown(screen))
     screen.frames.clear()
@@ -135,7 +139,9 @@ async def test_no_frame_without_picture_follows_a_picture_of_a_chart(screen: Scr
     assert all(SIXEL.search(frame) for frame in touching)
 
 
-async def test_kittys_pictures_leave_while_a_dialog_covers_them(screen: Screen) -> None:
+async def test_kittys_pictures_leave_while_a_dialog_covers_them_or_a_key_is_held(
+    screen: Screen, monkeypatch: pytest.MonkeyPatch
+) -> None:
     screen.answer(KITTY, CELL, SIXEL_ATTRIBUTES)
     await until(screen.pilot, lambda: is_shown(screen))
     assert SIXEL.search(screen.text()) is None
@@ -147,6 +153,12 @@ async def test_kittys_pictures_leave_while_a_dialog_covers_them(screen: Screen) 
     await screen.pilot.press("escape")
     await until(screen.pilot, lambda: is_shown(screen))
     assert "a=T" in screen.text()
+    pictures = app_of(screen.pilot)._pictures
+    monkeypatch.setattr("fivtui.tui.chart.widget.pictures._HELD_S", HANG_S)
+    await screen.pilot.press("plus", "plus")
+    await until(screen.pilot, lambda: not pictures._shown)
+    pictures._end_held_key()
+    await until(screen.pilot, lambda: is_shown(screen))
 
 
 async def test_a_terminal_without_pictures_gets_none(screen: Screen) -> None:

@@ -25,6 +25,7 @@ from textual.driver import Driver
 from textual.geometry import Region, Size
 from textual.message import Message
 from textual.screen import Screen
+from textual.timer import Timer
 from textual.widget import Widget
 
 from fivtui.charts import AxisTicks, Chart, PlotColours, View, plot_pixels
@@ -56,6 +57,8 @@ _MAX_SIXEL_WIDTH: Final = 960
 # Time in which a terminal must answer the first query, which follows the first screen, or have read
 # a picture, s. Slower lines would delay the response to keys.
 _MAX_ANSWER_S: Final = 4.0
+# Keys that follow at most this time after the one before are those of a held key, s.
+_HELD_S: Final = 0.25
 
 
 class TerminalReply(Message):
@@ -134,7 +137,8 @@ class Pictures:
     """Shows pictures of the visible charts; until a terminal answers that it can, nothing.
 
     A picture stays until that of the changed chart is drawn. The next one waits until the terminal
-    has read the last one. `wait` delays the drawing while the screen responds to a key.
+    has read the last one. While a key is held, charts are in characters, which follow at once.
+    `wait` delays the drawing while the screen responds to a key.
     """
 
     def __init__(
@@ -149,6 +153,10 @@ class Pictures:
         self._screen_size = Size()
         self._numbers = count(1)
         self._is_drawing = False
+        # Time of the last key, whether it followed the one before at once, and what ends the rest.
+        self._key_time = 0.0
+        self._is_key_held = False
+        self._rest: Timer | None = None
         # When the terminal was asked whether it has read a picture; None after its answer.
         self._transfer_start: float | None = None
         # By chart: plots on the screen and the cells that they cover, their newest pictures, and
@@ -168,6 +176,25 @@ class Pictures:
         self._cell = _cell_size()
         write(GRAPHICS_QUERY)
 
+    def note_key(self) -> None:
+        """Note that a key or a button was pressed."""
+        if self._is_able:
+            key_time = time.monotonic()
+            self._is_key_held = key_time - self._key_time < _HELD_S
+            self._key_time = key_time
+            if self._rest is not None:
+                self._rest.stop()
+            self._rest = self._app.set_timer(_HELD_S, self._end_held_key)
+
+    def _end_held_key(self) -> None:
+        self._is_key_held = False
+        self._show_visible()
+
+    def _show_visible(self) -> None:
+        self._visible = self._find_visible(self._app.screen)
+        self._write(self._commands())
+        self._draw_next()
+
     def stop(self) -> None:
         """Remove all pictures, and show no more."""
         self._visible.clear()
@@ -183,15 +210,13 @@ class Pictures:
             self._cell = Size(int(fields["width"]), int(fields["height"] or 0))
         elif fields["status"] is not None:
             self._transfer_start = None
-            self._write(self._commands())
         elif reply.arrival - self._query_time > _MAX_ANSWER_S:
             # The line is too slow for pictures.
             self._has_kitty = False
         else:
             attributes = (fields["attributes"] or "").split(";")
             self._has_sixel = not self._has_kitty and str(SIXEL_ATTRIBUTE) in attributes[1:]
-        self._visible = self._find_visible(self._app.screen)
-        self._draw_next()
+        self._show_visible()
 
     def complete(self, screen: Screen[Any], update: CompositorUpdate) -> CompositorUpdate:
         """An update of the screen followed by the pictures that it needs."""
@@ -220,7 +245,8 @@ class Pictures:
 
     def _find_visible(self, screen: Screen[Any]) -> dict[DrawnChart, tuple[_Plot, Region]]:
         visible: dict[DrawnChart, tuple[_Plot, Region]] = {}
-        if screen is not self._app.screen or not self._is_able or not self._cell:
+        is_shown = screen is self._app.screen and self._is_able and not self._is_key_held
+        if not is_shown or not self._cell:
             return visible
         compositor = screen._compositor
         for widget, (region, clip) in compositor.visible_widgets.items():
