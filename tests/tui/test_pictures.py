@@ -1,5 +1,6 @@
 """Charts as pictures, in terminals that answer that they can show them."""
 
+import itertools
 import os
 import re
 import select
@@ -16,6 +17,7 @@ import numpy as np
 import pytest
 from textual.app import App
 from textual.events import Key
+from textual.geometry import Region
 from textual.pilot import Pilot
 
 from fivtui.charts import plot_pixels
@@ -121,7 +123,20 @@ async def test_a_terminal_with_sixel_shows_the_figures_of_the_charts(screen: Scr
         assert pixels.std() > 5.0
 
 
-async def test_no_frame_without_picture_follows_a_picture_of_a_chart(
+def writes_into(frame: str, area: Region) -> bool:
+    """Whether a frame writes characters into an area."""
+    moves = [*re.finditer(r"\x1b\[(\d+);(\d+)H", SIXEL.sub("", frame)), None]
+    for move, successor in itertools.pairwise(moves):
+        assert move is not None
+        text = SIXEL.sub("", frame)[move.end() : successor.start() if successor else None]
+        length = len(re.sub(r"\x1b\[[\d;?]*[a-zA-Z]|\x1b[78]|\n", "", text))
+        start = int(move[2]) - 1
+        if length and area.overlaps(Region(start, int(move[1]) - 1, length, 1)):
+            return True
+    return False
+
+
+async def test_no_characters_replace_the_picture_of_a_chart_that_changes(
     screen: Screen, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     # No key counts as held.
@@ -131,12 +146,18 @@ async def test_no_frame_without_picture_follows_a_picture_of_a_chart(
     screen.frames.clear()
     (chart, (_, area)), *_ = app_of(screen.pilot)._pictures._visible.items()
     chart.focus()
-    for key in ("plus", "plus", "c"):
+    await screen.pilot.pause()
+    screen.frames.clear()
+    keys = ("plus", "plus", "right")
+    for key in keys:
         await screen.pilot.press(key)
         await until(screen.pilot, lambda: is_shown(screen))
-    touching = [frame for frame in screen.frames if f"\x1b[{area.y + 1};{area.x - 7}H" in frame]
-    assert touching
-    assert all(SIXEL.search(frame) for frame in touching)
+    assert sum(len(SIXEL.findall(frame)) for frame in screen.frames) >= len(keys)
+    assert not any(writes_into(frame, area) for frame in screen.frames)
+    # Without pictures, characters do.
+    app_of(screen.pilot)._pictures.stop()
+    await screen.pilot.press("plus")
+    assert any(writes_into(frame, area) for frame in screen.frames)
 
 
 async def test_kittys_pictures_leave_while_a_dialog_covers_them_or_a_key_is_held(

@@ -11,6 +11,7 @@ from typing import Final
 from rich.color import Color
 from rich.segment import Segment
 from rich.style import Style
+from textual.geometry import Region
 from textual.strip import Strip
 from textual.widget import Widget
 
@@ -99,6 +100,8 @@ class DrawnChart(Widget):
         self._chart: Chart | None = None
         self._empty_text = empty_text
         self._picture: Picture | None = None
+        # Whether the terminal shows a picture over the characters of the plot.
+        self.is_covered = False
         self._styles_by_name: dict[str, Style] = {}
         self._plot_colours: PlotColours | None = None
         # First column, end column and action of every control.
@@ -127,8 +130,23 @@ class DrawnChart(Widget):
 
     def redraw(self) -> None:
         """Draw the chart again."""
-        self._picture = None
-        self.refresh()
+        previous, self._picture = self._picture, None
+        self._refresh_lines(previous)
+
+    def _refresh_lines(self, previous: Picture | None) -> None:
+        # Display the chart; where a picture covers the plot at its previous place, all but the
+        # plot, because text would erase the picture.
+        current = self.current_picture() if self.is_covered else None
+        if current is None or previous is None or current.plot_area != previous.plot_area:
+            self.refresh()
+            return
+        column, row, _, rows = current.plot_area
+        width, height = self.size
+        self.refresh(
+            Region(0, 0, width, row),
+            Region(0, row, column, rows),
+            Region(0, row + rows, width, height - row - rows),
+        )
 
     def notify_style_update(self) -> None:
         """Follow a change of theme."""
@@ -165,7 +183,7 @@ class DrawnChart(Widget):
 
     def _restyle(self) -> None:
         self._styles_by_name.clear()
-        self.refresh()
+        self._refresh_lines(self._picture)
 
     def render_line(self, y: int) -> Strip:
         """A line of the picture."""

@@ -229,11 +229,9 @@ class Pictures:
             return update
         if self._has_sixel:
             # Text erases a picture.
-            self._shown = {
-                chart: (drawn, area)
-                for chart, (drawn, area) in self._shown.items()
-                if not _overlaps(update, area)
-            }
+            for chart, (_, area) in list(self._shown.items()):
+                if _overlaps(update, area):
+                    self._forget(chart)
         self._visible = self._find_visible(screen)
         commands = self._commands()
         if screen.size != self._screen_size:
@@ -272,7 +270,9 @@ class Pictures:
             _, visible_area = self._visible.get(chart, (None, None))
             if visible_area != area or not self._drawn[chart].texts:
                 commands.append(self._removal(drawn))
-                del self._shown[chart]
+                self._forget(chart)
+                # The characters may have changed below the picture.
+                chart.refresh()
         if self._transfer_start is not None:
             return "".join(commands)
         for chart, (plot, area) in self._visible.items():
@@ -286,12 +286,17 @@ class Pictures:
             if shown is not None:
                 commands.append(self._removal(shown[0]))
             self._shown[chart] = newest, area
+            chart.is_covered = True
             self._transfer_start = time.monotonic()
         if self._transfer_start is not None:
             commands.append(STATUS_QUERY)
         text = "".join(commands)
         # The cursor returns to its position.
         return f"\x1b7{text}\x1b8" if text else ""
+
+    def _forget(self, chart: DrawnChart) -> None:
+        del self._shown[chart]
+        chart.is_covered = False
 
     def _removal(self, drawn: _DrawnPlot) -> str:
         return delete_kitty(drawn.number) if self._has_kitty else ""
