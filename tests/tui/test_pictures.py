@@ -253,6 +253,9 @@ def test_a_real_terminal_with_sixel_gets_pictures_of_whole_cells(
     start_terminal: Callable[..., PseudoTerminal],
 ) -> None:
     terminal = start_terminal({"\x1b[c": SIXEL_ATTRIBUTES, "\x1b[5n": STATUS})
+    terminal.until(lambda stream: "growth rate" in stream)
+    # The tab Modes always has charts.
+    terminal.type("\x1b2")
     stream = terminal.until(lambda stream: SIXEL.search(stream) is not None)
     match = SIXEL.search(stream)
     assert match is not None
