@@ -15,7 +15,8 @@ from textual.app import App
 from textual.binding import Binding, BindingType
 from textual.command import Provider
 from textual.driver import Driver
-from textual.events import Event, InputEvent, Key, MouseMove, Paste
+from textual.events import CursorPosition, Event, InputEvent, Key, MouseMove, Paste
+from textual.geometry import Region
 from textual.screen import Screen
 from textual.theme import Theme
 from textual.timer import Timer
@@ -29,6 +30,8 @@ from .lab import (
     KEY_IDS,
     KeyQueue,
     LabScreen,
+    TerminalLine,
+    VerdictView,
     discard_alt_character,
     key_names,
     register_alt_keys,
@@ -51,6 +54,8 @@ _PLAIN_TERMINALS: Final = ("linux", "dumb", "screen", "tmux", "Apple_Terminal")
 SIGNAL_STATUS_BASE: Final = 128
 # Time limit for restoring the terminal after a signal, s; a closed terminal may block.
 _RESTORE_TIMEOUT_S: Final = 5.0
+# Time in which the terminal answers the last query about its cursor, s.
+_LAST_ANSWER_S: Final = 0.2
 
 
 def _command_provider() -> type[Provider]:
@@ -132,6 +137,7 @@ class FivtuiApp(App[None]):
         self._threads = threads
         self.session = Session(scene, source)
         self._keys = KeyQueue(self, self._handle_event)
+        self._line = TerminalLine(self, self._urgent_regions)
         self._mode = self.DEFAULT_MODE
         self.add_mode(self._mode, self.get_default_screen)
         self._state_file = state
@@ -259,11 +265,17 @@ class FivtuiApp(App[None]):
             self._pictures.read(event)
 
     def _display(self, screen: Screen[Any], renderable: Any) -> None:
-        # Pictures of charts follow their characters in the same update of the terminal.
+        def display() -> None:
+            # Pictures of charts follow their characters in the same update of the terminal.
+            super(FivtuiApp, self)._display(screen, self._pictures.complete(screen, renderable))
+
         is_update = isinstance(renderable, CompositorUpdate)
-        if is_update and self.screen_stack and not self._batch_count:
-            renderable = self._pictures.complete(screen, renderable)
-        super()._display(screen, renderable)
+        if not is_update or not self.screen_stack or self._batch_count:
+            super()._display(screen, renderable)
+        elif self.is_headless:
+            display()
+        else:
+            self._line.display(display)
 
     def _report(self, text: str) -> None:
         self.screen_stack[0].post_message(Reported(text))
@@ -271,6 +283,9 @@ class FivtuiApp(App[None]):
     async def action_quit(self) -> None:
         """Stop all computations, because threads would delay the end, and quit."""
         self._stop_computing()
+        if not self._line.is_settled:
+            # An answer that the terminal sends after the end would be typed into the shell.
+            await asyncio.sleep(_LAST_ANSWER_S)
         await super().action_quit()
 
     def _stop_computing(self) -> None:
@@ -311,6 +326,7 @@ class FivtuiApp(App[None]):
             self._save_timer = self.set_interval(_SAVE_INTERVAL_S, self._save_session)
         if not self.is_headless:
             self._install_signal_handlers()
+            self._line.open()
         self._start_screen()
 
     def _start_screen(self) -> None:
@@ -350,6 +366,15 @@ class FivtuiApp(App[None]):
                 SCREEN_RESPONSE.begin()
                 self._pictures.note_key()
         await super().on_event(event)
+
+    def _urgent_regions(self) -> list[Region]:
+        # What a slow line draws first: the verdict, and what is edited.
+        urgent = [*self.screen.query(VerdictView), self.screen.focused]
+        return [widget.region for widget in urgent if widget is not None]
+
+    def on_cursor_position(self, event: CursorPosition) -> None:
+        """Hand the answer of the terminal to the line that draws the screen."""
+        self._line.answer(event)
 
     def on_ready(self) -> None:
         """Report that the first screen is displayed, and ask whether there can be pictures."""

@@ -7,6 +7,8 @@ if TYPE_CHECKING:
     from .keyboard import KeyQueue, discard_alt_character, register_alt_keys
     from .keys import KEY_IDS, key_names
     from .screen import LabScreen
+    from .terminal_line import TerminalLine
+    from .verdict.view import VerdictView
 else:
     from fivtui.lazy import lazy_exports
 
