@@ -242,7 +242,10 @@ class FivtuiApp(App[None]):
         if self._live_enabled is not None:
             self.session.live_enabled = self._live_enabled
         screen = LabScreen(
-            self.session, lambda: self.other_sessions, show_welcome=self._is_first_start
+            self.session,
+            lambda: self.other_sessions,
+            has_waiting_keys=lambda: self._keys.has_waiting,
+            show_welcome=self._is_first_start,
         )
         # Size classes set before the first layout avoid a second one.
         width, height = self.size
@@ -267,7 +270,8 @@ class FivtuiApp(App[None]):
     def _display(self, screen: Screen[Any], renderable: Any) -> None:
         def display() -> None:
             # Pictures of charts follow their characters in the same update of the terminal.
-            super(FivtuiApp, self)._display(screen, self._pictures.complete(screen, renderable))
+            frame: Any = self._pictures.complete(screen, renderable)
+            super(FivtuiApp, self)._display(screen, frame)
 
         is_update = isinstance(renderable, CompositorUpdate)
         if not is_update or not self.screen_stack or self._batch_count:

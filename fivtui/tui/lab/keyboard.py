@@ -80,6 +80,11 @@ class KeyQueue:
         self._events: deque[Event] = deque()
         self._busy = False
 
+    @property
+    def has_waiting(self) -> bool:
+        """Whether further keys wait."""
+        return bool(self._events)
+
     async def enqueue(self, event: Event) -> None:
         """Handle an event after all earlier events."""
         self._events.append(event)

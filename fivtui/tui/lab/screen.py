@@ -14,6 +14,7 @@ from textual.app import ComposeResult
 from textual.binding import BindingType
 from textual.containers import Container, Vertical
 from textual.events import Resize
+from textual.timer import Timer
 from textual.widgets import Static
 from textual.worker import Worker, WorkerState
 
@@ -60,6 +61,8 @@ from .verdict.view import VerdictView
 _POLL_INTERVAL_S: Final = 0.1
 # Interval at which the scene's file is checked for changes by other programs.
 _WATCH_INTERVAL_S: Final = 2.0
+# Time between displays of the inputs while keys wait, s.
+_INPUTS_INTERVAL_S: Final = 0.1
 _TOO_SMALL: Final = "This window is too small for fivtui: it needs 40 columns and 10 lines."
 
 
@@ -82,6 +85,7 @@ class LabScreen(EditActions, RunActions):
         session: Session,
         other_sessions: Callable[[], Sequence[Slot]],
         *,
+        has_waiting_keys: Callable[[], bool],
         show_welcome: bool = False,
     ) -> None:
         super().__init__(session, show_welcome=show_welcome)
@@ -89,6 +93,9 @@ class LabScreen(EditActions, RunActions):
         self._search = SearchController(self)
         self._live = LiveController(self)
         self._gauges = GaugeController(self)
+        self._has_waiting_keys = has_waiting_keys
+        # Set while inputs will be displayed, although keys wait.
+        self._inputs_timer: Timer | None = None
         # Whether the current tab will be updated after the next frame.
         self._is_tab_outdated = False
 
@@ -156,10 +163,22 @@ class LabScreen(EditActions, RunActions):
             session.close_undo_step()
         self._gauges.is_dragged = event.held
         session.set_text(event.name, event.text)
-        self.show_inputs()
+        self.show_inputs(later=event.held and self.message_queue_size > 0)
 
-    def show_inputs(self) -> None:
-        """Display the fields, their errors and the verdict."""
+    def show_inputs(self, *, later: bool = False) -> None:
+        """Display the fields, their errors and the verdict.
+
+        If `later`, or while keys wait, they are displayed a few times a second.
+        """
+        if not later and not self._has_waiting_keys():
+            self._show_inputs()
+        elif self._inputs_timer is None:
+            self._inputs_timer = self.set_timer(_INPUTS_INTERVAL_S, self._show_inputs)
+
+    def _show_inputs(self) -> None:
+        if self._inputs_timer is not None:
+            self._inputs_timer.stop()
+            self._inputs_timer = None
         session = self.session
         suffix = " (changed)" if session.changed_fields else ""
         self.query_one(VerdictView).show_scene_name(f"{session.name}{suffix}")
