@@ -372,8 +372,8 @@ class FivtuiApp(App[None]):
         await super().on_event(event)
 
     def _urgent_regions(self) -> list[Region]:
-        # What a slow line draws first: the verdict, and what is edited.
-        urgent = [*self.screen.query(VerdictView), self.screen.focused]
+        # What a slow line draws first: what is edited, and the verdict.
+        urgent = [self.screen.focused, *self.screen.query(VerdictView)]
         return [widget.region for widget in urgent if widget is not None]
 
     def on_cursor_position(self, event: CursorPosition) -> None:

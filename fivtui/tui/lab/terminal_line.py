@@ -32,9 +32,11 @@ _PIECE_S: Final = 0.15
 # A line is slow if it takes less than this rate, bytes/s, or if an answer takes this time, s.
 _FAST_RATE: Final = 20e3
 _SLOW_ANSWER_S: Final = 0.4
-# Rate of a slow line until it is measured, bytes/s, and largest increase from piece to piece.
+# Rate of a slow line until it is measured, bytes/s, and its largest increase by a piece of at most
+# the following size, bytes.
 _FIRST_RATE: Final = 1000.0
 _MAX_INCREASE: Final = 4.0
+_BURST_SIZE: Final = 400
 # Time after which an answer is not awaited any longer, s.
 _LOST_ANSWER_S: Final = 5.0
 _POLL_INTERVAL_S: Final = 0.02
@@ -72,8 +74,8 @@ class AnsweredRate:
         # Of the last piece; the time (s) is None if the terminal has read it.
         self._size = size
         self._write_time: float | None = write_time
-        # In bytes/s; the first measurement is not limited.
-        self._rate, self._max_rate = _FIRST_RATE, math.inf
+        # In bytes/s.
+        self._rate = _FIRST_RATE
         self._is_late = False
 
     @property
@@ -106,11 +108,10 @@ class AnsweredRate:
         self._is_late = now - self._write_time > _SLOW_ANSWER_S
         self._write_time = None
         if self._size:
-            rate = self._size / max(duration, 1e-6)
-            # A piece that does not use its budget is too small to measure a higher rate.
+            # Buffers take a small piece at once, so it cannot measure a higher rate.
             is_full = self._size > self._rate * _PIECE_S
-            self._rate = min(rate, self._max_rate if is_full else self._rate)
-        self._max_rate = _MAX_INCREASE * self._rate
+            limit = math.inf if self._size > _BURST_SIZE else self._rate * (_MAX_INCREASE**is_full)
+            self._rate = min(self._size / max(duration, 1e-6), limit)
 
 
 class BlockingRate:
