@@ -167,6 +167,7 @@ class TerminalLine:
 
     def open(self) -> None:
         """Measure the rate of the line before the first frame."""
+        self._rate = BlockingRate()
         self._write_piece(_FIRST_PIECE)
 
     @property
