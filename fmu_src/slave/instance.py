@@ -272,7 +272,9 @@ class Instance(Fmi2Slave):  # type: ignore[misc]
         """Begin the initialization."""
         self._require_phase("enter_initialization_mode", Phase.INSTANTIATED)
         if self._experiment is None:
-            raise InputError("enter_initialization_mode is not allowed before setup_experiment")
+            raise InputError(
+                "enter_initialization_mode is not allowed before setup_experiment; call it first"
+            )
         self._phase = Phase.INITIALIZATION
         self._refused.pop("enter_initialization_mode", None)
 
@@ -308,9 +310,11 @@ class Instance(Fmi2Slave):  # type: ignore[misc]
         if self._refused:
             # The first refusal is the cause of the later ones.
             reason = next(iter(self._refused.values()))
+            advice = "correct it, and initialize again"
             if self._phase is Phase.STEPPING:
                 self._refused.clear()
-            raise InputError(f"the step is refused: {reason}")
+                advice = "repeat the step to go on with the values before"
+            raise InputError(f"the step is refused: {reason}; {advice}")
         self._require_phase("do_step", Phase.STEPPING)
         experiment = self._experiment or Experiment()
         end = experiment.end_of_step(self._t, current_time, step_size)
@@ -410,7 +414,9 @@ class Instance(Fmi2Slave):  # type: ignore[misc]
 
     def _require_phase(self, call: str, phase: Phase) -> None:
         if self._phase is not phase:
-            raise InputError(f"{call} is not allowed {self._phase.value}")
+            raise InputError(
+                f"{call} is not allowed {self._phase.value}; {self._phase.advice(phase)}"
+            )
 
     def _read(self, references: Sequence[int]) -> list[float | bool]:
         values = self._values
@@ -461,7 +467,8 @@ class Instance(Fmi2Slave):  # type: ignore[misc]
         variable = self.TABLE.variables[reference]
         is_fixed = variable.variability == "fixed" and self._phase is Phase.STEPPING
         if is_fixed or self._phase is Phase.TERMINATED:
-            raise InputError(f"{variable.name} cannot be set {self._phase.value}")
+            advice = self._phase.advice(Phase.INSTANTIATED)
+            raise InputError(f"{variable.name} cannot be set {self._phase.value}; {advice}")
         return checked
 
     def _begin(self) -> None:

@@ -24,6 +24,15 @@ class Phase(StrEnum):
     STEPPING = "while stepping"
     TERMINATED = "after termination"
 
+    def advice(self, allowed: "Phase") -> str:
+        """What the host must do before a call that only the phase `allowed` permits."""
+        phases = list(Phase)
+        if phases.index(self) > phases.index(allowed):
+            return "reset the instance first"
+        if allowed is Phase.INITIALIZATION:
+            return "call enter_initialization_mode first"
+        return "complete the initialization first"
+
 
 class InstanceState(NamedTuple):
     """The complete state of an FMU instance: phase, experiment, values of all variables, motion.

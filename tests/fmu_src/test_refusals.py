@@ -163,6 +163,27 @@ def test_a_call_out_of_order_or_an_invalid_setting_is_refused(
 
 
 @pytest.mark.parametrize("flavour", [PYTHON], indirect=True)
+@pytest.mark.parametrize(
+    ("calls", "advice"),
+    [
+        ([("a", "new"), ("a", "step", 0.0, 0.1)], "complete the initialization first"),
+        ([("a", "new"), ("a", "enter")], "before setup_experiment; call it first"),
+        ([("a", "new"), ("a", "setup"), ("a", "exit")], "call enter_initialization_mode first"),
+        ([("a", "begin"), ("a", "setup")], "reset the instance first"),
+        ([("a", "begin"), ("a", "set", {"m": 6.0})], "while stepping; reset the instance first"),
+        (
+            [("a", "begin"), ("a", "set", {"k_nl": -1.0}), ("a", "step", 0.0, 0.1)],
+            "repeat the step to go on with the values before",
+        ),
+    ],
+)
+def test_the_log_says_what_to_do_after_a_wrong_call(
+    driver: Driver, calls: list[Call], advice: str
+) -> None:
+    assert advice in driver.drive(*calls)[-1].log[-1]
+
+
+@pytest.mark.parametrize("flavour", [PYTHON], indirect=True)
 def test_a_failed_initialization_can_be_corrected_or_reset(driver: Driver) -> None:
     calls: list[Call] = [
         ("a", "new"),
