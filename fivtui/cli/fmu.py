@@ -33,7 +33,8 @@ flavour_option = option(
     "--flavour",
     default="python",
     metavar="NAME",
-    help="python or native.  [default: python]",
+    help="python (crashes in folders with characters such as ü, %, # or [) or native.  "
+    "[default: python]",
 )
 
 
@@ -86,12 +87,13 @@ def fmu_build(out: Path, platform: str | None, **options: Any) -> None:
 @fmu.command("system")
 @output_option("--out", "FILE.ssp", "The archive to write.", required=True)
 @flavour_option
+@option("--ports", is_flag=True, help="Give the system ports, which libcosim and ecos refuse.")
 @force_option
-def fmu_system(out: Path, flavour: str) -> None:
+def fmu_system(out: Path, **options: Any) -> None:
     """Export slider-belt and brake actuator, coupled, as SSP."""
     from fmu_src.build import build_ssp
 
-    build_ssp(out, flavour=flavour)
+    build_ssp(out, **options)
     print_written_files(out)
 
 

@@ -4,33 +4,49 @@ SSP is a format for coupled FMUs: a ZIP archive of the FMUs and of the connectio
 """
 
 import zipfile
+from collections.abc import Iterator
 from pathlib import Path
 from typing import BinaryIO, Final
 from xml.etree import ElementTree as ET
 
 from fivtui.io import check_output, check_suffix, output_path, temporary_folder, write_atomically
-from fmu_src.slave import Role, Type
+from fmu_src.slave import Role, Type, Variable
 
 from .builder import PYTHON, ZIP_DATE, build_fmu
 from .components import COMPONENTS
+from .description import about_attributes, base_exponents, type_name, xml_bytes
 
 SUFFIX: Final = ".ssp"
-_NAMESPACE: Final = "http://ssp-standard.org/SSP1/SystemStructure"
+_NAMESPACES: Final = {
+    "ssd": "http://ssp-standard.org/SSP1/SystemStructureDescription",
+    "ssc": "http://ssp-standard.org/SSP1/SystemStructureCommon",
+    "ssv": "http://ssp-standard.org/SSP1/SystemStructureParameterValues",
+    "oms": "https://raw.githubusercontent.com/OpenModelica/OMSimulator/master/schema/oms.xsd",
+}
 # ElementTree writes the namespace of an element in braces before its name.
-_SSD: Final = "{" + _NAMESPACE + "Description}"
-_SSC: Final = "{" + _NAMESPACE + "Common}"
-# The connected input of each component; its other ports are all outputs of type Real. Other inputs
-# are no ports, so that they keep their start values: hosts overwrite that of an input port. The
-# actuator comes first: its initial preload does not depend on the contact force, so hosts that
-# initialize in this order start the slider under that preload.
+_SSD, _SSC, _SSV, _OMS = (f"{{{uri}}}" for uri in _NAMESPACES.values())
+_SYSTEM: Final = "brake"
+# The connected input of each component. The actuator comes first: its initial preload does not
+# depend on the contact force, so hosts that initialize in this order start the slider under that
+# preload.
 _INPUTS: Final = {"brake-actuator": "P", "slider-belt": "F"}
 _CONNECTIONS: Final = (
     ("brake-actuator", "F", "slider-belt", "F"),
     ("slider-belt", "P", "brake-actuator", "P"),
 )
+# How OMSimulator couples the components: fixed steps, s. It ignores the tolerances at fixed steps,
+# but reads them.
+_MASTER: Final = {
+    "description": "oms-ma",
+    "stepSize": "0.001",
+    "absoluteTolerance": "0.0001",
+    "relativeTolerance": "0.0001",
+}
 
 
-def build_ssp(path: str | Path, *, flavour: str = PYTHON, force: bool = False) -> Path:
+def build_ssp(
+    path: str | Path, *, flavour: str = PYTHON, ports: bool = False, force: bool = False
+) -> Path:
     """Build an SSP archive of the slider-belt coupled with the brake actuator.
 
     Parameters
@@ -39,6 +55,9 @@ def build_ssp(path: str | Path, *, flavour: str = PYTHON, force: bool = False) -
         The ``.ssp`` file to write.
     flavour : "python" or "native"
         Flavour of both FMUs; see `build_fmu`.
+    ports : bool
+        Whether the system has ports: the inputs that are not connected, and all outputs. All
+        parameters are connectors then. libcosim and ecos refuse a system with ports.
     force : bool
         Whether to replace an existing file.
 
@@ -62,7 +81,7 @@ def build_ssp(path: str | Path, *, flavour: str = PYTHON, force: bool = False) -
     target = output_path(path, force=force)
     check_suffix(target, "system", (SUFFIX,))
     check_output(target)
-    content = {"SystemStructure.ssd": _system_structure()}
+    content = {"SystemStructure.ssd": _system_structure(ports=ports)}
     with temporary_folder() as folder:
         for component in COMPONENTS:
             file = folder / _fmu_name(component)
@@ -90,15 +109,20 @@ def _fmu_path(component: str) -> str:
     return f"resources/{_fmu_name(component)}"
 
 
-def _system_structure() -> bytes:
-    for prefix, suffix in (("ssd", "Description"), ("ssc", "Common")):
-        ET.register_namespace(prefix, f"{_NAMESPACE}{suffix}")
-    root = ET.Element(
-        f"{_SSD}SystemStructureDescription", name="brake", version="1.0", generationTool="fivtui"
-    )
-    system = ET.SubElement(root, f"{_SSD}System", name="brake")
+def _system_structure(*, ports: bool) -> bytes:
+    for prefix, uri in _NAMESPACES.items():
+        ET.register_namespace(prefix, uri)
+    about = about_attributes()
+    about["fileversion"] = about.pop("version")
+    del about["variableNamingConvention"]
+    root = ET.Element(f"{_SSD}SystemStructureDescription", about, name=_SYSTEM, version="1.0")
+    system = ET.SubElement(root, f"{_SSD}System", name=_SYSTEM)
+    system_ports = list(_system_ports()) if ports else []
+    if ports:
+        _add_connectors(system, [variable for _, variable in system_ports])
+        _add_start_values(system, [v for _, v in system_ports if v.role is Role.INPUT])
     elements = ET.SubElement(system, f"{_SSD}Elements")
-    for component, connected_input in _INPUTS.items():
+    for component in _INPUTS:
         element = ET.SubElement(
             elements,
             f"{_SSD}Component",
@@ -106,26 +130,98 @@ def _system_structure() -> bytes:
             type="application/x-fmu-sharedlibrary",
             source=_fmu_path(component),
         )
-        connectors = ET.SubElement(element, f"{_SSD}Connectors")
-        for variable in COMPONENTS[component].variable_table.variables:
-            is_output = variable.role is Role.OUTPUT and variable.type is Type.REAL
-            if not is_output and variable.name != connected_input:
-                continue
-            connector = ET.SubElement(
-                connectors, f"{_SSD}Connector", name=variable.name, kind=variable.role.value
-            )
-            ET.SubElement(connector, f"{_SSC}{variable.type.value}")
+        _add_connectors(element, _connected_variables(component, ports=ports))
     connections = ET.SubElement(system, f"{_SSD}Connections")
     for source, output, target, input_port in _CONNECTIONS:
-        ET.SubElement(
-            connections,
-            f"{_SSD}Connection",
-            startElement=_element_name(source),
-            startConnector=output,
-            endElement=_element_name(target),
-            endConnector=input_port,
-        )
+        _connect(connections, (source, output), (target, input_port))
+    for component, variable in system_ports:
+        ends = ("", variable.name), (component, variable.name)
+        _connect(connections, *(ends if variable.role is Role.INPUT else reversed(ends)))
+    annotations = ET.SubElement(system, f"{_SSD}Annotations")
+    annotation = ET.SubElement(annotations, f"{_SSC}Annotation", type="org.openmodelica")
+    simulation = ET.SubElement(
+        ET.SubElement(annotation, f"{_OMS}Annotations"), f"{_OMS}SimulationInformation"
+    )
+    ET.SubElement(simulation, f"{_OMS}FixedStepMaster", _MASTER)
+    variables = [v for name in _INPUTS for v in _connected_variables(name, ports=ports)]
+    _add_enumerations(root, variables)
+    _add_units(root, variables)
     ET.SubElement(root, f"{_SSD}DefaultExperiment", startTime="0.0", stopTime="100.0")
-    ET.indent(root)
-    text: bytes = ET.tostring(root, encoding="UTF-8", xml_declaration=True)
-    return text + b"\n"
+    return xml_bytes(root)
+
+
+def _system_ports() -> Iterator[tuple[str, Variable]]:
+    """Free inputs and all outputs, with their components."""
+    for component, connected_input in _INPUTS.items():
+        for variable in COMPONENTS[component].variable_table.variables:
+            is_free_input = variable.role is Role.INPUT and variable.name != connected_input
+            if is_free_input or variable.role is Role.OUTPUT:
+                yield component, variable
+
+
+def _connected_variables(component: str, *, ports: bool) -> list[Variable]:
+    """The variables that are connectors of a component.
+
+    Without ports these are the connected input, and outputs of type Real: hosts overwrite other
+    inputs, and libcosim refuses enumerations.
+    """
+    variables = COMPONENTS[component].variable_table.variables
+    if ports:
+        return [v for v in variables if v.role is not Role.LOCAL]
+    connected_input = _INPUTS[component]
+    return [
+        v
+        for v in variables
+        if v.name == connected_input or (v.role is Role.OUTPUT and v.type is Type.REAL)
+    ]
+
+
+def _add_connectors(parent: ET.Element, variables: list[Variable]) -> None:
+    connectors = ET.SubElement(parent, f"{_SSD}Connectors")
+    for variable in variables:
+        connector = ET.SubElement(
+            connectors, f"{_SSD}Connector", name=variable.name, kind=variable.role.value
+        )
+        kind = ET.SubElement(connector, f"{_SSC}{variable.type.value}")
+        if variable.unit:
+            kind.set("unit", variable.unit)
+        if variable.value_names:
+            kind.set("name", type_name(variable))
+
+
+def _add_start_values(system: ET.Element, inputs: list[Variable]) -> None:
+    bindings = ET.SubElement(system, f"{_SSD}ParameterBindings")
+    binding = ET.SubElement(bindings, f"{_SSD}ParameterBinding")
+    values = ET.SubElement(binding, f"{_SSD}ParameterValues")
+    parameter_set = ET.SubElement(values, f"{_SSV}ParameterSet", version="1.0", name="start")
+    parameters = ET.SubElement(parameter_set, f"{_SSV}Parameters")
+    for variable in inputs:
+        parameter = ET.SubElement(parameters, f"{_SSV}Parameter", name=variable.name)
+        ET.SubElement(parameter, f"{_SSV}Real", value=repr(variable.start))
+
+
+def _connect(connections: ET.Element, *ends: tuple[str, str]) -> None:
+    """Add a connection; an end without a component is a port of the system."""
+    attributes: dict[str, str] = {}
+    for side, (component, connector) in zip(("start", "end"), ends, strict=True):
+        if component:
+            attributes[f"{side}Element"] = _element_name(component)
+        attributes[f"{side}Connector"] = connector
+    ET.SubElement(connections, f"{_SSD}Connection", attributes)
+
+
+def _add_enumerations(root: ET.Element, variables: list[Variable]) -> None:
+    if enumerations := [v for v in variables if v.value_names]:
+        group = ET.SubElement(root, f"{_SSD}Enumerations")
+        for variable in enumerations:
+            element = ET.SubElement(group, f"{_SSC}Enumeration", name=type_name(variable))
+            for value, name in enumerate(variable.value_names):
+                ET.SubElement(element, f"{_SSC}Item", name=name, value=str(value))
+
+
+def _add_units(root: ET.Element, variables: list[Variable]) -> None:
+    units = ET.SubElement(root, f"{_SSD}Units")
+    for unit in dict.fromkeys(v.unit for v in variables if v.unit):
+        element = ET.SubElement(units, f"{_SSC}Unit", name=unit)
+        exponents = {base: str(exponent) for base, exponent in base_exponents(unit).items()}
+        ET.SubElement(element, f"{_SSC}BaseUnit", exponents)

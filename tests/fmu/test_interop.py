@@ -9,9 +9,12 @@ import sys
 import sysconfig
 import zipfile
 from importlib.util import find_spec
+from io import BytesIO
 from pathlib import Path
+from xml.etree import ElementTree as ET
 
 import fmpy
+import numpy as np
 import pytest
 from fmpy.ssp.simulation import simulate_ssp
 from fmpy.ssp.ssd import read_ssd
@@ -127,17 +130,52 @@ def assert_same(results: list[Row], expected: list[Row], abs_error: float = 1e-9
         assert actual_row == pytest.approx(expected_row, rel=1e-9, abs=abs_error)
 
 
+def program_environment(flavour: str) -> dict[str, str]:
+    """The environment of a host that is a program for Linux without Python."""
+    if sys.platform != "linux":
+        pytest.skip("the test runs on Linux only")
+    environment = os.environ | {"LD_LIBRARY_PATH": LIBRARIES}
+    if flavour == PYTHON:
+        name = f"libpython3.{sys.version_info.minor}.so"
+        library = Path(sysconfig.get_config_var("LIBDIR")) / name
+        if not library.exists():
+            pytest.skip(f"this Python has no shared library {library}")
+        environment["LD_PRELOAD"] = str(library)
+    return environment
+
+
+@pytest.mark.host
+@pytest.mark.parametrize("ports", [False, True])
+def test_omsimulator_agrees_with_the_reference(
+    ports: bool, flavour: str, folder: Path, tmp_path: Path
+) -> None:
+    program = shutil.which("OMSimulator")
+    if program is None:
+        pytest.skip("there is no OMSimulator")
+    environment = program_environment(flavour)
+    archive = build_ssp(tmp_path / "brake.ssp", flavour=flavour, ports=ports)
+    command = [program, "--stopTime=1", "--resultFile=result.csv", str(archive)]
+    subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, check=True)
+    with (tmp_path / "result.csv").open() as file:
+        *_, end = csv.DictReader(file)
+    # The archive sets steps of 1 ms.
+    fmus = (folder / "slider_belt.fmu", folder / "brake_actuator.fmu")
+    *_, expected = run_coupled(*fmus, steps=1000, h=1e-3)
+    names = ("slider_belt.y", "slider_belt.P", "brake_actuator.F")
+    y, P, F = (float(end[f"brake.brake.{name}"]) for name in names)
+    # The file has twelve digits.
+    assert (y, P, F) == pytest.approx(expected, rel=1e-11)
+    if ports:
+        assert float(end["brake.brake.y"]) == y
+
+
 @pytest.mark.host
 def test_the_host_ecos_in_c_plus_plus_agrees_with_the_reference(
     flavour: str, folder: Path, reference_rows: list[Row], tmp_path: Path
 ) -> None:
-    if sys.platform != "linux":
-        pytest.skip("the test runs on Linux only")
     if find_spec("ecospy") is None:
         pytest.skip("ecospy, whose package has ecos as a program, is not installed (extra interop)")
-    library = Path(sysconfig.get_config_var("LIBDIR")) / f"libpython3.{sys.version_info.minor}.so"
-    if flavour == PYTHON and not library.exists():
-        pytest.skip(f"this Python has no shared library {library}")
+    environment = program_environment(flavour)
     spec = find_spec("ecospy")
     assert spec is not None
     assert spec.submodule_search_locations is not None
@@ -146,10 +184,6 @@ def test_the_host_ecos_in_c_plus_plus_agrees_with_the_reference(
     program.chmod(0o755)
     command = [str(program), "simulate", "--path", str(folder / "brake.ssp")]
     command += ["--stopTime", str(STEPS * H), "--stepSize", str(H)]
-    environment = os.environ | {"LD_LIBRARY_PATH": LIBRARIES}
-    if flavour == PYTHON:
-        # The program has no Python, which the FMU needs.
-        environment["LD_PRELOAD"] = str(library)
     subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, check=True)
     with (tmp_path / "brake.csv").open() as file:
         table = list(csv.DictReader(file, skipinitialspace=True))
@@ -175,14 +209,67 @@ def test_the_archive_follows_the_standard_and_its_bytes_are_reproducible(
     flavour: str, folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("SOURCE_DATE_EPOCH", DATE)
-    system = read_ssd(str(folder / "brake.ssp"), validate=True).system
+    assert_valid(folder / "brake.ssp", folder)
+    rebuilt_archive = build_ssp(tmp_path / "rebuilt.ssp", flavour=flavour)
+    assert rebuilt_archive.read_bytes() == (folder / "brake.ssp").read_bytes()
+
+
+def assert_valid(archive: Path, folder: Path) -> None:
+    """Check an archive by its schema, and its connectors by the FMUs and connections."""
+    system = read_ssd(str(archive), validate=True).system
     assert [element.name for element in system.elements] == ["brake_actuator", "slider_belt"]
+    # Kinds by element, None for the system, and name.
+    connectors: dict[tuple[str | None, str], str] = {
+        (None, c.name): c.kind for c in system.connectors
+    }
     for element in system.elements:
         description = fmpy.read_model_description(folder / f"{element.name}.fmu")
         causalities = {v.name: v.causality for v in description.modelVariables}
         assert all(causalities[c.name] == c.kind for c in element.connectors)
-    rebuilt_archive = build_ssp(tmp_path / "rebuilt.ssp", flavour=flavour)
-    assert rebuilt_archive.read_bytes() == (folder / "brake.ssp").read_bytes()
+        connectors |= {(element.name, c.name): c.kind for c in element.connectors}
+    for c in system.connections:
+        source = c.startElement, c.startConnector
+        target = c.endElement, c.endConnector
+        assert connectors[source] == ("input" if source[0] is None else "output")
+        assert connectors[target] == ("output" if target[0] is None else "input")
+    targets = {(c.endElement, c.endConnector) for c in system.connections}
+    inputs = {c for c, kind in connectors.items() if kind == "input" and c[0] is not None}
+    assert inputs <= targets
+
+
+def test_fmpy_runs_a_system_with_ports(flavour: str, folder: Path, tmp_path: Path) -> None:
+    archive = build_ssp(tmp_path / "brake.ssp", flavour=flavour, ports=True)
+    assert_valid(archive, folder)
+    values = {"command": 90.0, "mu": 0.5, "v_belt": 1.0}
+    inputs = {name: lambda _, value=value: value for name, value in values.items()}
+    run = simulate_ssp(str(archive), stop_time=0.2 - 0.5 * H, step_size=H, input=inputs)
+    for name, element in (("y", "slider_belt"), ("x_peak", "slider_belt"), ("F", "brake_actuator")):
+        assert np.array_equal(run[name], run[f"{element}.{name}"])
+    # The inputs reach the FMUs after the first step.
+    assert run["friction_slider"][1:] == pytest.approx(0.5 * run["P"][1:], rel=1e-12)
+    tau, gain = 0.05, 0.1
+    F, P = run["F"], run["P"]
+    target = 90.0 + gain * (90.0 - P[1:-1])
+    assert F[2:] == pytest.approx(target + (F[1:-1] - target) * np.exp(-H / tau), rel=1e-12)
+
+
+@pytest.mark.parametrize("ports", [False, True])
+def test_the_archive_has_units_and_the_master_of_omsimulator(ports: bool, tmp_path: Path) -> None:
+    path = build_ssp(tmp_path / "brake.ssp", ports=ports)
+    with zipfile.ZipFile(path) as archive:
+        root = ET.fromstring(archive.read("SystemStructure.ssd"))
+        fmu = archive.read("resources/slider_belt.fmu")
+    units = {v.name: v.unit for v in fmpy.read_model_description(BytesIO(fmu)).modelVariables}
+    uri = "{http://ssp-standard.org/SSP1/SystemStructure"
+    declared = {unit.get("name") for unit in root.iter(f"{uri}Common}}Unit")}
+    slider = root.find(f".//{uri}Description}}Component[@name='slider_belt']")
+    assert slider is not None
+    for connector in slider.iter(f"{uri}Description}}Connector"):
+        unit = connector[0].get("unit")
+        assert unit == units[connector.get("name")]
+        assert unit is None or unit in declared
+    masters = [e for e in root.iter() if e.tag.endswith("}FixedStepMaster")]
+    assert [master.get("description") for master in masters] == ["oms-ma"]
 
 
 def test_a_target_without_the_suffix_of_an_archive_is_refused(tmp_path: Path) -> None:
