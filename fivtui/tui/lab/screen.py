@@ -233,6 +233,7 @@ class LabScreen(EditActions, RunActions):
         """Display attractors or the safe μ that the search has found."""
         self.show_verdict()
         self.tab_book.update_pane(lambda pane: pane.scene_changed())
+        self.tab_book.update_pane(lambda pane: pane.status_changed())
 
     def _check_scene_file(self) -> None:
         if self.check_action("reload_scene", ()):

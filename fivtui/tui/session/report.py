@@ -6,6 +6,7 @@ the belt.
 """
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
@@ -44,6 +45,14 @@ class Attractors:
     searched: bool = False
     safe: "SafeFriction | None" = None
     complete: bool = False
+
+
+# By kind of verdict, the tab that leads on after a run, and its key with its question.
+NEXT_STEPS: Final[Mapping[str, tuple[str, str]]] = {
+    "unstable": ("branch", "{}: from which μ on does it squeal?"),
+    "coexisting": ("safe-mu", "{}: where is it safe?"),
+    "stable": ("uncertainty", "{}: how likely is squeal?"),
+}
 
 
 def attractor_rows(attractors: Attractors) -> list[Row]:

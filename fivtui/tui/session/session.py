@@ -11,6 +11,7 @@ from fivtui.equilibrium import Stability, stability
 from fivtui.model import (
     ALL_PARAMETERS,
     BELT_PARAMETERS,
+    ComputationError,
     InputError,
     Parameters,
     System,
@@ -24,7 +25,7 @@ from .editing import Action, Editing, initial_value_text, loaded_state
 from .equations import symbol_of
 from .fields import FIELDS
 from .live import LiveCurve
-from .report import Attractors
+from .report import NEXT_STEPS, Attractors, verdict_kind
 from .runs import FMU_ENGINES, Run, Runs, engine_of
 from .scene_differences import base_scene, differences
 
@@ -293,6 +294,18 @@ class Session(Editing):
         if with_fields == edited:
             state = dataclasses.replace(state, loaded=self._loaded, source=self.source)
         self.restore(state)
+
+    @property
+    def next_step(self) -> str:
+        """What leads on from the verdict; empty if that tab has a result already."""
+        try:
+            kind = verdict_kind(self.stability(), self.attractors)
+        except (InputError, ComputationError):
+            return ""
+        tab, question = NEXT_STEPS.get(kind, ("", ""))
+        if not tab or tab in {*self.studies, *self.unread_results}:
+            return ""
+        return question.format(self.key_names[f"tab-{tab}"])
 
     def delete_run(self, run: Run) -> None:
         """Delete a run; `undo` restores it."""

@@ -165,7 +165,8 @@ class TransientPane(ActionPane):
         elif newest is None:
             self.show_action(None, "" if self.session.live_enabled else "live curve off")
         else:
-            self.show_action(runs.active, _state_text(newest, is_outdated=is_outdated))
+            text = _state_text(newest, self.session.next_step, is_outdated=is_outdated)
+            self.show_action(runs.active, text)
 
     # Display
 
@@ -457,13 +458,14 @@ class TransientPane(ActionPane):
             self.draw()
 
 
-def _state_text(run: Run, *, is_outdated: bool) -> str:
-    # `is_outdated`: whether the inputs have changed since the run.
+def _state_text(run: Run, next_step: str, *, is_outdated: bool) -> str:
+    # `next_step`: what leads on from a result. `is_outdated`: whether the inputs have changed.
     text = f"{_run_name(run)} {run.state.value}"
     if is_outdated:
         return f"{text}, inputs changed since"
     if run.result is not None and run.result.stats.cpu_s is not None:
         engine = "" if run.engine == NATIVE_ENGINE else f", {run.engine}"
+        text += f" · {next_step} ·" if next_step else ""
         text += f" in {run.result.stats.cpu_s:.2g} s{engine}, {run.accuracy_text}"
     return text
 

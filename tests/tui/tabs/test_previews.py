@@ -10,12 +10,22 @@ from fivtui.maps import safety
 from fivtui.reliability import means
 from fivtui.safety import verdict
 from fivtui.tradeoffs import measure
+from fivtui.tui.session.report import Attractors
 from fivtui.tui.tabs.preview import Preview, about
 from fivtui.tui.tabs.requests import uncertainty
 from fivtui.tui.tabs.requests.map import EXAMPLES
 from fivtui.tui.tabs.studies.study_pane import StudyPane
 from fivtui.tui.tabs.tab_book import TABS
-from tests.support.laboratory import app_of, lab_of, show_tab, text_of, until, until_shown
+from tests.support.laboratory import (
+    app_of,
+    lab_of,
+    run_to_end,
+    show_tab,
+    text_of,
+    until,
+    until_screen,
+    until_shown,
+)
 
 SIZE = (80, 24)
 STUDIES = [tab for tab in TABS if getattr(tab.import_pane_class(), "SKETCH", None)]
@@ -73,6 +83,29 @@ async def test_the_view_of_a_figure_computes_the_selected_one(pilot: Pilot[None]
     await show_tab(pilot, "alt+0")
     await pilot.press("alt+p", "down", "v", "v")
     await until_shown(pilot, "figure 2b computed")
+
+
+async def test_after_a_run_a_line_leads_on_until_its_tab_has_a_result(pilot: Pilot[None]) -> None:
+    session = app_of(pilot).session
+    await run_to_end(pilot)
+    await until_shown(pilot, "run 1 done · Alt+4: from which μ")
+    # In a narrow window the end of the status is cut.
+    await pilot.resize_terminal(140, 40)
+    await until_shown(pilot, "Alt+4: from which μ on does it squeal? · in 0.0")
+    await pilot.press("alt+4")
+    await pilot.press("f10")
+    await until(pilot, lambda: "branch" in session.studies)
+    await pilot.press("alt+1")
+    await until_screen(pilot, lambda text: "run 1 done in" in text and "Alt+4" not in text)
+    session.set_text("mu", "0.3")
+    session.attractors = Attractors(text="a limit cycle", coexists=True)
+    assert session.next_step == "Alt+5: where is it safe?"
+    session.attractors = Attractors(text="none", searched=True)
+    assert session.next_step == "Alt+7: how likely is squeal?"
+    session.attractors = Attractors()
+    assert session.next_step == ""
+    session.set_text("mu", "x")
+    assert session.next_step == ""
 
 
 def test_typical_durations_are_rounded() -> None:

@@ -152,6 +152,6 @@ def load_result(path: Path) -> Uncertainty:
     return result
 
 
-def test_an_engine_without_uncertainty_studies_names_the_key_that_changes_it() -> None:
-    with pytest.raises(InputError, match="F4 switches the engine"):
+def test_an_engine_without_uncertainty_studies_is_refused_with_advice() -> None:
+    with pytest.raises(InputError, match="another engine can"):
         requests.uncertainty_request(replace(PRESETS["base"], method="fmu"), requests.EXAMPLE)
