@@ -16,6 +16,7 @@ from matplotlib.colors import to_hex
 from matplotlib.contour import QuadContourSet
 from numpy.typing import NDArray
 
+from fivtui.charts import STRONG, figure_colour
 from fivtui.charts.sheet import sheet_figure
 from fivtui.equilibrium.charts import modes_sheet
 from fivtui.equilibrium.eigenvalues import stability
@@ -513,15 +514,15 @@ def test_attractors_along_a_parameter_are_drawn_by_kind_and_direction() -> None:
     (axes,) = figure.axes
     legend = legend_entries(figure)
     expected = {
-        "equilibrium, up": ("^", "black", [(10.0, 0.0), (20.0, 0.0)]),
-        "equilibrium, down": ("v", "black", [(10.0, 0.0)]),
-        "separating limit cycle, down": ("v", "#12803c", [(20.0, 4.0)]),
-        "contact limit cycle, up": ("^", "#1f4fd8", [(40.0, 0.5)]),
+        "equilibrium, up": ("^", STRONG, [(10.0, 0.0), (20.0, 0.0)]),
+        "equilibrium, down": ("v", STRONG, [(10.0, 0.0)]),
+        "separating limit cycle, down": ("v", "series-4", [(20.0, 4.0)]),
+        "contact limit cycle, up": ("^", "series-1", [(40.0, 0.5)]),
     }
     assert set(legend) == {*expected, "coexistence"}
     for name, (marker, colour, positions) in expected.items():
         line = drawn_line(axes, legend[name])
-        assert (line.get_marker(), line.get_color()) == (marker, colour)
+        assert (line.get_marker(), line.get_color()) == (marker, figure_colour(colour))
         assert list(zip(*points(line), strict=True)) == positions
         assert line.get_linestyle() == "None"
     # Coexistence: up and down reach different attractors only at 20. The span ends half-way to the

@@ -3,10 +3,9 @@
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from .axis import Axis, parse_limits
+    from .axis import Axis, AxisTicks, parse_limits
     from .chart import (
         CASE_COLOURS,
-        COLOURS,
         FIGURE_WIDTH,
         LINE_COLOURS,
         MAX_JOINED_SAMPLES,
@@ -23,12 +22,14 @@ if TYPE_CHECKING:
         Trace,
         View,
         VisibleCharts,
+        guide_style,
         reduce_trace,
         trace_band,
         trace_mark,
         trace_style,
     )
-    from .displayed_charts import AxisTicks, PlotColours, charts_figure, plot_pixels, save_charts
+    from .colours import INKS, STRONG, PlotColours, figure_colour, series_role
+    from .displayed_charts import charts_figure, plot_pixels, save_charts
     from .figure_style import (
         FORMATS,
         OFF_BELT_COLOUR,

@@ -17,6 +17,8 @@ from fivtui.model import InputError, parse_number
 from .plot_data import axis_limits, round_ticks, tick_labels
 
 FloatArray = NDArray[np.float64]
+# Values of the ticks of x and y.
+AxisTicks = tuple[Sequence[float], Sequence[float]]
 
 # Minimum length of an axis relative to its limits: closer limits would have equal tick labels.
 _MIN_LENGTH: Final = 1e-9

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from fivtui.model import Parameters
 
 from .axis import Axis, axis_for
+from .colours import series_role
 from .plot_data import dense_band, envelope
 from .shades import ColourScale, Shades
 
@@ -28,23 +29,21 @@ Look = Literal["line", "points", "dots", "marked", "bars", "area"]
 FIGURE_WIDTH: Final = 7.2
 # Lines join this many last samples of an unordered trace; earlier samples are drawn as dots.
 MAX_JOINED_SAMPLES: Final = 16_384
+# Roles of the colours of reference lines that have a meaning.
+_GUIDE_COLOURS: Final = {"critical": "danger", "safe": "safe", "belt": "belt"}
 # Limits of x show all data if they are shorter than the data by at most this fraction.
 _LENGTH_TOLERANCE: Final = 1e-6
 # Part of the data that is shown at their start or end if the limits showed all data.
 _END_SHARE: Final = 0.1
-# Okabe and Ito's colours: distinct with colour vision deficiencies, on dark and light background.
-COLOURS: Final = ("#E69F00", "#56B4E9", "#009E73", "#CC79A7", "#D55E00", "#0072B2", "#B8A800")
 # Dashes and colours of runs with separation considered (True) and ignored (False).
 CASE_LINES: Final[Mapping[bool, Any]] = {True: (0.0, (4.0, 1.5)), False: "-"}
 CASE_COLOURS: Final[Mapping[bool, Sequence[str]]] = {
-    True: ("#12803c", "#8a8a00", "#00867d", "#4f5d1e"),
-    False: ("#1f4fd8", "#7a3fc4", "#0083b8", "#1b2a6b"),
+    True: ("series-1", "series-3", "series-5", "series-7"),
+    False: ("series-2", "series-4", "series-6"),
 }
-# Colours of lines in the order of a figure's legend: those of the paper that README.md names, with
-# a darker yellow.
-LINE_COLOURS: Final = ("black", "#1f4fd8", "#c8252c", "#b07d00")
-# Number of styles of traces in the terminal; further traces repeat them.
-_TRACE_STYLES: Final = 8
+# Colours of lines in the order of a figure's legend, close to those of the paper that README.md
+# names: black, blue, red, yellow. Red is the colour of danger, which no line has.
+LINE_COLOURS: Final = ("series-3", "series-1", "series-4", "series-2")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -67,7 +66,7 @@ class Trace:
     mark : str
         Character of the points; if empty, a line is marked by its number in the legend, from 1.
     colour : str
-        A code such as ``#E69F00``; if empty, a colour of the theme.
+        Key of `INKS`; if empty, that of the role in figures, or of a series.
     curve_values : ndarray, shape (n,), optional
         Values of the points, such as times, that ascend along the curve. A cursor that moves along
         it, see `Chart.curve_label`, is at one of these values.
@@ -479,8 +478,13 @@ def _column_edges(x: Axis, columns: int) -> FloatArray:
 
 
 def trace_style(trace: Trace, index: int) -> str:
-    """Colour of a trace, or else the name of its style."""
-    return trace.colour or f"trace-{index % _TRACE_STYLES + 1}"
+    """Role of the colour of a trace, by default that of a series."""
+    return trace.colour or series_role(index)
+
+
+def guide_style(guide: Guide) -> str:
+    """Role of the colour of a reference line."""
+    return _GUIDE_COLOURS.get(guide.role, "reference")
 
 
 def trace_mark(trace: Trace, index: int) -> str:

@@ -5,8 +5,8 @@ their values. Characters that mark points become markers of matplotlib.
 """
 
 import itertools
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from textwrap import fill
 from typing import Any, Final
@@ -15,16 +15,14 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.colors import to_hex, to_rgb
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from fivtui.io import write_table
 from fivtui.model import Column
 
-from .axis import Axis
+from .axis import Axis, AxisTicks
 from .chart import (
-    COLOURS,
     FIGURE_WIDTH,
     Backdrop,
     Chart,
@@ -37,14 +35,12 @@ from .chart import (
     VisibleCharts,
     trace_style,
 )
+from .colours import PlotColours, figure_colour, grey, mix, screen_colours
 from .figure_style import STYLE, drawing_settings, shade_times
 from .labels import parameter_text
 from .readout import NearestPoint, crosshair, cursor_texts, points_at, readout_spans
 from .shades import ColourScale, Shade
 from .sheet import draw_chart, sheet_figure
-
-# Values of the ticks of x and y.
-AxisTicks = tuple[Sequence[float], Sequence[float]]
 
 # Heights, inches: of a row, of a figure at least, and of a row of charts side by side.
 _ROW_HEIGHT: Final = 2.0
@@ -68,11 +64,7 @@ _MARKER_SIZE: Final = 4.5
 _LETTER_SIZE: Final = 7.0
 # Dash patterns distinguish lines in black and white.
 _DASHES: Final = ("-", (0.0, (5.0, 1.5)), (0.0, (1.0, 1.2)), (0.0, (5.0, 1.2, 1.0, 1.2)))
-# Colours of the styles of shades, and density of their characters from 0 (background) to 1.
-_SHADE_COLOURS: Final[Mapping[str, str]] = {
-    "stable": "#009E73", "unstable": "#D55E00", "trace-1": "#0072B2", "trace-2": "#E69F00",
-    "hidden": "#808080",
-}  # fmt: skip
+# Density of the characters of shades from 0 (background) to 1.
 _DENSITY: Final[Mapping[str, float]] = {
     " ": 0.0, "·": 0.15, ":": 0.3, "?": 0.35, "×": 0.6, "░": 0.35, "▒": 0.55, "▓": 0.75, "█": 1.0,
 }  # fmt: skip
@@ -120,26 +112,6 @@ def charts_figure(charts: VisibleCharts, heading: Heading | None = None) -> Figu
     return figure
 
 
-@dataclass(frozen=True, slots=True)
-class PlotColours:
-    """Colour codes of a plot on a screen, such as ``#1f4fd8``.
-
-    Attributes
-    ----------
-    background, foreground : str
-        Of the plot, and of text.
-    strip : str
-        Of intervals of `Chart.strips`.
-    styles : mapping
-        Colours of traces and shades by the names of their styles.
-    """
-
-    background: str
-    foreground: str
-    strip: str
-    styles: Mapping[str, str]
-
-
 def plot_pixels(
     chart: Chart,
     view: View,
@@ -150,22 +122,17 @@ def plot_pixels(
     ticks: AxisTicks,
 ) -> NDArray[np.uint8]:
     """Draw the plot of a displayed chart without margins: RGB pixels, shape (height, width, 3)."""
-    traces = tuple(
-        replace(trace, colour=colours.styles.get(style := trace_style(trace, index), style))
-        for index, trace in enumerate(chart.traces)
-    )
-    chart = replace(chart, traces=traces)
     settings = STYLE | {
         "axes.facecolor": colours.background,
         "text.color": colours.foreground,
-        "grid.color": _mix(colours.foreground, colours.background, _GRID_SHARE),
+        "grid.color": mix(colours.foreground, colours.background, _GRID_SHARE),
     }
-    with drawing_settings(settings):
+    with drawing_settings(settings), screen_colours(colours):
         figure = Figure((size[0] / dpi, size[1] / dpi), dpi)
         canvas: Any = FigureCanvasAgg(figure)
         axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
-        draw_chart(axes, replace(_displayed_chart(chart, view, colours.styles), strips=()))
-        strip_colour = _mix(colours.strip, colours.background, _STRIP_SHARE)
+        draw_chart(axes, replace(_displayed_chart(chart, view), strips=()))
+        strip_colour = figure_colour("reference", _STRIP_SHARE)
         for strip in chart.strips:
             shade_times(axes, strip.intervals, strip_colour)
         # The screen displays the limits over the same lengths, and labels the ticks.
@@ -192,14 +159,10 @@ def _heading_text(heading: Heading) -> str:
     return f"{text}, separation ignored" if heading.ignores_separation else text
 
 
-def _displayed_chart(
-    chart: Chart, view: View, shade_colours: Mapping[str, str] = _SHADE_COLOURS
-) -> Chart:
+def _displayed_chart(chart: Chart, view: View) -> Chart:
     """A chart with the traces, limits and shades that the terminal displays."""
     x, y = view.axes(chart)
-    backdrop, colours = (
-        (None, None) if chart.backdrop is None else _number_levels(chart.backdrop, shade_colours)
-    )
+    backdrop, colours = (None, None) if chart.backdrop is None else _number_levels(chart.backdrop)
     return replace(
         chart,
         x_label=str(chart.x_label),
@@ -246,16 +209,16 @@ def _trace_style(trace: Trace, index: int, *, several: bool) -> dict[str, Any]:
     mark = trace.mark if several or trace.look != "line" else ""
     is_letter, is_points = mark.isalnum(), trace.look == "points"
     style: dict[str, Any] = {
-        "color": trace.colour or _colour(index),
+        "color": figure_colour(trace_style(trace, index)),
         "linestyle": "none" if trace.look in ("points", "dots") else "-",
         "linewidth": 1.0,
         "marker": f"$\\mathrm{{{mark}}}$" if is_letter else _MARKERS.get(mark, ""),
         "markersize": _MARKER_SIZE,
         "zorder": 3.0 if is_points else 2.0,
     }
-    # Letters and the edited point are black: they lie on lines and shades of all colours.
+    # Letters and the edited point have the colour of text: they lie on all colours.
     if not trace.colour and (is_letter or (is_points and mark == _EDITED_MARK)):
-        style["color"] = "black"
+        style["color"] = grey(0.0)
     if trace.look == "dots":
         style |= {"marker": ".", "markersize": _DOT_SIZE}
     elif is_letter:
@@ -265,14 +228,10 @@ def _trace_style(trace: Trace, index: int, *, several: bool) -> dict[str, Any]:
     if trace.look in ("points", "marked") and not style["marker"]:
         style["marker"] = "o"
     if mark and mark in _HOLLOW_MARKS:
-        style["markerfacecolor"] = _grey(1.0)
+        style["markerfacecolor"] = grey(1.0)
     if trace.look == "line" and not trace.mark:
         style["linestyle"] = _DASHES[index % len(_DASHES)]
     return style
-
-
-def _colour(index: int) -> str:
-    return COLOURS[index % len(COLOURS)]
 
 
 def _draw_guides(axes: Axes, chart: Chart, limits: tuple[Axis, Axis], columns: int) -> None:
@@ -295,7 +254,7 @@ def _draw_guides(axes: Axes, chart: Chart, limits: tuple[Axis, Axis], columns: i
 def _draw_guide(axes: Axes, guide: Guide, row: int) -> None:
     # Draw a guide with its label in a row from the top, at the right end of a horizontal guide.
     line = axes.axvline if guide.vertical else axes.axhline
-    line(guide.value, color=_grey(0.4), linewidth=0.6, zorder=1.0, label="_")
+    line(guide.value, color=grey(0.4), linewidth=0.6, zorder=1.0, label="_")
     if guide.label:
         anchor = (guide.value, 1.0) if guide.vertical else (1.0, guide.value)
         axes.annotate(
@@ -307,15 +266,13 @@ def _draw_guide(axes: Axes, guide: Guide, row: int) -> None:
             ha="left" if guide.vertical else "right",
             va="top" if guide.vertical else "bottom",
             fontsize=7.5,
-            color=_grey(0.25),
+            color=grey(0.25),
             annotation_clip=True,
             parse_math=False,
         )
 
 
-def _number_levels(
-    backdrop: Backdrop, shade_colours: Mapping[str, str]
-) -> tuple[Backdrop, ColourScale]:
+def _number_levels(backdrop: Backdrop) -> tuple[Backdrop, ColourScale]:
     """The backdrop with the numbers of its displayed levels as values, and their colour scale.
 
     A level is displayed if its shade has a text. Numbers are consecutive from 0.
@@ -328,7 +285,7 @@ def _number_levels(
     plain_shades = [shade._replace(fill="", hatch="") for shade in backdrop.shades]
     colours = ColourScale(
         str(backdrop.label),
-        tuple(_shade_colour(shade, shade_colours) for shade in shades),
+        tuple(map(_shade_colour, shades)),
         -0.5,
         len(used) - 0.5,
         tuple(range(len(used))),
@@ -338,18 +295,8 @@ def _number_levels(
     return replace(backdrop, values=values, shades=plain_shades, contours=()), colours
 
 
-def _shade_colour(shade: Shade, colours: Mapping[str, str]) -> str:
-    return _mix(colours[shade.style], mpl.rcParams["axes.facecolor"], _DENSITY[shade.character])
-
-
-def _grey(lightness: float) -> str:
-    """A colour from that of text (0) to that of the background (1)."""
-    return _mix(mpl.rcParams["axes.facecolor"], mpl.rcParams["text.color"], lightness)
-
-
-def _mix(colour: str, background: str, share: float) -> str:
-    front, back = np.array(to_rgb(colour)), np.array(to_rgb(background))
-    return to_hex(tuple(back + share * (front - back)))
+def _shade_colour(shade: Shade) -> str:
+    return figure_colour(shade.style, _DENSITY[shade.character])
 
 
 def _cursor_points(chart: Chart, view: View) -> list[list[NearestPoint]]:
@@ -379,7 +326,7 @@ def _draw_cursors(axes: Axes, chart: Chart, view: View) -> None:
         if position is None:
             continue
         line: dict[str, Any] = {
-            "color": _grey(0.1),
+            "color": grey(0.1),
             "linewidth": 0.8,
             "linestyle": line_style,
             "label": "_",
@@ -393,8 +340,8 @@ def _draw_cursors(axes: Axes, chart: Chart, view: View) -> None:
             [point.x for point in points],
             [point.y for point in points],
             "D",
-            color=_grey(0.1),
-            markerfacecolor=_grey(lightness),
+            color=grey(0.1),
+            markerfacecolor=grey(lightness),
             markersize=5,
             zorder=4,
             label="_",

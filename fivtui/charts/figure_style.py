@@ -16,6 +16,8 @@ from matplotlib.layout_engine import ConstrainedLayoutEngine
 from fivtui.io import check_output, check_suffix, write_atomically
 from fivtui.version import __version__
 
+from .colours import figure_colour
+
 # Metadata by suffix, without date: the same figure always gives the same bytes.
 _METADATA: Final[Mapping[str, Mapping[str, str | None]]] = {
     ".png": {"Software": f"fivtui {__version__}"},
@@ -45,7 +47,7 @@ STYLE: Final[dict[Any, Any]] = {
 }
 # Background colours of intervals of separation and of stick.
 OFF_BELT_COLOUR: Final = "0.9"
-STUCK_COLOUR: Final = "#f6e3c5"
+STUCK_COLOUR: Final = figure_colour("series-2", 0.25)
 _SETTINGS_LOCK: Final = threading.RLock()
 
 

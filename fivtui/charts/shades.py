@@ -24,7 +24,7 @@ class Shade(NamedTuple):
     Attributes
     ----------
     character, style : str
-        Character and name of its style in the terminal.
+        Character in the terminal, and the role of its colour.
     text : str
         Values of the level as text; empty if no point has this level.
     fill : str
@@ -48,8 +48,8 @@ class Shade(NamedTuple):
 
 Shades = Sequence[Shade]
 # Shade of points without value, and shades of values from small to great.
-NO_VALUE: Final = Shade("?", "hidden", fill="0.85", name="no value")
-_GRADES: Final = tuple(Shade(character, "trace-1") for character in " ·░▒▓█")
+NO_VALUE: Final = Shade("?", "ghost", fill="0.85", name="no value")
+_GRADES: Final = tuple(Shade(character, "series-1") for character in " ·░▒▓█")
 
 
 class ColourScale(NamedTuple):

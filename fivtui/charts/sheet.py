@@ -34,6 +34,7 @@ from .chart import (
     Trace,
     reduce_trace,
 )
+from .colours import STRONG, figure_colour, series_role
 from .figure_style import (
     OFF_BELT_COLOUR,
     STUCK_COLOUR,
@@ -53,17 +54,14 @@ _CONTOUR_LABEL_SIZE: Final = 6.5
 # Gap between panels side by side, relative to the figure's width.
 _PANEL_GAP: Final = 0.06
 # Styles of the traces of the role "series", in turn: distinct even in black and white.
-_SERIES_STYLES: Final[tuple[Mapping[str, Any], ...]] = (
-    {"color": "#12803c", "marker": "o", "linestyle": "-"},
-    {"color": "#00867d", "marker": "s", "linestyle": "--"},
-    {"color": "#1f4fd8", "marker": "^", "linestyle": "-"},
-    {"color": "#7a3fc4", "marker": "v", "linestyle": "--"},
-    {"color": "#c8252c", "marker": "D", "linestyle": "-"},
-    {"color": "#b07d00", "marker": "x", "linestyle": "-"},
-    {"color": "0.35", "marker": "+", "linestyle": "--"},
-    {"color": "black", "marker": "*", "linestyle": ":"},
-    {"color": "#c2378f", "marker": "P", "linestyle": ":"},
+_SERIES_STYLES: Final[tuple[Mapping[str, Any], ...]] = tuple(
+    {"color": figure_colour(series_role(index)), "marker": marker, "linestyle": dashes}
+    for index, (marker, dashes) in enumerate(
+        zip("os^vDx+*P", ("-", "--", "-", "--", "-", "-", "--", ":", ":"), strict=True)
+    )
 )
+# Strength of the colours of areas, which have lines and hatches over them.
+_AREA_STRENGTH: Final = 0.45
 # Dashes of the roles "line 1" to "line 4".
 _DASHES: Final = ("-", (0.0, (6.0, 2.0)), (0.0, (6.0, 1.5, 1.0, 1.5)), (0.0, (1.2, 1.2)))
 # Cases in the names of roles, such as "peak, considered": separation considered (True) or ignored.
@@ -71,9 +69,18 @@ _CASE_NAMES: Final = {True: "considered", False: "ignored"}
 # Matplotlib's properties of traces and guides, by role.
 ROLES: Final[Mapping[str, Mapping[str, Any]]] = {
     "Pareto front": {"color": "0.8", "linewidth": 4.0, "zorder": 1.0},
-    "mode 1": {"color": "#1f4fd8", "linestyle": "-", "linewidth": 1.4},
-    "mode 2": {"color": "#b07d00", "linestyle": (0.0, (4.0, 1.5)), "linewidth": 1.4},
-    "path": {"color": "0.6", "linestyle": "none", "marker": ".", "markersize": 2.0},
+    "mode 1": {"color": figure_colour("series-1"), "linestyle": "-", "linewidth": 1.4},
+    "mode 2": {
+        "color": figure_colour("series-2"),
+        "linestyle": (0.0, (4.0, 1.5)),
+        "linewidth": 1.4,
+    },
+    "path": {
+        "color": figure_colour("ghost"),
+        "linestyle": "none",
+        "marker": ".",
+        "markersize": 2.0,
+    },
     # The eigenvalues at the μ of the parameter set, in the complex plane.
     "present point": {
         "color": "black",
@@ -82,33 +89,41 @@ ROLES: Final[Mapping[str, Mapping[str, Any]]] = {
         "markersize": 4.5,
         "markerfacecolor": "white",
     },
-    "stable": {"color": "#12803c", "linestyle": "-"},
-    "unstable": {"color": "#1f4fd8", "linestyle": "--"},
+    "stable": {"color": figure_colour("series-1"), "linestyle": "-"},
+    "unstable": {"color": figure_colour("series-2"), "linestyle": "--"},
     "event": {"color": "black", "linestyle": "none", "markersize": 5.0, "markerfacecolor": "white"},
     "chosen cycle": {"marker": ".", "markersize": 4.0, "zorder": 3.0},
     "stable orbit": {"linestyle": "-", "linewidth": 0.9},
     "unstable orbit": {"linestyle": "--", "linewidth": 0.9},
-    "unit circle": {"color": "0.6", "linewidth": 0.6},
-    "stable multipliers": {
-        "color": "#12803c",
-        "linestyle": "none",
-        "marker": ".",
-        "markersize": 2.0,
+    "unit circle": {"color": figure_colour("ghost"), "linewidth": 0.6},
+    **{
+        f"{name} multipliers": {
+            "color": figure_colour(role),
+            "linestyle": "none",
+            "marker": marker,
+            "markersize": 2.0,
+            "markeredgewidth": 0.4,
+        }
+        for name, role, marker in (("stable", "series-1", "."), ("unstable", "series-2", "x"))
     },
-    "unstable multipliers": {
-        "color": "#1f4fd8",
-        "linestyle": "none",
-        "marker": ".",
-        "markersize": 2.0,
+    "critical": {
+        "color": figure_colour("danger"),
+        "linestyle": ":",
+        "linewidth": 1.0,
+        "zorder": 1.5,
     },
-    "critical": {"color": "#c8252c", "linestyle": ":", "linewidth": 1.0, "zorder": 1.5},
-    "safe": {"color": "#12803c", "linestyle": "-.", "linewidth": 1.0, "zorder": 1.5},
+    "safe": {"color": figure_colour("safe"), "linestyle": "-.", "linewidth": 1.0, "zorder": 1.5},
     # The μ of the parameter set.
-    "present": {"color": "0.35", "linestyle": "-.", "linewidth": 0.8, "zorder": 1.4},
+    "present": {
+        "color": figure_colour("reference"),
+        "linestyle": "-.",
+        "linewidth": 0.8,
+        "zorder": 1.4,
+    },
     "attractor": {"linestyle": "none", "markersize": 4.5, "markerfacecolor": "none"},
     **{
         role: {
-            "color": colour,
+            "color": figure_colour(colour, _AREA_STRENGTH),
             "linestyle": "none",
             "marker": marker,
             "markersize": 2.2,
@@ -116,13 +131,13 @@ ROLES: Final[Mapping[str, Mapping[str, Any]]] = {
             "markeredgewidth": 0.2,
         }
         for role, colour, marker in (
-            ("safe region", "#a8c8a0", "o"),
-            ("knock region", "#e0b080", "s"),
-            ("squeal region", "#8fa8e0", "^"),
+            ("safe region", "safe", "o"),
+            ("knock region", "warning", "s"),
+            ("squeal region", "danger", "^"),
         )
     },
     # First and total Sobol indices of an input, and its index if the output were linear.
-    "alone": {"color": "#1f4fd8", "edgecolor": "black", "linewidth": 0.4},
+    "alone": {"color": figure_colour("series-1"), "edgecolor": "black", "linewidth": 0.4},
     "with others": {"color": "0.75", "edgecolor": "black", "linewidth": 0.4},
     "linear": {
         "color": "black",
@@ -136,7 +151,7 @@ ROLES: Final[Mapping[str, Mapping[str, Any]]] = {
     # is enough here; several colours distinguish runs over time.
     **{
         f"{quantity}, {name}": {
-            "color": CASE_COLOURS[separation][0],
+            "color": figure_colour(CASE_COLOURS[separation][0]),
             "linestyle": CASE_LINES[separation],
             "linewidth": width,
         }
@@ -146,7 +161,7 @@ ROLES: Final[Mapping[str, Mapping[str, Any]]] = {
     # The output on a belt that is always faster than the slider.
     **{
         f"limit, {name}": {
-            "color": CASE_COLOURS[separation][0],
+            "color": figure_colour(CASE_COLOURS[separation][0]),
             "linestyle": ":",
             "linewidth": 0.8,
             "zorder": 1.5,
@@ -166,7 +181,7 @@ ROLES: Final[Mapping[str, Mapping[str, Any]]] = {
         for separation, name in _CASE_NAMES.items()
     },
     **{
-        f"line {number}": {"color": colour, "linestyle": dashes, "linewidth": 1.3}
+        f"line {number}": {"color": figure_colour(colour), "linestyle": dashes, "linewidth": 1.3}
         for number, (colour, dashes) in enumerate(zip(LINE_COLOURS, _DASHES, strict=True), 1)
     },
     "critical point": {
@@ -177,17 +192,26 @@ ROLES: Final[Mapping[str, Mapping[str, Any]]] = {
         "markerfacecolor": "white",
         "zorder": 3.0,
     },
-    "computed": {"linewidth": 1.1},
-    "measured": {"color": "#c2410c", "linestyle": "--", "linewidth": 0.9},
+    "computed": {"color": figure_colour("series-1"), "linewidth": 1.1},
+    "measured": {"color": figure_colour(STRONG), "linestyle": "--", "linewidth": 0.9},
     "deviation": {"color": "0.25", "linewidth": 0.8},
     "tolerance": {"alpha": 0.18, "linewidth": 0.0},
-    "belt": {"color": "0.4", "linestyle": ":", "linewidth": 0.5, "zorder": 1.0},
+    "belt": {
+        "color": figure_colour("belt"),
+        "linestyle": ":",
+        "linewidth": 0.5,
+        "zorder": 1.0,
+    },
     "contours": {"color": "0.25", "linestyle": "dashed", "linewidth": 0.5},
     "99 % of critical μ": {"color": "black", "linestyle": "-", "linewidth": 1.2},
     "50 % of critical μ": {"color": "black", "linestyle": (0.0, (1.0, 1.5)), "linewidth": 1.2},
 }
 # Style of guides without a role.
-_PLAIN_GUIDE: Final[Mapping[str, Any]] = {"color": "0.4", "linewidth": 0.5, "zorder": 1.0}
+PLAIN_GUIDE: Final[Mapping[str, Any]] = {
+    "color": figure_colour("reference"),
+    "linewidth": 0.5,
+    "zorder": 1.0,
+}
 # Hatches of stacked areas, by role.
 _HATCHES: Final[Mapping[str, str]] = {
     "safe region": "",
@@ -477,7 +501,7 @@ def _trace_properties(trace: Trace, series_index: int) -> dict[str, Any]:
     elif trace.look == "marked" and trace.x.size <= _MAX_MARKED:
         properties |= {"marker": ".", "markersize": 4.0}
     if trace.colour:
-        properties["color"] = trace.colour
+        properties["color"] = figure_colour(trace.colour)
     if trace.marker:
         properties["marker"] = trace.marker
     return properties | dict(trace.style)
@@ -591,7 +615,7 @@ def _draw_guide(axes: Axes, guide: Guide) -> None:
     line = axes.axvline if guide.vertical else axes.axhline
     style = ROLES.get(guide.role)
     if style is None:
-        line(guide.value, label=_NO_ENTRY, **_PLAIN_GUIDE)
+        line(guide.value, label=_NO_ENTRY, **PLAIN_GUIDE)
     else:
         line(guide.value, label=_math(guide.label), **style)
 

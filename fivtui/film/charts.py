@@ -5,7 +5,7 @@ from typing import Final
 
 import numpy as np
 
-from fivtui.charts import Chart, Trace
+from fivtui.charts import STRONG, Chart, Trace
 from fivtui.model import Mode
 from fivtui.signals import motion_at
 from fivtui.transient import Transient
@@ -21,6 +21,15 @@ _TRACES: Final[Mapping[str, tuple[str, ...]]] = {
     "preload": ("preload",),
     "contact force": ("contact force",),
     "friction": ("friction",),
+}
+# Roles of the colours of these traces.
+_COLOURS: Final[Mapping[str, str]] = {
+    "belt": "belt",
+    "springs": "reference",
+    "slider": STRONG,
+    "preload": "series-2",
+    "contact force": "series-1",
+    "friction": "friction",
 }
 # Character of the slider by mode; in other modes it slides.
 _MODE_MARKS: Final = {Mode.SEPARATED: "○", Mode.STICK: "■"}
@@ -58,7 +67,8 @@ def belt_chart(run: Transient, layout: Layout, timing: Timing, t: float, aspect:
 def _trace(name: str, shapes: list[Shape], slider_mark: str) -> Trace:
     # Not ordered: outlines, in which y is not a function of x.
     x, y = join_lines([(shape.x, shape.y) for shape in shapes])
-    return Trace(name, x, y, ordered=False, mark=slider_mark if name == "slider" else "")
+    mark = slider_mark if name == "slider" else ""
+    return Trace(name, x, y, ordered=False, mark=mark, colour=_COLOURS[name])
 
 
 def _fit_aspect(

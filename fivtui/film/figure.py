@@ -25,6 +25,7 @@ from fivtui.charts import (
     OFF_BELT_COLOUR,
     STYLE,
     drawing_settings,
+    figure_colour,
     new_figure,
     shade_times,
 )
@@ -53,25 +54,25 @@ _DPI: Final = 100
 _CURVE_POINTS: Final = 2000
 # Line styles of the shapes, by name.
 _LINE_STYLES: Final[dict[str, dict[str, Any]]] = {
-    "belt": {"color": "0.25", "linewidth": 2.0},
+    "belt": {"color": figure_colour("belt"), "linewidth": 2.0},
     "marks": {"color": "0.6", "linewidth": 1.2},
     "walls": {"color": "0.25", "linewidth": 2.5},
     "springs": {"color": "0.45", "linewidth": 1.0},
     "contact spring": {"color": "0.25", "linewidth": 1.2},
     "preload": {"color": "0.25", "linewidth": 1.4},
-    "contact force": {"color": "#1f4fd8", "linewidth": 1.8},
-    "friction": {"color": "#c2410c", "linewidth": 1.8},
+    "contact force": {"color": figure_colour("series-1"), "linewidth": 1.8},
+    "friction": {"color": figure_colour("friction"), "linewidth": 1.8},
 }
 # Colour of the foot by mode; the title names the mode. CONTACT is sliding on a belt that is always
 # faster, FORWARD on one of finite speed that is faster than the slider at the time.
 _FOOT_COLOURS: Final = {
     Mode.SEPARATED: "white",
-    Mode.CONTACT: "#c9d3df",
-    Mode.FORWARD: "#c9d3df",
-    Mode.BACKWARD: "#d9c3ee",
-    Mode.STICK: "#f0b429",
+    Mode.CONTACT: figure_colour("series-3", 0.25),
+    Mode.FORWARD: figure_colour("series-3", 0.25),
+    Mode.BACKWARD: figure_colour("series-6", 0.3),
+    Mode.STICK: figure_colour("series-2", 0.6),
 }
-_BLOCK_COLOUR: Final = "#e8eef5"
+_BLOCK_COLOUR: Final = figure_colour("series-1", 0.1)
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -127,7 +128,7 @@ def animate(
     """Write a film of the slider on the belt.
 
     The slider moves to scale, with the forces that act on it from the belt; its foot is white off
-    the belt, and orange where it sticks. A chart below shows y over time. A belt without a speed in
+    the belt, and olive where it sticks. A chart below shows y over time. A belt without a speed in
     the model moves at an arbitrary one.
 
     Parameters
@@ -282,10 +283,12 @@ def _run_modes(run: Transient) -> set[Mode]:
 def _draw_curve(axes: Axes, motion: Trajectory, run: Transient, timing: Timing) -> Line2D:
     # Draw y over time, shaded off the belt and in stick; return the line of the current time. The
     # colour tells whether separation is considered (Case 1 of the paper) or ignored (Case 2).
-    axes.plot(motion.t, motion.y, color=CASE_COLOURS[run.separation][0], linewidth=1.0)
+    axes.plot(
+        motion.t, motion.y, color=figure_colour(CASE_COLOURS[run.separation][0]), linewidth=1.0
+    )
     shade_times(axes, run.separated_intervals, OFF_BELT_COLOUR)
     shade_times(axes, run.stick_intervals, _FOOT_COLOURS[Mode.STICK])
     axes.set_xlim(timing.start, timing.end)
     axes.set_ylabel("$y$ (m)")
     axes.set_xlabel(f"$t$ (s), {speed_text(timing.speed)}")
-    return axes.axvline(timing.start, color="#c2410c", linewidth=1.2)
+    return axes.axvline(timing.start, color=figure_colour("friction"), linewidth=1.2)

@@ -25,6 +25,7 @@ from fivtui.charts import (
     Trace,
     axis_label,
     colour_scale_of,
+    figure_colour,
     grade_values,
     label_shades,
     math_symbol,
@@ -59,18 +60,21 @@ _LABELS: Final[Mapping[MapValue, str]] = {
     "coexistence": "escapes from (m)",
 }
 # Shades of growth rates, from the fastest decay to the fastest growth.
-_STABLE_SHADES: Final = tuple(Shade(character, "stable") for character in ":· ")
-_UNSTABLE_SHADES: Final = tuple(Shade(character, "unstable") for character in "░▒▓█")
+_STABLE_SHADES: Final = tuple(Shade(character, "safe") for character in ":· ")
+_UNSTABLE_SHADES: Final = tuple(Shade(character, "danger") for character in "░▒▓█")
 # Shades of zero and of one unstable mode.
-_MODE_SHADES: Final = (Shade("·", "stable"), Shade("▒", "unstable"))
-_NOT_KNOWN_SHADE: Final = Shade("×", "hidden", fill="0.65", name=NOT_KNOWN, missing_text=NOT_KNOWN)
-_SAFE_SHADE: Final = Shade("·", "stable", "safe", fill="#e8f1ea", name=REGIONS[SAFE_REGION])
+_MODE_SHADES: Final = (Shade("·", "safe"), Shade("▒", "danger"))
+_NOT_KNOWN_SHADE: Final = Shade("×", "ghost", fill="0.65", name=NOT_KNOWN, missing_text=NOT_KNOWN)
+_SAFE_SHADE: Final = Shade(
+    "·", "safe", "safe", fill=figure_colour("safe", 0.12), name=REGIONS[SAFE_REGION]
+)
 # Shades of the region of coexistence, from the largest to the smallest displacement that escapes.
 _KNOCK_SHADES: Final = tuple(
-    Shade(character, "trace-2", fill="#f7d9a0", name=REGIONS[KNOCK_REGION]) for character in "░▒▓"
+    Shade(character, "warning", fill=figure_colour("warning", 0.4), name=REGIONS[KNOCK_REGION])
+    for character in "░▒▓"
 )
 _SQUEAL_SHADE: Final = Shade(
-    "█", "unstable", "squeals", fill="#d98880", name=REGIONS[SQUEAL_REGION]
+    "█", "danger", "squeals", fill=figure_colour("danger", 0.6), name=REGIONS[SQUEAL_REGION]
 )
 # Least relative step between two shades, twice the accuracy of displacements.
 _LEAST_STEP: Final = 0.04
@@ -160,7 +164,7 @@ def _colours(result: StabilityMap, label: str) -> ColourScale | None:
     if result.value == "coexistence":
         return None
     if result.value == "unstable-modes":
-        return ColourScale(label, ("white", "#f2b48a"), -0.5, 1.5, (0.0, 1.0))
+        return ColourScale(label, ("white", figure_colour("danger", 0.45)), -0.5, 1.5, (0.0, 1.0))
     if result.value == "growth-rate":
         # Zero, the limit of stability, is the middle of the colours.
         magnitudes = np.abs(result.values[np.isfinite(result.values)])

@@ -16,7 +16,7 @@ _SIZE: Final = (FIGURE_WIDTH, 5.6)
 _HEIGHTS: Final = (1.6, 1.0, 1.2)
 # Range of amplitudes in figures of spectra, relative to the greatest.
 _AMPLITUDE_RANGE: Final = (1e-4, 2.0)
-_BAND_COLOUR: Final = "#808080"
+_BAND_COLOUR: Final = "reference"
 
 
 def overlay_chart(result: Validation) -> Chart:

@@ -5,6 +5,7 @@ from typing import Final
 import numpy as np
 
 from fivtui.charts import (
+    STRONG,
     Backdrop,
     Chart,
     Label,
@@ -13,9 +14,11 @@ from fivtui.charts import (
     Strip,
     Trace,
     axis_label,
+    figure_colour,
     math_symbol,
     math_unit,
     parameter_text,
+    series_role,
 )
 from fivtui.model import ALL_PARAMETERS
 from fivtui.transient import START_SPECS
@@ -31,25 +34,23 @@ _MARKS: Final = {"up": ("▲", "^"), "down": ("▼", "v")}
 # Unsettled and unbounded motion has no amplitude, and is not drawn. `Kind.STICK` is rest on a belt
 # that is at rest.
 _COLOURS: Final = {
-    Kind.EQUILIBRIUM: "black",
-    Kind.CONTACT_CYCLE: "#1f4fd8",
-    Kind.SEPARATING_CYCLE: "#12803c",
-    Kind.STICK_SLIP_CYCLE: "#c2570c",
-    Kind.STICK: "0.45",
+    Kind.EQUILIBRIUM: STRONG,
+    Kind.CONTACT_CYCLE: "series-1",
+    Kind.SEPARATING_CYCLE: "series-4",
+    Kind.STICK_SLIP_CYCLE: "series-2",
+    Kind.STICK: "series-7",
 }
-# Styles are names of colours in the terminal: "stable" is green, "unstable" red.
-_REST_SHADE: Final = Shade(" ", style="stable", fill="white")
+_REST_SHADE: Final = Shade(" ", style="safe", fill="white")
 # Shades of the basins of cycles, in the order of the attractors.
 _CYCLE_SHADES: Final = tuple(
-    Shade(character, style="unstable", fill=fill, hatch=hatch)
-    for character, fill, hatch in (
-        ("░", "#a8c8a0", "///"),
-        ("▒", "#8fa8e0", "..."),
-        ("▓", "#e0b080", "xxx"),
-        ("█", "#c090c8", "\\\\\\"),
-        ("·", "#80c0c0", "+++"),
-        (":", "#d0c060", "ooo"),
-        ("×", "0.6", "|||"),
+    Shade(
+        character,
+        style=series_role(index),
+        fill=figure_colour(series_role(index), 0.4),
+        hatch=hatch,
+    )
+    for index, (character, hatch) in enumerate(
+        zip("░▒▓█·:×", ("///", "...", "xxx", "\\\\\\", "+++", "ooo", "|||"), strict=True)
     )
 )
 

@@ -43,6 +43,7 @@ _TERMINAL_NAMES: Final = {
 # Regions, the safest first: characters in the terminal, roles in figures.
 _MARKS: Final = ("○", "▫", "▲")
 _ROLES: Final = ("safe region", "knock region", "squeal region")
+_COLOURS: Final = {"safe region": "safe", "knock region": "warning", "squeal region": "danger"}
 _QUANTILE_LEVELS: Final = ("0.05", "0.5", "0.95")
 _DIGITS: Final = 4
 _DOT_COUNT: Final = 2000
@@ -196,7 +197,7 @@ def _histogram(result: Uncertainty, name: str, label: str, bins: int) -> Chart:
         # A step line has both edges of every bin.
         step_edges = np.repeat(edges, 2)[1:-1]
         step_shares = np.repeat(counts / has_value.sum(), 2)
-        traces.append(Trace(region, step_edges, step_shares, role=role))
+        traces.append(Trace(region, step_edges, step_shares, colour=_COLOURS[role], role=role))
     y_label = Label("share of samples", "Share of samples")
     return Chart(label, y_label, tuple(traces), stacked=True)
 
@@ -211,7 +212,16 @@ def _scatter(result: Uncertainty, x_name: str, y_name: str, count: int) -> Chart
     for (region, inside), mark, role in regions:
         drawn = indices[inside[indices]]
         traces.append(
-            Trace(region, x[drawn], y[drawn], look="points", ordered=False, mark=mark, role=role)
+            Trace(
+                region,
+                x[drawn],
+                y[drawn],
+                look="points",
+                ordered=False,
+                mark=mark,
+                colour=_COLOURS[role],
+                role=role,
+            )
         )
     return Chart(_label(x_name), _label(y_name), tuple(traces))
 

@@ -18,12 +18,12 @@ from textual.driver import Driver
 from textual.events import CursorPosition, Event, InputEvent, Key, MouseMove, Paste
 from textual.geometry import Region
 from textual.screen import Screen
-from textual.theme import Theme
+from textual.theme import BUILTIN_THEMES, Theme
 from textual.timer import Timer
 
 from fivtui.model import InputError, unknown_name_error
 from fivtui.scene import Scene
-from fivtui.tui.chart import Pictures, TerminalReply, parse_replies
+from fivtui.tui.chart import Pictures, TerminalReply, parse_replies, with_chart_colours
 from fivtui.tui.session import StoredResult
 
 from .lab import (
@@ -132,6 +132,8 @@ class FivtuiApp(App[None]):
         # Whether the driver reads answers of the terminal about pictures.
         self._can_ask_terminal = False
         super().__init__()
+        for theme in BUILTIN_THEMES.values():
+            self.register_theme(with_chart_colours(theme))
         self._pictures = Pictures(self, SCREEN_RESPONSE.wait, self._report)
         self._on_first_frame = on_first_frame
         self._threads = threads
@@ -161,7 +163,8 @@ class FivtuiApp(App[None]):
         try:
             config = load_config(path, KEY_IDS)
             for name, colours in config.themes.items():
-                self.register_theme(Theme(name, **cast("dict[str, Any]", colours)))
+                theme = Theme(name, **cast("dict[str, Any]", colours))
+                self.register_theme(with_chart_colours(theme, own=colours))
             if config.theme and config.theme not in self.available_themes:
                 raise unknown_name_error("theme", config.theme, self.available_themes)
         except InputError as error:

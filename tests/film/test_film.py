@@ -11,6 +11,7 @@ from matplotlib.animation import FFMpegWriter
 from PIL import Image
 from PIL.GifImagePlugin import GifImageFile
 
+from fivtui.charts import figure_colour
 from fivtui.cli import run as command
 from fivtui.film.figure import animate, check_film_path
 from fivtui.film.shapes import Shape, layout_of, shapes_at
@@ -23,7 +24,7 @@ from fivtui.transient import Transient
 RUN = simulate(t_end=100.0, samples="dense")
 STICKING = simulate(Parameters(v_belt=3.0, mu_s=0.9, v_s=0.4), t_end=20.0, samples="dense")
 # Colour of a sticking foot, RGB.
-ORANGE: Final = (240, 180, 41)
+STICK_COLOUR: Final = tuple(bytes.fromhex(figure_colour("series-2", 0.6)[1:]))
 
 
 def shapes(run: Transient, t: float, belt_travel: float = 0.0) -> dict[str, Shape]:
@@ -120,8 +121,8 @@ def test_a_film_shows_the_modes_by_the_colour_of_the_foot(tmp_path: Path) -> Non
             assert image.info["duration"] == 40
             image.seek(1)
             pixels = np.asarray(image.convert("RGB")).reshape(-1, 3).astype(int)
-        counts[name] = int((np.abs(pixels - ORANGE).max(axis=1) < 40).sum())
-    # Both pictures show orange in the legend and the curve; the foot adds at least 300 pixels.
+        counts[name] = int((np.abs(pixels - STICK_COLOUR).max(axis=1) < 40).sum())
+    # Both pictures show this colour in the legend and the curve; the foot adds at least 300 pixels.
     assert counts["stick"] > counts["off"] + 300
 
 

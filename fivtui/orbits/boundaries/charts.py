@@ -5,7 +5,7 @@ from typing import Final
 
 import numpy as np
 
-from fivtui.charts import Chart, Label, Sheet, Trace, axis_label, parameter_text
+from fivtui.charts import STRONG, Chart, Label, Sheet, Trace, axis_label, parameter_text
 from fivtui.model import PARAMETERS
 from fivtui.orbits.curves.events import EventKind
 
@@ -14,7 +14,7 @@ from .result import Boundary
 # Width and height of a figure, inches.
 _FIGURE_SIZE: Final = (4.8, 3.9)
 # Colours and names of curves by kind of their points.
-_COLOURS: Final = {"hopf": "black", "fold": "#c0392b", "touch": "#1f4fd8"}
+_COLOURS: Final = {"hopf": STRONG, "fold": "series-4", "touch": "series-1"}
 # Markers of matplotlib for events: cusps, Bautin points and touches on curves of folds, folds on
 # curves of touching cycles, and Bautin points on curves of Hopf points.
 _EVENT_MARKERS: Final = {

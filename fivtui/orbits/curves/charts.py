@@ -48,7 +48,7 @@ _EVENT_MARKS: Final[Mapping[EventKind, tuple[str, str]]] = {
     EventKind.ORDER: ("O", "*"),
 }
 # Colours of the orbits that are drawn, which also limit their number.
-_COLOURS: Final = ("#c0392b", "#d68910", "#6c3483", "#117a65")
+_COLOURS: Final = ("series-4", "series-5", "series-6", "series-3")
 _ORBIT_SAMPLES: Final = 401
 # Size of multipliers up to which the axes are linear; beyond it they are logarithmic.
 _LINEAR_SIZE: Final = 3.0

@@ -1,4 +1,4 @@
-"""Charts drawn in characters and as pictures, their cursors, and an input for text."""
+"""Charts in characters and as pictures, their colours and cursors, and an input for text."""
 
 from typing import TYPE_CHECKING
 
@@ -8,6 +8,7 @@ if TYPE_CHECKING:
     from .widget.drawn_chart import Control
     from .widget.pictures import Pictures, TerminalReply, parse_replies
     from .widget.text_input import TextInput
+    from .widget.themes import with_chart_colours
 else:
     from fivtui.lazy import lazy_exports
 

@@ -27,6 +27,7 @@ from fivtui.charts import (
     View,
     covered_shares,
     crosshair,
+    guide_style,
     heading_spans,
     points_at,
     reduce_trace,
@@ -147,8 +148,8 @@ class _Canvas:
         self._style_names = ["plot"]
         # Bits of the dots at the edges of each trace with lines or dots, by its index.
         self._edges: dict[int, NDArray[np.uint32]] = {}
-        # Row, first column and text of the labels of guides.
-        self._guide_labels: list[tuple[int, int, str]] = []
+        # Row, first column, text and style of the labels of guides.
+        self._guide_labels: list[tuple[int, int, str, int]] = []
 
     def _style_id(self, name: str) -> int:
         # Index of a style; a new style is appended.
@@ -173,9 +174,9 @@ class _Canvas:
         self._styles[inside] = styles[levels][inside]
 
     def draw_guides(self, chart: Chart) -> None:
-        style = self._style_id("guide")
         labels = self._guide_labels
         for guide in chart.guides:
+            style = self._style_id(guide_style(guide))
             axis = self._x_axis if guide.vertical else self._y_axis
             position = float(axis.positions([guide.value])[0])
             if not 0.0 <= position <= 1.0:
@@ -185,16 +186,15 @@ class _Canvas:
                 self._draw_line(self._characters[:, column], _VERTICAL, _HORIZONTAL)
                 self._styles[:, column] = style
                 # Labels have separate rows, so that neighbours do not overlap.
-                labels.append((min(len(labels), self._rows - 1), column + 1, guide.label))
+                labels.append((min(len(labels), self._rows - 1), column + 1, guide.label, style))
             else:
                 row = self._rows - 1 - _cell_index(position, self._rows)
                 self._draw_line(self._characters[row], _HORIZONTAL, _VERTICAL)
                 self._styles[row] = style
-                labels.append((row, self._columns - len(guide.label), guide.label))
+                labels.append((row, self._columns - len(guide.label), guide.label, style))
 
     def draw_guide_labels(self) -> None:
-        style = self._style_id("guide")
-        for row, column, label in self._guide_labels:
+        for row, column, label, style in self._guide_labels:
             self._write(row, column, label, style)
 
     @staticmethod

@@ -5,7 +5,7 @@ default of the form; the baseline is the run with which the user compares others
 follows the edits; its ghost is the curve before the last edit.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from itertools import compress
 from typing import ClassVar, Final
 
@@ -15,6 +15,7 @@ from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import Vertical
 from textual.coordinate import Coordinate
+from textual.theme import Theme
 from textual.widgets import DataTable
 
 from fivtui.tui.session import (
@@ -86,14 +87,23 @@ class RunsPane(Vertical):
     def __init__(self) -> None:
         super().__init__(id="runs")
         self._plot_marks: list[str] = []
+        self._shown: tuple[Runs, LiveCurve] | None = None
 
     def compose(self) -> ComposeResult:
         """The table."""
         yield RunsTable(cursor_type="row", zebra_stripes=True)
 
+    def on_mount(self) -> None:
+        """Follow changes of the theme."""
+        self.app.theme_changed_signal.subscribe(self, self._follow_theme)
+
+    def _follow_theme(self, _: Theme) -> None:
+        if self._shown is not None:
+            self.show(*self._shown)
+
     def show(self, runs: Runs, live: LiveCurve) -> None:
         """Display the runs, and mark those that are plotted."""
-        self._plot_marks = _plot_marks(runs, live)
+        self._plot_marks, self._shown = _plot_marks(runs, live), (runs, live)
         table = self.query_one(RunsTable)
         number, row = table.number, table.cursor_row
         newest_first = list(reversed(list(runs)))
@@ -102,10 +112,11 @@ class RunsPane(Vertical):
         self.set_class(not newest_first, "-empty")
         # Without a baseline, omit the differences.
         is_shown = [label != _DIFFERENCE or runs.baseline is not None for label in _COLUMNS]
+        colours = self.app.theme_variables
         table.fill(
             list(compress(_COLUMNS, is_shown)),
             {
-                str(run.number): list(compress(_cells(run, runs, live), is_shown))
+                str(run.number): list(compress(_cells(run, runs, live, colours), is_shown))
                 for run in newest_first
             },
         )
@@ -145,10 +156,12 @@ def _plot_mark(run: Run, runs: Runs, live: LiveCurve) -> str:
     return "before" if live.visible and run.result is live.ghost else "off"
 
 
-def _cells(run: Run, runs: Runs, live: LiveCurve) -> Sequence[str | Text]:
-    # The cells of a run in the order of `_COLUMNS`.
+def _cells(
+    run: Run, runs: Runs, live: LiveCurve, colours: Mapping[str, str]
+) -> Sequence[str | Text]:
+    # The cells of a run in the order of `_COLUMNS`; `colours` are those of the theme by role.
     differing_fields = ", ".join(map(str, differences(run.scene, base_scene()))) or "none"
-    name = Text.assemble((run.style.marker_sign, run.style.colour_code), f" {run.number}")
+    name = Text.assemble((run.style.marker_sign, colours[run.style.colour_role]), f" {run.number}")
     description = run.source or differing_fields
     if run.result is None:
         return (name, "", run.engine, run.state.value, "", "", "", "", "", description)

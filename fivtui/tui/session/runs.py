@@ -13,7 +13,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.charts import COLOURS
+from fivtui.charts import series_role
 from fivtui.model import ComputationError, equilibrium, time_scale
 from fivtui.scene import Scene, scene_transient
 from fivtui.transient import FMU_FLAVOURS, Trajectory, Transient, uses_step
@@ -58,15 +58,15 @@ _NO_RESULT: Final = (RunState.STOPPED, RunState.FAILED, RunState.NOT_KEPT)
 
 @dataclass(slots=True)
 class RunStyle:
-    """Colour and marker of a run: indices into `COLOURS` and `MARKERS`, modulo their lengths."""
+    """Colour and marker of a run: indices of a series and of `MARKERS`, modulo their numbers."""
 
     colour: int
     marker: int
 
     @property
-    def colour_code(self) -> str:
-        """The colour as hex code."""
-        return COLOURS[self.colour % len(COLOURS)]
+    def colour_role(self) -> str:
+        """The role of the colour."""
+        return series_role(self.colour)
 
     @property
     def marker_sign(self) -> str:

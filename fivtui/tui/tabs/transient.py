@@ -71,7 +71,7 @@ _OTHER_ROWS: Final = 5
 # Minimum columns for three phase portraits side by side.
 _WIDE_COLUMNS: Final = 120
 # Mark and colour of the ghost, the live curve before an edit.
-_GHOST_STYLE: Final = ("·", "#808080")
+_GHOST_STYLE: Final = ("·", "ghost")
 _LIVE_OFF: Final = "The live curve is off: press Run, or switch it on in the palette."
 # Charts that display a text while there is no curve, the first ones of their views.
 _FIRST_CHARTS: Final = ("plot-y", "phase-y", "plot-spectrum", "belt-picture")
@@ -201,7 +201,7 @@ class TransientPane(ActionPane):
             number = runs.count + 1
             style = default_style(number)
             plotted.append(
-                plotted_run(result, "live", style.marker_sign, style.colour_code, number)
+                plotted_run(result, "live", style.marker_sign, style.colour_role, number)
             )
         overlaid = [run for run in reversed(runs.plotted) if run.overlaid]
         plotted += _plotted_runs(overlaid)
@@ -238,7 +238,7 @@ class TransientPane(ActionPane):
                 run.scene.t_end,
                 name=_run_name(run),
                 mark=run.style.marker_sign,
-                colour=run.style.colour_code,
+                colour=run.style.colour_role,
             )
             self._show([plotted], run)
 
@@ -491,7 +491,7 @@ def _plotted_run(run: Run, name: str) -> PlottedRun | None:
     if run.result is None:
         return None
     style = run.style
-    return plotted_run(run.result, name, style.marker_sign, style.colour_code, run.number)
+    return plotted_run(run.result, name, style.marker_sign, style.colour_role, run.number)
 
 
 def _warnings(result: Transient) -> list[str]:

@@ -2,11 +2,16 @@
 
 import dataclasses
 import itertools
+from functools import partial
 
 import numpy as np
 import pytest
 from hypothesis import given, strategies as st
+from rich.text import Text
+from textual.coordinate import Coordinate
+from textual.pilot import Pilot
 
+from fivtui.charts import INKS
 from fivtui.charts.axis import Axis, axis_for, parse_limits
 from fivtui.charts.chart import Backdrop, Chart, Cursors, Guide, Trace, View
 from fivtui.charts.readout import cursor_texts, nearest_curve_value, points_at
@@ -24,8 +29,11 @@ from fivtui.transient.charts import (
 )
 from fivtui.tui.chart.picture import MARGIN, draw
 from fivtui.tui.chart.raster import Raster
+from fivtui.tui.chart.widget.chart_view import ChartView
 from fivtui.tui.chart.widget.drawn_chart import CHART_STYLES
+from fivtui.tui.lab.run_list import RunsTable
 from fivtui.tui.session.runs import PartialTrajectory
+from tests.support.laboratory import chart_of, run_to_end, until
 
 T = np.linspace(0.0, 10.0, 1001)
 SINE = Chart("t (s)", "y (m)", (Trace("one", T, np.sin(T)), Trace("two", T, 2.0 * np.cos(T))))
@@ -323,6 +331,25 @@ def test_the_difference_of_two_motions_is_exact_where_they_share_their_times() -
 
 def test_every_part_of_a_chart_except_its_background_has_a_theme_style() -> None:
     assert [name for name, style in CHART_STYLES.items() if not style] == ["plot"]
+
+
+async def test_charts_and_runs_follow_the_theme_in_their_colours(pilot: Pilot[None]) -> None:
+    await run_to_end(pilot)
+    chart_view = chart_of(pilot, "plot-y")
+    for theme, background in (("textual-dark", "dark"), ("textual-light", "light")):
+        pilot.app.theme = theme
+        # The colour of the first run, in its curve and in the list.
+        expected = getattr(INKS["series-1"], background)
+        await until(pilot, partial(_has_colour, chart_view, expected))
+        mark = pilot.app.screen.query_one(RunsTable).get_cell_at(Coordinate(0, 0))
+        assert isinstance(mark, Text)
+        assert expected in {str(span.style) for span in mark.spans}
+
+
+def _has_colour(view: ChartView, code: str) -> bool:
+    segments = [segment for y in range(view.size.height) for segment in view.render_line(y)]
+    colours = [segment.style.color for segment in segments if segment.style is not None]
+    return code in {colour.name for colour in colours if colour is not None}
 
 
 def test_two_cursors_read_both_values_their_difference_and_the_unit() -> None:

@@ -221,7 +221,7 @@ def test_a_run_from_a_file_does_not_stop_the_active_run() -> None:
 
 def test_styles_differ_in_colour_or_marker() -> None:
     styles = [default_style(number) for number in range(1, MAX_RUNS + 1)]
-    assert len({(style.colour_code, style.marker_sign) for style in styles}) == MAX_RUNS
+    assert len({(style.colour_role, style.marker_sign) for style in styles}) == MAX_RUNS
 
 
 # Runs from files

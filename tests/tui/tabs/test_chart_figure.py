@@ -16,7 +16,7 @@ from matplotlib.lines import Line2D
 from textual.pilot import Pilot
 
 from fivtui import safety_map
-from fivtui.charts import Heading
+from fivtui.charts import Heading, figure_colour
 from fivtui.charts.axis import Axis
 from fivtui.charts.chart import Chart, Cursors, Guide, Trace, View, VisibleCharts
 from fivtui.charts.displayed_charts import charts_figure, save_charts
@@ -59,7 +59,7 @@ def check_panel(axes: Axes, chart: Chart, view: View) -> None:
         assert len(lines) == len(named_traces)
     for line, trace in zip(lines, named_traces, strict=False):
         if trace.colour:
-            assert to_hex(line.get_color()).upper() == trace.colour.upper()
+            assert to_hex(line.get_color()) == figure_colour(trace.colour)
         line_x = np.asarray(line.get_xdata())
         inside = (trace.x >= x.low) & (trace.x <= x.high)
         # Longer traces are reduced for drawing.
@@ -79,8 +79,8 @@ def trace(name: str, values: Any, **options: Any) -> Trace:
 
 
 def test_a_chart_is_drawn_with_its_points_colours_markers_and_limits() -> None:
-    sine = trace("run 1", np.sin(T), mark="●", colour="#E69F00")
-    cosine = trace("run 2", np.cos(T), mark="■", colour="#56B4E9")
+    sine = trace("run 1", np.sin(T), mark="●", colour="series-2")
+    cosine = trace("run 2", np.cos(T), mark="■", colour="series-5")
     chart = Chart(
         "t (s)", "y (m)", (sine, cosine), (Guide(2.5, "here"), Guide(0.0, vertical=False))
     )
@@ -88,7 +88,7 @@ def test_a_chart_is_drawn_with_its_points_colours_markers_and_limits() -> None:
     (axes,) = panels_of(figure)
     first, second = named_lines(axes)
     for line, source, marker in ((first, sine, "o"), (second, cosine, "s")):
-        assert to_hex(line.get_color()) == source.colour.lower()
+        assert to_hex(line.get_color()) == figure_colour(source.colour)
         assert line.get_marker() == marker
         # The line reaches the edges: one more sample beyond each.
         inside = (source.x >= 0.9 - 1e-9) & (source.x <= 4.1 + 1e-9)
@@ -156,7 +156,7 @@ def test_logarithmic_axes_stay_logarithmic() -> None:
 
 def test_times_off_the_belt_are_shaded_where_they_are() -> None:
     run = simulate(Parameters(), t_end=10.0, samples=T)
-    motion = plotted_run(run, "run 1", "●", "#E69F00")
+    motion = plotted_run(run, "run 1", "●", "series-2")
     assert motion is not None
     chart = time_chart("y", [motion], strip=True, x_axis=True)
     (axes,) = panels_of(charts_figure(VisibleCharts([(chart, View())])))
@@ -265,7 +265,7 @@ def test_regions_of_a_map_keep_their_names_and_colours() -> None:
 
 def test_an_unordered_curve_is_drawn_completely() -> None:
     run = simulate(Parameters(), t_end=10.0, samples=T)
-    motion = plotted_run(run, "run 1", "●", "#E69F00")
+    motion = plotted_run(run, "run 1", "●", "series-2")
     assert motion is not None
     chart = phase_chart("y", [motion], (5.0, 10.0))
     (axes,) = panels_of(charts_figure(VisibleCharts([(chart, View())])))

@@ -281,7 +281,7 @@ def test_a_map_shows_values_boundary_and_point_at_their_coordinates() -> None:
         expected = paper_model.growth_rate(mu=float(mu[x_index]), F=float(force[y_index]))
         assert backdrop.values[point] == pytest.approx(expected, abs=1e-7)
         shade = backdrop.shades[backdrop.levels[point]]
-        assert shade.style == ("unstable" if expected > 0.0 else "stable")
+        assert shade.style == ("danger" if expected > 0.0 else "safe")
     boundary, current = chart.traces
     for preload in force.tolist():
         critical = paper_model.critical_mu(F=preload)

@@ -16,7 +16,7 @@ from textual.events import (
 )
 from textual.message import Message
 
-from fivtui.charts import NearestPoint, Position, Span, View, points_at
+from fivtui.charts import INKS, NearestPoint, Position, Span, View, points_at
 from fivtui.tui.chart.cursor_moves import cursor_position, move_cursor, step_cursor, switch_cursor
 
 from .drawn_chart import Control, DrawnChart
@@ -323,7 +323,7 @@ def _legend_index(spans: Sequence[Span], column: int) -> int | None:
     for text, style in spans:
         end += len(text)
         if column < end:
-            # The style of an entry is that of a trace, a name or a colour, or that of hidden ones.
-            is_entry = style == "hidden" or style.startswith(("trace-", "#"))
+            # The style of an entry is the role of a colour, or that of hidden traces.
+            is_entry = style == "hidden" or style in INKS
             return int(text[1]) - 1 if is_entry and text[1:2].isdigit() else None
     return None

@@ -15,7 +15,7 @@ from textual.geometry import Region
 from textual.strip import Strip
 from textual.widget import Widget
 
-from fivtui.charts import Chart, Cursors, PlotColours, Span, View, has_long_heading
+from fivtui.charts import INKS, Chart, Cursors, PlotColours, Span, View, has_long_heading
 from fivtui.tui.chart.picture import MARGIN, Picture, draw
 
 # Minimum columns for full labels of the controls.
@@ -26,32 +26,23 @@ _INDENT: Final = " "
 _MIN_SIZE: Final = (MARGIN + 2, 3)
 _MUTED: Final = "$foreground-muted"
 
-# Styles in theme colours, by the style names of spans; a strip is a row of shades below the plot.
+# Styles by the style names of spans: roles of colours, and others in colours of the theme. A strip
+# is a row of shades below the plot.
 # Rules of a style sheet would be slow: Textual evaluates them for every chart at every change.
 CHART_STYLES: Final[Mapping[str, str]] = {
     "plot": "",
     "tick": _MUTED,
     "label": _MUTED,
-    "guide": _MUTED,
-    "cursor": "bold $warning",
+    "cursor": "bold $accent",
     "cursor-2": "bold $foreground",
     "zoomed": "bold $accent",
     "outside": "bold $warning",
-    "readout": "bold $warning",
+    "readout": "bold $accent",
     "hidden": f"strike {_MUTED}",
-    "strip": "$warning",
+    "strip": "$reference",
     "control": _MUTED,
     "control-on": "reverse",
-    "stable": "$success",
-    "unstable": "$error",
-    "trace-1": "$primary",
-    "trace-2": "$warning",
-    "trace-3": "$success",
-    "trace-4": "$error",
-    "trace-5": "$accent",
-    "trace-6": "$secondary",
-    "trace-7": "$foreground",
-    "trace-8": _MUTED,
+    **{role: f"${role}" for role in INKS},
 }
 
 # Styles that differ in a focused chart.
@@ -157,8 +148,7 @@ class DrawnChart(Widget):
     def _style(self, name: str) -> Style:
         if name not in self._styles_by_name:
             styles = {**CHART_STYLES, **(FOCUSED_STYLES if self.has_focus else {})}
-            # The style of a run is its colour code, not a name.
-            style = self.app.stylesheet.parse_style(styles.get(name, name))
+            style = self.app.stylesheet.parse_style(styles[name])
             self._styles_by_name[name] = (self.visual_style + style).rich_style
         return self._styles_by_name[name]
 
@@ -167,9 +157,9 @@ class DrawnChart(Widget):
         """The colours of the plot as codes, for pictures."""
         if self._plot_colours is None:
             plain = self._style("plot")
-            codes = {name: _colour_code(self._style(name).color) for name in CHART_STYLES}
+            roles = {role: _colour_code(self._style(role).color) for role in INKS}
             self._plot_colours = PlotColours(
-                _colour_code(plain.bgcolor), _colour_code(plain.color), codes["strip"], codes
+                _colour_code(plain.bgcolor), _colour_code(plain.color), roles
             )
         return self._plot_colours
 
@@ -241,4 +231,4 @@ class DrawnChart(Widget):
 
 
 def _colour_code(colour: Color | None) -> str:
-    return "#000000" if colour is None else colour.get_truecolor().hex
+    return (colour or Color.from_rgb(0, 0, 0)).get_truecolor().hex

@@ -28,7 +28,7 @@ from textual.screen import Screen
 from textual.timer import Timer
 from textual.widget import Widget
 
-from fivtui.charts import AxisTicks, Chart, PlotColours, View, plot_pixels
+from fivtui.charts import AxisTicks, Chart, PlotColours, View
 from fivtui.tui.chart.graphics import (
     CELL_QUERY,
     GRAPHICS_QUERY,
@@ -324,6 +324,9 @@ class Pictures:
         self._app.call_later(self._finish, chart, drawn)
 
     def _encode(self, plot: _Plot, number: int) -> _DrawnPlot:
+        # Imported late, because matplotlib loads slowly.
+        from fivtui.charts import plot_pixels
+
         (columns, rows), (width, height) = plot.size, plot.cell
         pixels = plot_pixels(
             plot.chart,
