@@ -65,15 +65,17 @@ if TYPE_CHECKING:
     )
     from .shades import (
         NO_VALUE,
-        ColourScale,
-        Levels,
+        Band,
+        Grading,
         Shade,
         Shades,
         colour_scale_of,
+        grade,
         grade_values,
-        label_shades,
-        rank_levels,
+        hide_unused,
+        plateau_labels,
         scale_text,
+        shade_bands,
     )
     from .sheet import sheet_figure
 else:

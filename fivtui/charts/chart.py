@@ -150,7 +150,7 @@ class Contours:
     values : ndarray, shape (n, k)
         The values; NaN where undefined.
     line_values : sequence of float
-        Values of the lines; if empty, round values.
+        Values of the lines.
     role : str
         Key of `ROLES`, the styles in figures.
     name : str
@@ -160,7 +160,7 @@ class Contours:
     """
 
     values: FloatArray
-    line_values: Sequence[float] = ()
+    line_values: Sequence[float]
     role: str = "contours"
     name: str = ""
     label: str = ""
@@ -184,6 +184,8 @@ class Backdrop:
         Quantity and unit of the values.
     contours : sequence of Contours
         Lines over the shades in figures.
+    labels : sequence of tuple of float, float and str
+        Positions and texts of labels in the plane.
     """
 
     x: FloatArray
@@ -193,6 +195,7 @@ class Backdrop:
     values: FloatArray
     label: str
     contours: Sequence[Contours] = ()
+    labels: Sequence[tuple[float, float, str]] = ()
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -210,7 +213,7 @@ class Chart:
     backdrop : Backdrop, optional
         Shades behind the traces.
     colour_scale : ColourScale, optional
-        Scale of the values of backdrop and traces in figures.
+        Scale of the values of traces in figures.
     strips : tuple of Strip
         Rows of intervals marked below the plot, from the top.
     note : str

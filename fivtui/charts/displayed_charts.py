@@ -24,7 +24,6 @@ from fivtui.model import Column
 from .axis import Axis, AxisTicks
 from .chart import (
     FIGURE_WIDTH,
-    Backdrop,
     Chart,
     FloatArray,
     Guide,
@@ -39,7 +38,6 @@ from .colours import PlotColours, figure_colour, grey, mix, screen_colours
 from .figure_style import STYLE, drawing_settings, shade_times
 from .labels import parameter_text
 from .readout import NearestPoint, crosshair, cursor_texts, points_at, readout_spans
-from .shades import ColourScale, Shade
 from .sheet import draw_chart, sheet_figure
 
 # Heights, inches: of a row, of a figure at least, and of a row of charts side by side.
@@ -64,10 +62,6 @@ _MARKER_SIZE: Final = 4.5
 _LETTER_SIZE: Final = 7.0
 # Dash patterns distinguish lines in black and white.
 _DASHES: Final = ("-", (0.0, (5.0, 1.5)), (0.0, (1.0, 1.2)), (0.0, (5.0, 1.2, 1.0, 1.2)))
-# Density of the characters of shades from 0 (background) to 1.
-_DENSITY: Final[Mapping[str, float]] = {
-    " ": 0.0, "·": 0.15, ":": 0.3, "?": 0.35, "×": 0.6, "░": 0.35, "▒": 0.55, "▓": 0.75, "█": 1.0,
-}  # fmt: skip
 # Height of a figure outside its panels, inches.
 _HEIGHT_AROUND_PANELS: Final = 1.2
 # Letters of an axis label per inch, and letters in a line of a title as wide as the figure.
@@ -131,7 +125,12 @@ def plot_pixels(
         figure = Figure((size[0] / dpi, size[1] / dpi), dpi)
         canvas: Any = FigureCanvasAgg(figure)
         axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
-        draw_chart(axes, replace(_displayed_chart(chart, view), strips=()))
+        displayed = _displayed_chart(chart, view)
+        backdrop = displayed.backdrop
+        if backdrop is not None:
+            # As the characters, without contours.
+            backdrop = replace(backdrop, contours=())
+        draw_chart(axes, replace(displayed, backdrop=backdrop, strips=()))
         strip_colour = figure_colour("reference", _STRIP_SHARE)
         for strip in chart.strips:
             shade_times(axes, strip.intervals, strip_colour)
@@ -162,14 +161,16 @@ def _heading_text(heading: Heading) -> str:
 def _displayed_chart(chart: Chart, view: View) -> Chart:
     """A chart with the traces, limits and shades that the terminal displays."""
     x, y = view.axes(chart)
-    backdrop, colours = (None, None) if chart.backdrop is None else _number_levels(chart.backdrop)
+    backdrop = chart.backdrop
+    if backdrop is not None:
+        backdrop = replace(backdrop, label=str(backdrop.label))
     return replace(
         chart,
         x_label=str(chart.x_label),
         traces=tuple(_styled_trace(chart, index) for index, _ in view.visible_traces(chart)),
         guides=(),
         backdrop=backdrop,
-        colour_scale=colours,
+        colour_scale=None,
         y_names=(),
         stacked=False,
         x_margins=True,
@@ -270,33 +271,6 @@ def _draw_guide(axes: Axes, guide: Guide, row: int) -> None:
             annotation_clip=True,
             parse_math=False,
         )
-
-
-def _number_levels(backdrop: Backdrop) -> tuple[Backdrop, ColourScale]:
-    """The backdrop with the numbers of its displayed levels as values, and their colour scale.
-
-    A level is displayed if its shade has a text. Numbers are consecutive from 0.
-    """
-    used = [level for level, shade in enumerate(backdrop.shades) if shade.text]
-    shades = [backdrop.shades[level] for level in used]
-    number_by_level = np.zeros(len(backdrop.shades))
-    number_by_level[used] = np.arange(len(used))
-    # Without fills and hatches, figures colour all levels by the scale.
-    plain_shades = [shade._replace(fill="", hatch="") for shade in backdrop.shades]
-    colours = ColourScale(
-        str(backdrop.label),
-        tuple(map(_shade_colour, shades)),
-        -0.5,
-        len(used) - 0.5,
-        tuple(range(len(used))),
-        tuple(shade.text for shade in shades),
-    )
-    values = number_by_level[backdrop.levels]
-    return replace(backdrop, values=values, shades=plain_shades, contours=()), colours
-
-
-def _shade_colour(shade: Shade) -> str:
-    return figure_colour(shade.style, _DENSITY[shade.character])
 
 
 def _cursor_points(chart: Chart, view: View) -> list[list[NearestPoint]]:

@@ -18,6 +18,7 @@ from matplotlib.colors import BoundaryNorm, ListedColormap, Normalize
 from matplotlib.figure import Figure, FigureBase
 from matplotlib.gridspec import SubplotSpec
 from matplotlib.patches import Rectangle
+from matplotlib.patheffects import AbstractPathEffect, withStroke
 
 from .axis import Axis
 from .chart import (
@@ -34,7 +35,7 @@ from .chart import (
     Trace,
     reduce_trace,
 )
-from .colours import STRONG, figure_colour, series_role
+from .colours import STRONG, figure_colour, grey, series_role
 from .figure_style import (
     OFF_BELT_COLOUR,
     STUCK_COLOUR,
@@ -44,13 +45,14 @@ from .figure_style import (
     shade_times,
 )
 from .labels import Label
-from .shades import MIN_CONTRAST, ColourScale
+from .shades import ColourScale
 
 # Font sizes, pt.
 _TITLE_SIZE: Final = 7.5
 _LEGEND_SIZE_INSIDE: Final = 8.0
 _LEGEND_SIZE_ABOVE: Final = 6.0
 _CONTOUR_LABEL_SIZE: Final = 6.5
+_PLATEAU_LABEL_SIZE: Final = 7.5
 # Gap between panels side by side, relative to the figure's width.
 _PANEL_GAP: Final = 0.06
 # Styles of the traces of the role "series", in turn: distinct even in black and white.
@@ -232,8 +234,6 @@ _BAR_HEIGHT: Final = 0.36
 _EDGE_COLOUR: Final = "black"
 # Area of a point that is coloured by its value, pt².
 _POINT_AREA: Final = 9.0
-# Maximum number of contour lines at round values.
-_MAX_CONTOURS: Final = 7
 # Traces of the look "marked" with at most this number of points have a marker at each point.
 _MAX_MARKED: Final = 60
 # Number of markers of an ordered line.
@@ -299,12 +299,12 @@ def _draw_panels(figure: FigureBase, sheet: Sheet) -> list[tuple[Axes, Chart]]:
             axes = figure.add_subplot(cells[column][row], sharex=shared_x, sharey=shared_y)
             axes_by_x.setdefault(x_key, axes)
             axes_by_y.setdefault(y_key, axes)
-            mappable = draw_chart(axes, chart)
+            scale, mappable = draw_chart(axes, chart)
             if shared_y is not None:
                 axes.set_ylabel("")
                 axes.tick_params(labelleft=False)
-            if chart.colour_scale is not None and mappable is not None:
-                users, _ = scale_users.setdefault(chart.colour_scale, ([], mappable))
+            if scale is not None and mappable is not None:
+                users, _ = scale_users.setdefault(scale, ([], mappable))
                 users.append(axes)
             panels.append((axes, chart))
         # Align per column: if every column has a grid of its own, matplotlib would align the labels
@@ -374,14 +374,14 @@ def _add_legend(figure: Figure, panels: Sequence[Axes], omitted: Collection[str]
     )
 
 
-def draw_chart(axes: Axes, chart: Chart) -> ScalarMappable | None:
-    """Draw a chart. Returns the artist whose colours show values (`ScalarMappable`), if any."""
-    mappable = None
+def draw_chart(axes: Axes, chart: Chart) -> tuple[ColourScale | None, ScalarMappable | None]:
+    """Draw a chart. Returns the scale of its colours, and the artist in these colours, if any."""
     _set_scales(axes, chart)
-    if chart.colour_scale is not None or chart.backdrop is not None:
-        axes.grid(visible=False)
+    scale, mappable = chart.colour_scale, None
     if chart.backdrop is not None:
-        mappable = _draw_backdrop(axes, chart.backdrop, chart.colour_scale)
+        scale, mappable = _draw_backdrop(axes, chart.backdrop)
+    if scale is not None or chart.backdrop is not None:
+        axes.grid(visible=False)
     if chart.stacked:
         _draw_stacked_areas(axes, chart.traces)
     else:
@@ -394,7 +394,7 @@ def draw_chart(axes: Axes, chart: Chart) -> ScalarMappable | None:
     for guide in chart.guides:
         _draw_guide(axes, guide)
     _set_labels(axes, chart)
-    return mappable
+    return scale, mappable
 
 
 def _set_labels(axes: Axes, chart: Chart) -> None:
@@ -514,41 +514,65 @@ def _colour_properties(scale: ColourScale) -> dict[str, Any]:
 
 
 def _draw_backdrop(
-    axes: Axes, backdrop: Backdrop, scale: ColourScale | None
-) -> ScalarMappable | None:
-    """Colour the plane by its values; over it draw fills of levels, hatches and contours.
+    axes: Axes, backdrop: Backdrop
+) -> tuple[ColourScale | None, ScalarMappable | None]:
+    """Colour the plane by its levels; over it draw hatches, contours and labels.
 
-    Returns the artist whose colours show values, if any.
+    Returns the scale of the levels without a name, if any, and its colours.
     """
-    options: dict[str, Any] = {"shading": "nearest", "rasterized": True, "zorder": 0.0}
     x, y, levels = backdrop.x, backdrop.y, backdrop.levels.T
-    colours = {} if scale is None else _colour_properties(scale)
+    is_shown = [bool(shade.text) for shade in backdrop.shades]
+    numbers = np.cumsum(is_shown) - 1.0
+    colours = [shade.figure_colour for shade in backdrop.shades if shade.text]
+    norm = BoundaryNorm(np.arange(len(colours) + 1) - 0.5, len(colours))
+    options: dict[str, Any] = {"cmap": ListedColormap(colours), "norm": norm, "zorder": 0.0}
+    scale = _level_scale(backdrop)
+    mappable = None if scale is None else ScalarMappable(**_colour_properties(scale))
     if min(levels.shape) < 2:
-        # A single row or column of points has no area.
-        points = np.meshgrid(x, y)
-        return axes.scatter(*points, _POINT_AREA, backdrop.values.T, linewidths=0.0, **colours)
-    mesh = axes.pcolormesh(x, y, backdrop.values.T, **options, **colours) if colours else None
-    has_fill = np.array([bool(shade.fill) for shade in backdrop.shades])
-    if has_fill[levels].any():
-        fills = [shade.fill or "none" for shade in backdrop.shades]
-        filled_levels = np.ma.masked_where(~has_fill[levels], levels)
-        norm = BoundaryNorm(np.arange(len(fills) + 1) - 0.5, len(fills))
-        axes.pcolormesh(x, y, filled_levels, cmap=ListedColormap(fills), norm=norm, **options)
+        # A single row or column of points has no area, thus no contours either.
+        point_x, point_y = map(np.ravel, np.meshgrid(x, y))
+        options |= {"edgecolors": grey(0.4), "linewidths": 0.3}
+        axes.scatter(point_x, point_y, _POINT_AREA, numbers[levels].ravel(), **options)
+        return scale, mappable
+    axes.pcolormesh(x, y, numbers[levels], shading="nearest", rasterized=True, **options)
     legend_shades = {}
     for level, shade in enumerate(backdrop.shades):
         inside = np.equal(levels, level).astype(float)
-        if inside.any() and shade.fill and shade.name:
+        if inside.any() and shade.name:
             legend_shades[shade.name] = shade
         if inside.any() and shade.hatch and not inside.all():
             axes.contourf(x, y, inside, levels=[0.5, 1.5], colors="none", hatches=[shade.hatch])
             axes.contour(x, y, inside, levels=[0.5], colors="black", linewidths=0.8)
     for name, shade in legend_shades.items():
-        patch = Rectangle((0.0, 0.0), 0.0, 0.0, facecolor=shade.fill, hatch=shade.hatch)
+        patch = Rectangle((0.0, 0.0), 0.0, 0.0, facecolor=shade.figure_colour, hatch=shade.hatch)
         patch.set(label=_math(name), edgecolor=_EDGE_COLOUR, linewidth=0.5)
         axes.add_patch(patch)
     for contours in backdrop.contours:
         _draw_contours(axes, backdrop, contours)
-    return mesh
+    for label_x, label_y, text in backdrop.labels:
+        label = axes.text(label_x, label_y, text, fontsize=_PLATEAU_LABEL_SIZE)
+        label.set(ha="center", va="center", path_effects=_outline())
+    return scale, mappable
+
+
+def _outline() -> list[AbstractPathEffect]:
+    # The outline of labels on colours.
+    return [withStroke(linewidth=2.0, foreground=grey(1.0), alpha=0.8)]
+
+
+def _level_scale(backdrop: Backdrop) -> ColourScale | None:
+    """The scale of the levels without a name, by their numbers; None without such levels."""
+    shades = [shade for shade in backdrop.shades if shade.text and not shade.name]
+    if not shades:
+        return None
+    return ColourScale(
+        backdrop.label,
+        tuple(shade.figure_colour for shade in shades),
+        -0.5,
+        len(shades) - 0.5,
+        tuple(range(len(shades))),
+        tuple(shade.text for shade in shades),
+    )
 
 
 def _draw_contours(axes: Axes, backdrop: Backdrop, contours: Contours) -> None:
@@ -557,11 +581,7 @@ def _draw_contours(axes: Axes, backdrop: Backdrop, contours: Contours) -> None:
     if not finite.size:
         return
     low, high = float(finite.min()), float(finite.max())
-    levels: int | list[float] = [level for level in contours.line_values if low < level < high]
-    if not contours.line_values:
-        # Neighbouring lines differ by at least the smallest displayed difference.
-        min_step = MIN_CONTRAST * max(abs(low), abs(high))
-        levels = int(min((high - low) / min_step, _MAX_CONTOURS)) if min_step > 0.0 else 0
+    levels = [level for level in contours.line_values if low < level < high]
     if not levels:
         return
     style = ROLES[contours.role]
@@ -575,7 +595,8 @@ def _draw_contours(axes: Axes, backdrop: Backdrop, contours: Contours) -> None:
         linestyles=[style["linestyle"]],
     )
     if contours.label:
-        axes.clabel(lines, fontsize=_CONTOUR_LABEL_SIZE, fmt=contours.label)
+        for text in axes.clabel(lines, fontsize=_CONTOUR_LABEL_SIZE, fmt=contours.label):
+            text.set_path_effects(_outline())
     if contours.name:
         axes.plot([], [], label=_math(contours.name), **style)
 

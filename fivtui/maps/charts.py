@@ -4,7 +4,7 @@ A level is the index of a shade. In the terminal a shade is a character, in a fi
 excess of a map is above zero where the equilibrium is unstable: its zero is the stability boundary.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any, Final
 
@@ -13,28 +13,29 @@ from numpy.typing import NDArray
 
 from fivtui.charts import (
     NO_VALUE,
+    STRONG,
     Backdrop,
+    Band,
     Chart,
-    ColourScale,
     Contours,
+    Grading,
     Label,
-    Levels,
     Shade,
     Shades,
     Sheet,
     Trace,
     axis_label,
-    colour_scale_of,
-    figure_colour,
+    grade,
     grade_values,
-    label_shades,
+    hide_unused,
     math_symbol,
     meaning_label,
     parameter_text,
-    rank_levels,
+    plateau_labels,
+    shade_bands,
     value_label,
 )
-from fivtui.model import Parameters
+from fivtui.model import Parameters, time_scale
 
 from .result import (
     KNOCK_REGION,
@@ -62,21 +63,20 @@ _LABELS: Final[Mapping[MapValue, str]] = {
 # Shades of growth rates, from the fastest decay to the fastest growth.
 _STABLE_SHADES: Final = tuple(Shade(character, "safe") for character in ":· ")
 _UNSTABLE_SHADES: Final = tuple(Shade(character, "danger") for character in "░▒▓█")
+# Shade of growth rates that are zero but for rounding, and the largest such rate over the time in
+# which a vibration without damping turns by a radian.
+_NEUTRAL_SHADE: Final = Shade("=", "warning", "0")
+_ZERO_GROWTH: Final = 1e-9
 # Shades of zero and of one unstable mode.
-_MODE_SHADES: Final = (Shade("·", "safe"), Shade("▒", "danger"))
-_NOT_KNOWN_SHADE: Final = Shade("×", "ghost", fill="0.65", name=NOT_KNOWN, missing_text=NOT_KNOWN)
-_SAFE_SHADE: Final = Shade(
-    "·", "safe", "safe", fill=figure_colour("safe", 0.12), name=REGIONS[SAFE_REGION]
-)
-# Shades of the region of coexistence, from the largest to the smallest displacement that escapes.
+_MODE_SHADES: Final = (Shade("·", "safe", "0"), Shade("▒", "danger", "1"))
+_NOT_KNOWN_SHADE: Final = Shade("×", "ghost", name=NOT_KNOWN, missing_text=NOT_KNOWN, strength=0.6)
+_SAFE_SHADE: Final = Shade("·", "safe", "safe", REGIONS[SAFE_REGION])
+# Shades of the region of coexistence, from the smallest to the largest displacement that escapes.
 _KNOCK_SHADES: Final = tuple(
-    Shade(character, "warning", fill=figure_colour("warning", 0.4), name=REGIONS[KNOCK_REGION])
-    for character in "░▒▓"
+    Shade(character, "warning", name=REGIONS[KNOCK_REGION], strength=0.4) for character in "▓▒░"
 )
-_SQUEAL_SHADE: Final = Shade(
-    "█", "danger", "squeals", fill=figure_colour("danger", 0.6), name=REGIONS[SQUEAL_REGION]
-)
-# Least relative step between two shades, twice the accuracy of displacements.
+_SQUEAL_SHADE: Final = Shade("█", "danger", "squeals", REGIONS[SQUEAL_REGION], strength=0.6)
+# Least difference between two shades relative to the greatest displacement: twice the accuracy.
 _LEAST_STEP: Final = 0.04
 # Contours of displacements in each decade, relative to its lower end.
 _CONTOUR_STEPS: Final = (1.0, 2.0, 5.0)
@@ -97,10 +97,14 @@ def map_chart(result: StabilityMap, edited: Parameters | None = None) -> Chart:
     slices = tuple(slice(None, None, -1 if axis[0] > axis[-1] else 1) for axis in result.axes)
     x, y = (axis[order] for axis, order in zip(result.axes, slices, strict=True))
     values = shown_offsets(result) if result.value == "coexistence" else result.values
-    levels, shades = _level_grid(result, values)
+    grading, shades = _grade(result, values)
+    # The grading along ascending axes.
+    grading = grading._replace(levels=grading.levels[slices])
     column = result.column
     label = Label(_LABELS[result.value], meaning_label(column.meaning, column.unit).math)
-    contours = [replace(lines, values=lines.values[slices]) for lines in _contours(result)]
+    contours = [
+        replace(lines, values=lines.values[slices]) for lines in _contours(result, grading.bounds)
+    ]
     name = "stability boundary"
     if result.value == "critical-mu" and "mu" not in result.names:
         name += f", {value_label('mu', result.parameters.mu)}"
@@ -110,6 +114,7 @@ def map_chart(result: StabilityMap, edited: Parameters | None = None) -> Chart:
             *_zero_lines(x, y, result.excess[slices]),
             look="dots",
             ordered=False,
+            colour=STRONG,
             role="boundary",
         )
     ]
@@ -120,8 +125,16 @@ def map_chart(result: StabilityMap, edited: Parameters | None = None) -> Chart:
         axis_label(result.grid.specs[0]),
         axis_label(result.grid.specs[1]),
         tuple(traces),
-        backdrop=Backdrop(x, y, levels[slices], shades, values[slices], label, contours),
-        colour_scale=_colours(result, label),
+        backdrop=Backdrop(
+            x,
+            y,
+            grading.levels,
+            hide_unused(grading.levels, shades),
+            values[slices],
+            label,
+            contours,
+            plateau_labels(x, y, grading),
+        ),
         note=label,
         x_range=(float(x[0]), float(x[-1])),
         y_range=(float(y[0]), float(y[-1])),
@@ -160,27 +173,14 @@ def is_logarithmic(values: FloatArray) -> bool:
     return bool(np.allclose(steps, steps[0], rtol=1e-6))
 
 
-def _colours(result: StabilityMap, label: str) -> ColourScale | None:
-    if result.value == "coexistence":
-        return None
-    if result.value == "unstable-modes":
-        return ColourScale(label, ("white", figure_colour("danger", 0.45)), -0.5, 1.5, (0.0, 1.0))
-    if result.value == "growth-rate":
-        # Zero, the limit of stability, is the middle of the colours.
-        magnitudes = np.abs(result.values[np.isfinite(result.values)])
-        largest = max(float(magnitudes.max(initial=0.0)), np.finfo(float).tiny)
-        return ColourScale(label, "RdBu_r", -largest, largest)
-    return colour_scale_of(label, result.values)
-
-
-def _contours(result: StabilityMap) -> list[Contours]:
-    """Contour lines, with which a map can be read without colours."""
+def _contours(result: StabilityMap, bounds: Sequence[float]) -> list[Contours]:
+    """Contour lines, with which a map can be read without colours: at bounds of levels."""
     if result.value == "safe-mu":
         shares = result.safe_mu / result.critical_mu
         share_contours = (
             Contours(shares, [share], name, _mu_label(label)) for share, name, label in _SAFE_SHARES
         )
-        return [Contours(result.safe_mu, label="%.3g"), *share_contours]
+        return [Contours(result.safe_mu, bounds, label="%g"), *share_contours]
     if result.value == "coexistence" and result.escape is not None:
         finite = result.escape[np.isfinite(result.escape)]
         ends = np.floor(np.log10([finite.min(), finite.max()])) if finite.size else (0, -1)
@@ -189,7 +189,7 @@ def _contours(result: StabilityMap) -> list[Contours]:
         name = "offset from rest that escapes"
         return [Contours(result.escape, levels, name=name, label="%g m")] if levels else []
     if result.value in ("growth-rate", "critical-mu"):
-        return [Contours(result.values, label="%g")]
+        return [Contours(result.values, bounds, label="%g")]
     return []
 
 
@@ -198,7 +198,7 @@ def _mu_label(text: str) -> Label:
     return Label(text, text.replace("μ", "$\\mu$"))
 
 
-def _level_grid(result: StabilityMap, values: FloatArray) -> tuple[Levels, Shades]:
+def _grade(result: StabilityMap, values: FloatArray) -> tuple[Grading, Shades]:
     """The level of every point, and the shade of every level.
 
     The last two levels are of points that have no value, and of points whose value is not known
@@ -206,58 +206,72 @@ def _level_grid(result: StabilityMap, values: FloatArray) -> tuple[Levels, Shade
     """
     missing = np.isnan(result.values)
     if result.value == "coexistence":
-        levels, shades = region_levels(result.values, values)
+        grading, shades = grade_regions(result.values, values)
     elif result.value == "growth-rate":
-        shades = (*_STABLE_SHADES, *_UNSTABLE_SHADES)
-        stable_count = len(_STABLE_SHADES)
-        finite = values[~missing]
-        fastest_decay = max(-float(finite.min(initial=0.0)), np.finfo(float).tiny)
-        fastest_growth = max(float(finite.max(initial=0.0)), np.finfo(float).tiny)
-        rates = np.nan_to_num(values)
-        stable_levels = stable_count - 1 - np.floor(-rates / fastest_decay * stable_count)
-        unstable_levels = stable_count + np.floor(rates / fastest_growth * len(_UNSTABLE_SHADES))
-        levels = np.where(
-            rates < 0.0,
-            np.clip(stable_levels, 0, stable_count - 1),
-            np.clip(unstable_levels, stable_count, len(shades) - 1),
-        )
+        grading, shades = _grade_growth(values, time_scale(result.parameters))
     elif result.value == "unstable-modes":
-        shades, levels = _MODE_SHADES, np.clip(np.nan_to_num(values), 0, 1)
+        levels = np.clip(np.nan_to_num(values), 0, 1).astype(np.intp)
+        grading, shades = Grading(levels, [], []), _MODE_SHADES
     else:
         # The last shade of graded values is for points without a value.
-        levels, (*shades, _) = grade_values(values)
-    levels = np.where(missing, len(shades), levels)
+        grading, (*shades, _) = grade_values(values)
+    levels = np.where(missing, len(shades), grading.levels)
     levels = np.where(result.unknown, len(shades) + 1, levels).astype(np.intp)
     # Critical and safe μ do not depend on μ; they need not exist. Other values are missing only
     # without an equilibrium.
     name = "none" if result.value in MU_FREE_VALUES else "no equilibrium"
     no_value = NO_VALUE._replace(text=result.missing, name=name)
-    return levels, label_shades(levels, (*shades, no_value, _NOT_KNOWN_SHADE), values)
+    return grading._replace(levels=levels), (*shades, no_value, _NOT_KNOWN_SHADE)
 
 
-def region_levels(regions: FloatArray, escape: FloatArray) -> tuple[Levels, Shades]:
+def _grade_growth(rates: FloatArray, time_unit: float) -> tuple[Grading, Shades]:
+    # Levels of decay, of zero and of growth; rates up to `_ZERO_GROWTH` over the time are zero.
+    zero = _ZERO_GROWTH / time_unit
+    decay = grade(np.where(rates < -zero, rates, np.nan), len(_STABLE_SHADES), log=False)
+    growth = grade(np.where(rates > zero, rates, np.nan), len(_UNSTABLE_SHADES), log=False)
+    bands = [*decay.bands, Band(None, None, 0.0), *growth.bands]
+    levels = np.where(rates > zero, len(decay.bands) + 1 + growth.levels, decay.levels)
+    decay_texts = [band.text() if band.upper is not None else "<0" for band in decay.bands]
+    shades = (
+        *shade_bands(_STABLE_SHADES, decay_texts),
+        _NEUTRAL_SHADE,
+        *shade_bands(_UNSTABLE_SHADES, [band.text() for band in growth.bands]),
+    )
+    # Decay beside a plateau falls to zero at the stability boundary, which is a line of its own.
+    has_plateau = any(band.plateau is not None for band in decay.bands)
+    return Grading(levels, bands, [*([] if has_plateau else decay.bounds), *growth.bounds]), shades
+
+
+def grade_regions(regions: FloatArray, escape: FloatArray) -> tuple[Grading, Shades]:
     """Levels and shades of the three regions.
 
     The region of coexistence is graded by `escape`, the displacement that escapes, m.
     """
     is_graded = (regions == KNOCK_REGION) & np.isfinite(escape)
-    knock_levels = np.ones(regions.shape, dtype=np.intp)
-    knock_levels[is_graded] += rank_levels(-escape[is_graded], len(_KNOCK_SHADES), _LEAST_STEP)
-    squeal_level = 1 + len(_KNOCK_SHADES)
-    levels = np.where(regions == SQUEAL_REGION, squeal_level, knock_levels)
+    knock = grade(np.where(is_graded, escape, np.nan), len(_KNOCK_SHADES), _LEAST_STEP)
+    knock_shades = shade_bands(_KNOCK_SHADES, [_escape_text(band) for band in knock.bands])
+    # Points without a value are where no tested displacement escapes.
+    far_shade = _KNOCK_SHADES[-1]._replace(text=REGIONS[KNOCK_REGION])
+    shades = (_SAFE_SHADE, *knock_shades, far_shade, _SQUEAL_SHADE)
+    levels = np.where(regions == SQUEAL_REGION, len(shades) - 1, 1 + knock.levels)
     levels = np.where(regions == SAFE_REGION, 0, levels)
-    knock_shades = []
-    for level, shade in enumerate(_KNOCK_SHADES, start=1):
-        least = escape[is_graded & (levels == level)].min(initial=np.inf)
-        text = f"≥{least:.2g} m" if np.isfinite(least) else "squeals after a knock"
-        knock_shades.append(shade._replace(text=text))
-    return levels, (_SAFE_SHADE, *knock_shades, _SQUEAL_SHADE)
+    return Grading(levels, [], []), shades
+
+
+def _escape_text(band: Band) -> str:
+    # Displacements of a level in the region of coexistence.
+    if band.plateau is not None:
+        return f"{band.plateau:.2g} m"
+    return f"<{band.upper:.2g} m" if band.lower is None else f"≥{band.lower:.2g} m"
 
 
 def _zero_lines(x: FloatArray, y: FloatArray, excess: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Contour lines of zero excess, by linear interpolation; NaN separates the lines."""
     from contourpy import contour_generator
 
+    if min(excess.shape) < 2:
+        # A single row or column of points has no lines.
+        return np.empty(0), np.empty(0)
     values = np.ma.masked_invalid(excess.T)
     lines: Any = contour_generator(x, y, values, corner_mask=True).lines(0.0)
     if not lines:

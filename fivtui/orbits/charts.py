@@ -14,7 +14,6 @@ from fivtui.charts import (
     Strip,
     Trace,
     axis_label,
-    figure_colour,
     math_symbol,
     math_unit,
     parameter_text,
@@ -40,15 +39,10 @@ _COLOURS: Final = {
     Kind.STICK_SLIP_CYCLE: "series-2",
     Kind.STICK: "series-7",
 }
-_REST_SHADE: Final = Shade(" ", style="safe", fill="white")
+_REST_SHADE: Final = Shade(" ", style="safe")
 # Shades of the basins of cycles, in the order of the attractors.
 _CYCLE_SHADES: Final = tuple(
-    Shade(
-        character,
-        style=series_role(index),
-        fill=figure_colour(series_role(index), 0.4),
-        hatch=hatch,
-    )
+    Shade(character, style=series_role(index), hatch=hatch, strength=0.4)
     for index, (character, hatch) in enumerate(
         zip("░▒▓█·:×", ("///", "...", "xxx", "\\\\\\", "+++", "ooo", "|||"), strict=True)
     )

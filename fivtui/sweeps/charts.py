@@ -19,9 +19,10 @@ from fivtui.charts import (
     axis_label,
     colour_scale_of,
     grade_values,
-    label_shades,
+    hide_unused,
     math_symbol,
     meaning_label,
+    plateau_labels,
 )
 from fivtui.model import InputError, Parameters
 from fivtui.transient import VARIABLES
@@ -140,8 +141,13 @@ def grid_chart(result: Sweep, case: bool, present: tuple[float, float] | None = 
     if study.design.kind == "product":
         values = np.full((x.size, y.size), np.nan)
         values[x_indices, y_indices] = results[members]
-        levels, shades = grade_values(values)
-        backdrop = Backdrop(x, y, levels, label_shades(levels, shades, values), values, label)
+        # The shades of both cases are the same.
+        grading, shades = grade_values(results)
+        shades = hide_unused(grading.levels, shades)
+        levels = np.full(values.shape, len(grading.bands), dtype=np.intp)
+        levels[x_indices, y_indices] = grading.levels[members]
+        labels = plateau_labels(x, y, grading._replace(levels=levels))
+        backdrop = Backdrop(x, y, levels, shades, values, label, labels=labels)
     else:
         point_x, point_y = x[x_indices], y[y_indices]
         traces.append(
@@ -155,7 +161,7 @@ def grid_chart(result: Sweep, case: bool, present: tuple[float, float] | None = 
         axis_label(VARIABLES[second]),
         tuple(traces),
         backdrop=backdrop,
-        colour_scale=colour_scale_of(label, results),
+        colour_scale=None if backdrop is not None else colour_scale_of(label, results),
         note=f"{label}, {_CASE_NAMES[shown_case]}",
         title=_CASE_NAMES[shown_case],
         log=_log_axes(study, x=first, y=second),

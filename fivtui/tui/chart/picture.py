@@ -172,6 +172,11 @@ class _Canvas:
         inside = ~(outside_x[None, :] | outside_y[:, None])
         self._characters[inside] = characters[levels][inside]
         self._styles[inside] = styles[levels][inside]
+        for x, y, text in backdrop.labels:
+            column, row = self._column_at(x), self._row_at(y)
+            if column is not None and row is not None:
+                padded = f" {text} "
+                self._write(row, column - len(padded) // 2, padded, self._style_id("plot"))
 
     def draw_guides(self, chart: Chart) -> None:
         labels = self._guide_labels

@@ -8,10 +8,10 @@ from textual.pilot import Pilot
 from textual.widgets import Input
 
 from fivtui import Parameters, safety_map
-from fivtui.charts import NO_VALUE, Shade, grade_values, label_shades, scale_text
+from fivtui.charts import NO_VALUE, grade_values, scale_text
 from fivtui.charts.chart import Cursors, View
 from fivtui.maps import StabilityMap
-from fivtui.maps.charts import map_chart, region_levels, shown_offsets
+from fivtui.maps.charts import grade_regions, map_chart, shown_offsets
 from fivtui.maps.searched_points import SearchedPoint
 from fivtui.tui.chart.picture import draw
 from fivtui.tui.tabs.requests.map import map_request
@@ -40,7 +40,7 @@ def scale_of(result: StabilityMap) -> str:
 def test_a_map_of_coexistence_has_three_kinds_of_shades(regions: StabilityMap) -> None:
     chart = map_chart(regions, Parameters(F=110.0))
     scale = scale_of(regions)
-    assert scale.startswith("· safe ░ ≥")
+    assert scale.startswith("· safe ▓ <")
     assert scale.endswith(" m █ squeals")
     backdrop = chart.backdrop
     assert backdrop is not None
@@ -64,16 +64,6 @@ def test_the_least_displacement_that_leads_to_squeal_is_zero_where_the_slider_sq
     assert np.all((knock_offsets > 0.0) & np.isfinite(knock_offsets))
 
 
-def test_a_scale_gives_the_upper_value_of_each_shade() -> None:
-    shades = (Shade(" ", "trace-1"), Shade("░", "trace-1"), NO_VALUE)
-    values = np.array([[0.25, 0.5], [0.75, np.nan]])
-    levels = np.array([[0, 0], [1, 2]])
-    assert scale_text(label_shades(levels, shades, values)) == "blank ≤0.5 ░ ≤0.75 ? none"
-    # Enough digits to distinguish levels.
-    close = np.array([[0.27785, 0.27785], [0.27791, np.nan]])
-    assert scale_text(label_shades(levels, shades, close)) == "blank ≤0.2778 ░ ≤0.2779 ? none"
-
-
 @pytest.fixture(scope="module")
 def nearly_constant_map() -> StabilityMap:
     return safety_map(None, {"F": [80.0, 120.0], "k_nl": [95.0, 105.0]})
@@ -86,24 +76,27 @@ def test_negligible_differences_have_one_shade(nearly_constant_map: StabilityMap
     assert chart.note == "safe μ"
     assert chart.backdrop is not None
     assert np.unique(chart.backdrop.levels).size == 1
-    assert scale_of(nearly_constant_map).split() == ["▒", "≤0.278"]
+    # The plateau is labelled with its value, in the scale and in its middle.
+    assert scale_of(nearly_constant_map).split() == ["▒", "0.278"]
     axes, bar = nearly_constant_map.figure().axes
     assert list(axes.texts) == []
-    low, high = bar.get_ylim()
-    assert high - low == pytest.approx(1e-3 * nearly_constant_map.safe_mu.max())
+    assert [label.get_text() for label in bar.get_yticklabels()] == ["0.278"]
     # Larger differences have shades of their own, and a plateau has one shade.
     plateau = np.array([[0.2778, 0.27785, 0.2779, 0.4], [0.2778, 0.9, 0.9001, np.nan]])
-    levels, shades = grade_values(plateau)
+    grading, shades = grade_values(plateau)
+    levels = grading.levels
     assert len({*levels[0, :3].tolist(), levels[1, 0]}) == 1
     (plateau_level, _, _, middle_level), (_, *high_levels, missing_level) = levels.tolist()
     assert plateau_level < middle_level < min(high_levels) == max(high_levels)
     assert shades[missing_level] == NO_VALUE
-    ramp, _ = grade_values(np.linspace(0.1, 1.0, 60))
-    assert np.bincount(ramp).tolist() == [10] * 6
     # Displacements that lead to squeal, m, share a level if they differ by less than 4 %, twice
-    # their accuracy. The greatest have level 1, smaller ones higher levels.
-    ((low, nearly_low, high),), _ = region_levels(np.ones((1, 3)), np.array([[1.0, 1.03, 3.0]]))
-    assert low == nearly_low > high == 1
+    # their accuracy. The greatest have the lightest shade.
+    escape = np.array([[1.0, 1.01, 1.02, 1.03, 3.0]])
+    regions, shades = grade_regions(np.ones((1, 5)), escape)
+    *near, far = (shades[level] for level in regions.levels[0])
+    assert [shade.text for shade in (near[0], far)] == ["1 m", "≥2 m"]
+    assert len(set(near)) == 1
+    assert (near[0].character, far.character) == ("▓", "░")
 
 
 def test_a_map_distinguishes_missing_from_unknown_safe_friction(
