@@ -7,7 +7,7 @@ from typing import Final, NamedTuple
 
 from fmu_src.slave import Role, VariableTable
 
-from .description import license_text
+from .description import license_text, project_license
 
 _PYTHON_RULES: Final = """\
 <h2>Rules</h2>
@@ -101,7 +101,7 @@ def documentation_files(component: Component, *, is_native: bool) -> dict[str, b
     rules = _NATIVE_RULES if is_native else _PYTHON_RULES
     texts = {
         "index.html": _index_page(component, rules),
-        "licenses/license.txt": license_text("fivtui"),
+        "licenses/license.txt": project_license(),
     }
     if not is_native:
         texts["licenses/pythonfmu.txt"] = license_text("pythonfmu")

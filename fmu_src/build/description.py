@@ -13,7 +13,7 @@ import uuid
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from datetime import UTC, datetime
-from importlib.metadata import distribution
+from importlib.metadata import PackageNotFoundError, distribution
 from pathlib import Path
 from typing import Final
 from xml.etree import ElementTree as ET
@@ -84,12 +84,20 @@ def about_attributes() -> dict[str, str]:
     return {
         "author": "The fivtui developers",
         "version": __version__,
-        "copyright": next(line for line in license_text("fivtui").splitlines() if "(c)" in line),
+        "copyright": next(line for line in project_license().splitlines() if "(c)" in line),
         "license": "MIT",
         "generationTool": TOOL,
         _DATE: build_date(),
         "variableNamingConvention": "structured",
     }
+
+
+def project_license() -> str:
+    """The licence of fivtui, which is installed or runs from its source folder."""
+    try:
+        return license_text("fivtui")
+    except PackageNotFoundError:
+        return (Path(__file__).parents[2] / "LICENSE").read_text(encoding="utf-8")
 
 
 def license_text(package: str) -> str:

@@ -6,6 +6,7 @@ import re
 import sys
 import zipfile
 from importlib import import_module
+from importlib.metadata import PackageNotFoundError
 from pathlib import Path, PurePosixPath
 
 import fmpy
@@ -21,7 +22,7 @@ from fivtui.fmu.check import check_fmu
 from fivtui.io import is_replaceable
 from fivtui.model.errors import InputError
 from fivtui.version import __version__
-from fmu_src.build import builder
+from fmu_src.build import builder, description
 from fmu_src.build.builder import build_fmu
 from fmu_src.build.components import COMPONENTS
 from fmu_src.build.description import base_exponents
@@ -186,6 +187,18 @@ def test_an_invalid_date_is_refused(
     monkeypatch.setenv("SOURCE_DATE_EPOCH", date)
     with pytest.raises(InputError, match=r"SOURCE_DATE_EPOCH = .*: must be seconds since 1970"):
         build_fmu(tmp_path / "m.fmu")
+
+
+def test_a_source_folder_that_is_not_installed_has_the_same_licence(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    installed = description.project_license()
+
+    def raise_not_found(package: str) -> None:
+        raise PackageNotFoundError(package)
+
+    monkeypatch.setattr(description, "distribution", raise_not_found)
+    assert description.project_license() == installed
 
 
 @pytest.mark.parametrize("flavour", ["python", "native"])
