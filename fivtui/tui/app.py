@@ -107,7 +107,8 @@ class FivtuiApp(App[None]):
         (0, "-cramped"),
         (40, "-narrow"),
         (80, "-regular"),
-        (140, "-wide"),
+        (120, "-broad"),
+        (180, "-wide"),
     ]
     VERTICAL_BREAKPOINTS = [  # noqa: RUF012 (typed as in the base class)
         (0, "-flat"),

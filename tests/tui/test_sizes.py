@@ -29,7 +29,7 @@ async def test_panes_are_complete_and_titles_uncut_at_any_size() -> None:
             check_panes(pilot, size)
             # The buttons measure errors and times of methods, or check the claims of the paper.
             for key, phrase in (
-                ("alt+8", "State Peak ±2nd ½ Events"),
+                ("alt+8", "State Peak ±2nd ½ Events Table"),
                 ("alt+8", "F10 measures all methods"),
                 ("alt+3", "Growth μ_c Modes"),
                 ("alt+5", "Safe μ Regions"),

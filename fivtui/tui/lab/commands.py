@@ -67,7 +67,7 @@ _SEARCH_TERMS: Final = {
     "figures": "paper",
     "claims": "paper verify check statements",
     "uncertainty": "uncertainty probability scatter sobol monte carlo reliability sensitivity",
-    "histogram": "probability distribution scatter",
+    "growth_rate": "histogram probability distribution scatter",
     "indices": "sobol sensitivity importance",
     "samples": "scatter points",
     "result": "numbers values table peak summary compare",

@@ -109,7 +109,6 @@ class RunsPane(Vertical):
         newest_first = list(reversed(list(runs)))
         self.border_subtitle = self.KEYS if newest_first else self.NO_RUNS
         table.show_header = bool(newest_first)
-        self.set_class(not newest_first, "-empty")
         # Without a baseline, omit the differences.
         is_shown = [label != _DIFFERENCE or runs.baseline is not None for label in _COLUMNS]
         colours = self.app.theme_variables

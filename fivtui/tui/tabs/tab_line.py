@@ -48,7 +48,7 @@ class TabLine(Widget, can_focus=True):
             if len(line) > 1:
                 line += Content.styled("│ ", "$foreground 30%")
             if _GROUPS in parts and group:
-                line += Content.styled(f"{group} ", "$text-muted italic")
+                line += Content.styled(group, "$foreground 60% italic") + " "
             for spec in specs:
                 title = self._title(spec, parts)
                 if spec.id == self.active:
@@ -64,5 +64,5 @@ class TabLine(Widget, can_focus=True):
         title = spec.title if _TITLES in parts or spec.id == self.active else ""
         if title and self.progress and spec is self._specs[0]:
             title = f"{title} {self.progress}"
-        content = Content.assemble((sign, "$text-muted"), " " if sign and title else "", title)
+        content = Content.assemble((sign, "$foreground 60%"), " " if sign and title else "", title)
         return content.stylize(Style.from_meta({"@click": f"screen.show_tab('{spec.id}')"}))

@@ -25,6 +25,9 @@ from .pane import Pane
 # Short titles of views, for narrow windows, and columns of a border beside its titles.
 _SHORT_TITLES: Final = {"Difference": "Diff", "Measured": "Data"}
 _CORNERS: Final = 6
+# Styles of the titles of the current view and of the hidden ones.
+_CURRENT_STYLE: Final = "reverse"
+_HIDDEN_STYLE: Final = "not bold $foreground 80%"
 # Columns beside the values that cursors read.
 _PADDING: Final = 2
 _CURSOR_KEYS: Final = ("C: second cursor", "← →: move", "Esc: off")
@@ -74,7 +77,7 @@ class ViewsPane(Pane):
 
     @on(Resize)
     def _fit_titles(self) -> None:
-        self._show_titles()
+        self.show_titles()
         if self.has_class("-cursors"):
             self._show_cursors()
 
@@ -165,7 +168,12 @@ class ViewsPane(Pane):
     def view(self) -> str:
         """Identifier of the current view."""
         stored = self.stored_setting(self.VIEW_SETTING, "")
-        return stored if stored in self.VIEWS else next(iter(self.VIEWS))
+        return stored if stored in self.VIEWS else self.default_view
+
+    @property
+    def default_view(self) -> str:
+        """Identifier of the view that is shown at first."""
+        return next(iter(self.VIEWS))
 
     @property
     def page(self) -> Widget:
@@ -200,24 +208,26 @@ class ViewsPane(Pane):
         """Show a view by its identifier."""
         self.store_setting(self.VIEW_SETTING, name)
         self.query_one(ContentSwitcher).current = self.page_of(name)
-        self._show_titles()
+        self.show_titles()
         self.draw()
         self._show_cursors()
         self.focus_within(self.page)
 
-    def _show_titles(self) -> None:
-        # In the upper border: all titles, the current one marked; a click shows a view.
+    def show_titles(self) -> None:
+        """Display the titles in the upper border, the current one marked."""
         width = self.outer_size.width - _CORNERS
         titles = dict(self.VIEWS)
         if sum(len(title) + 1 for title in titles.values()) > width:
             titles = {name: _SHORT_TITLES.get(title, title) for name, title in titles.items()}
         blank_count = 2 if sum(len(title) + 2 for title in titles.values()) <= width else 1
-        parts = []
+        styled_titles = []
         for name, title in titles.items():
-            is_marked = name == self.view and len(titles) > 1
-            style = Style.from_meta({"@click": f"show_view('{name}')"})
-            parts.append(Content.styled(title, "reverse" if is_marked else "").stylize(style))
-        self.border_title = Content(" " * blank_count).join(parts)
+            style = _CURRENT_STYLE if name == self.view else _HIDDEN_STYLE
+            content = Content.styled(title, style if len(titles) > 1 else "")
+            styled_titles.append(
+                content.stylize(Style.from_meta({"@click": f"show_view('{name}')"}))
+            )
+        self.border_title = Content(" " * blank_count).join(styled_titles)
 
 
 def _copy_view(view: View) -> View:

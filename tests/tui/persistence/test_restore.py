@@ -112,7 +112,7 @@ async def test_the_previous_screen_is_restored(
         await show_tab(pilot, "alt+8")
         await pilot.press("f10")
         await until_shown(pilot, TAB_PHRASES["trade-off"])
-        await pilot.click("#quantity-peak")
+        await click_view(pilot, "peak")
         chart_of(pilot, "errors-chart").focus()
         await pilot.press("x")
         await show_tab(pilot, "alt+1")

@@ -184,7 +184,7 @@ async def test_the_trade_off_is_measured_and_shown(
     assert "now taylor (compiled) tol=1e-12" in flat_text_of(pilot)
     await type_into(pilot, "t_end", "10")
     await until_shown(pilot, "this scene, this machine")
-    await pilot.click("#quantity-events")
+    await click_view(pilot, "events")
     await until_shown(pilot, "error of events (s)")
     await click_view(pilot, "settings")
     await until_shown(pilot, "method setting error CPU ms")

@@ -10,7 +10,7 @@ from textual.layout import ArrangeResult, Layout, WidgetPlacement
 from textual.widget import Widget
 
 from fivtui.tui.session import FormField
-from fivtui.tui.tabs import FieldFocused, FieldStepped
+from fivtui.tui.tabs import FieldFocused, FieldStepped, shorten
 
 from .editors import editor_of
 
@@ -25,6 +25,10 @@ _SYMBOL_WIDTH: Final = 6
 _STEP_WIDTH: Final = 3
 _STEPS_WIDTH: Final = _STEP_WIDTH * len(_STEP_SIGNS)
 _UNIT_WIDTH: Final = 6
+# Width of the editor of a number beside which the meaning of the field fits.
+_NUMBER_WIDTH: Final = 12
+# Minimum width of the meaning of a field.
+_MEANING_WIDTH: Final = 20
 # Maximum number of displayed lines of an error message.
 _MAX_LINES: Final = 8
 
@@ -73,7 +77,14 @@ class FieldRow(Widget):
         """First column and width of the editor in a row of this width."""
         first_column = max(_SYMBOL_WIDTH, len(self._symbol) + 1) + len(_CHANGED_SIGN)
         width_after = 0 if self.field.step_rule is None else _STEPS_WIDTH + _UNIT_WIDTH
+        row_width -= self._meaning_width(row_width)
         return first_column, max(row_width - first_column - width_after, 1)
+
+    def _meaning_width(self, row_width: int) -> int:
+        # Columns for the meaning of the field at the end of a wide row, else 0.
+        width = row_width - len(_CHANGED_SIGN) - _SYMBOL_WIDTH - _NUMBER_WIDTH
+        width -= _STEPS_WIDTH + _UNIT_WIDTH
+        return width if width >= _MEANING_WIDTH else 0
 
     def get_content_height(self, container: Size, viewport: Size, width: int) -> int:  # noqa: ARG002
         """One line plus those of the error message or note."""
@@ -97,6 +108,9 @@ class FieldRow(Widget):
         if field.step_rule is not None:
             parts += [(sign.center(_STEP_WIDTH), "$button-foreground") for sign in _STEP_SIGNS]
             parts.append((f" {field.unit}".ljust(_UNIT_WIDTH), ""))
+        meaning_width = self._meaning_width(width)
+        if meaning_width:
+            parts.append((f" {shorten(field.meaning, meaning_width - 1)}", "$foreground 60%"))
         line = Content.assemble(*parts)
         style = "$text-error" if self._error else "$text-muted"
         lines_below = (Content.styled(_INDENT + line, style) for line in self._lines_below(width))

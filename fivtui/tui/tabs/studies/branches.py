@@ -62,7 +62,7 @@ class BranchesPane(StudyPane):
 
     def compose_bar(self) -> ComposeResult:
         """The parameter with its range, and the start of the branch."""
-        yield from self.compose_input()
+        yield from super().compose_bar()
         yield Button(_ORIGINS[self._origin], id="branch-from", compact=True)
 
     def compose_views(self) -> ComposeResult:

@@ -56,10 +56,6 @@ class IdentificationPane(StudyPane):
         super().__init__(session)
         self._signal_index = 0
 
-    def compose_bar(self) -> ComposeResult:
-        """Files, and what is fitted."""
-        yield from self.compose_input()
-
     def compose_views(self) -> ComposeResult:
         """Both signals and the residuals; the fitted values."""
         with Vertical(id="fit"):

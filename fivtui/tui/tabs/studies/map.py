@@ -42,7 +42,6 @@ _RANGES_SETTING: Final = "over"
 _RANGES_WITHOUT_MU: Final = "over-others"
 # Delay between the last edit and the computation of the map, s.
 _MAP_DELAY: Final = 0.1
-_PAGE: Final = "map-view"
 # Usual duration of a point of a map of safe friction, s.
 _POINT_S: Final = {"safe-mu": 1.2e-2, "coexistence": 1.5e-3}
 _SKETCH_X: Final = np.linspace(0.0, 1.0, 80)
@@ -57,20 +56,13 @@ class _MapStudy(StudyPane):
     EXAMPLE: ClassVar[str] = EXAMPLES["growth-rate"]
     INPUT_FORMAT: ClassVar[str] = "two ranges NAME=START:STOP:COUNT"
     VIEW_SETTING: ClassVar[str] = "value"
-
-    def compose_bar(self) -> ComposeResult:
-        """The two ranges."""
-        yield from self.compose_input()
+    PAGE: ClassVar[str] = "map-view"
 
     def compose_views(self) -> ComposeResult:
         """One chart, and the scale of its shades."""
-        with Vertical(id=_PAGE):
+        with Vertical(id=self.PAGE):
             yield ChartView("map-chart", runs_points=True)
             yield Static("", id="scale", markup=False)
-
-    def page_of(self, view: str) -> str:  # noqa: ARG002
-        """The page is the same for all mapped values."""
-        return _PAGE
 
     @property
     def input_setting(self) -> str:
@@ -170,7 +162,8 @@ class SafeFrictionPane(_MapStudy):
     """Safe friction, or the regions of coexistence, over two parameters of the edited scene."""
 
     NAME: ClassVar[str] = "safe-mu"
-    VIEWS: ClassVar[Mapping[str, str]] = SAFETY_MAPS
+    QUANTITIES: ClassVar[Mapping[str, str]] = SAFETY_MAPS
+    VIEWS: ClassVar[Mapping[str, str]] = QUANTITIES
     SKETCH: ClassVar[Sketch | None] = Sketch(
         x="F",
         y="k_nl",
@@ -219,7 +212,8 @@ class MapPane(_MapStudy):
     """
 
     NAME: ClassVar[str] = "map"
-    VIEWS: ClassVar[Mapping[str, str]] = TITLES
+    QUANTITIES: ClassVar[Mapping[str, str]] = TITLES
+    VIEWS: ClassVar[Mapping[str, str]] = QUANTITIES
 
     def __init__(self, session: Session) -> None:
         super().__init__(session)

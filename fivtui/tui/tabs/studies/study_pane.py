@@ -2,12 +2,12 @@
 
 from collections.abc import Mapping, Sequence
 from functools import partial
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Final
 
 from textual import on
 from textual.app import ComposeResult
 from textual.events import DescendantBlur, DescendantFocus
-from textual.widgets import Button, Input
+from textual.widgets import Input
 
 from fivtui.charts import Heading, NearestPoint
 from fivtui.model import InputError, Parameters
@@ -21,9 +21,12 @@ from fivtui.tui.tabs.job_pane import JobPane
 from fivtui.tui.tabs.messages import PointRunRequested
 from fivtui.tui.tabs.preview import Preview, Sketch, about
 
+# Key of the quantity displayed last.
+_QUANTITY_SETTING: Final = "quantity"
+
 
 class StudyPane(JobPane):
-    """The tab of a kind of study; a subclass defines input, choices, computation and charts.
+    """The tab of a kind of study; a subclass defines input, views, computation and charts.
 
     From the edited scene and the text of the input, `parse` makes a request, from which `compute`
     makes the result. A displayed result may also come from a file or from the saved session.
@@ -38,10 +41,10 @@ class StudyPane(JobPane):
         Identifier and initial text of the input; without `EXAMPLE` there is no input.
     INPUT_FORMAT : str
         Format of the input, displayed while it has the focus.
-    CHOICE_SETTING : str
-        Key of the setting that stores the active button.
-    CHOICES : mapping of str to str
-        Identifiers and titles of the buttons, of which one is active.
+    QUANTITIES : mapping of str to str
+        Identifiers and titles of the views that share a page and display a quantity each.
+    PAGE : str
+        Identifier of this page.
     SKETCH, QUESTION : Sketch or None, str
         Shape of a typical result, and the question it answers; displayed before the first result.
     START, TYPICAL_S : str, float
@@ -55,8 +58,8 @@ class StudyPane(JobPane):
     INPUT: ClassVar[str] = ""
     EXAMPLE: ClassVar[str] = ""
     INPUT_FORMAT: ClassVar[str] = ""
-    CHOICE_SETTING: ClassVar[str] = ""
-    CHOICES: ClassVar[Mapping[str, str]] = {}
+    QUANTITIES: ClassVar[Mapping[str, str]] = {}
+    PAGE: ClassVar[str] = ""
     SKETCH: ClassVar[Sketch | None] = None
     QUESTION: ClassVar[str] = ""
     START: ClassVar[str] = ""
@@ -79,16 +82,17 @@ class StudyPane(JobPane):
 
     # The input
 
-    def compose_input(self) -> ComposeResult:
-        """The input of the bar."""
-        yield TextInput(
-            self.initial_text,
-            replace_commas=with_decimal_points,
-            id=self.INPUT,
-            classes="study-input",
-            compact=True,
-            select_on_focus=False,
-        )
+    def compose_bar(self) -> ComposeResult:
+        """The input, if there is one."""
+        if self.EXAMPLE:
+            yield TextInput(
+                self.initial_text,
+                replace_commas=with_decimal_points,
+                id=self.INPUT,
+                classes="study-input",
+                compact=True,
+                select_on_focus=False,
+            )
 
     @property
     def input_setting(self) -> str:
@@ -179,35 +183,28 @@ class StudyPane(JobPane):
         """What the key of the computation does, and how long it usually takes."""
         return f"{self.START}, {about(self.TYPICAL_S)}"
 
-    # The choices
+    # The views
+
+    def page_of(self, view: str) -> str:
+        """Identifier of the page that displays a view."""
+        return self.PAGE if view in self.QUANTITIES else view
 
     @property
-    def choice(self) -> str:
-        """Identifier of the active choice."""
-        stored = self.stored_setting(self.CHOICE_SETTING, "")
-        return stored if stored in self.CHOICES else next(iter(self.CHOICES))
+    def quantity(self) -> str:
+        """The displayed quantity; where a view shows none, the one displayed last."""
+        return self.view if self.view in self.QUANTITIES else self.default_view
 
-    def compose_choices(self) -> ComposeResult:
-        """A button for every choice."""
-        for name, title in self.CHOICES.items():
-            classes = "choice -active" if name == self.choice else "choice"
-            yield Button(title, id=f"{self.CHOICE_SETTING}-{name}", classes=classes, compact=True)
+    @property
+    def default_view(self) -> str:
+        """The view of the quantity that was displayed last."""
+        stored = self.stored_setting(_QUANTITY_SETTING, "")
+        return stored if stored in self.QUANTITIES else super().default_view
 
-    def mark_choice(self, name: str) -> None:
-        """Mark a choice as the active one."""
-        for button in self.query(".choice"):
-            button.set_class(button.id == f"{self.CHOICE_SETTING}-{name}", "-active")
-
-    @on(Button.Pressed, ".choice")
-    def _activate_pressed_choice(self, event: Button.Pressed) -> None:
-        event.stop()
-        self.activate_choice(str(event.button.id).removeprefix(f"{self.CHOICE_SETTING}-"))
-
-    def activate_choice(self, name: str) -> None:
-        """Make a choice the active one."""
-        self.store_setting(self.CHOICE_SETTING, name)
-        self.mark_choice(name)
-        self.draw()
+    def show_view(self, name: str) -> None:
+        """Show a view by its identifier."""
+        if name in self.QUANTITIES:
+            self.store_setting(_QUANTITY_SETTING, name)
+        super().show_view(name)
 
     # The result
 

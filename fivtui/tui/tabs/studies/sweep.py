@@ -64,10 +64,6 @@ class SweepPane(StudyPane):
         # A large sweep that starts only if it is requested again.
         self._unconfirmed_study: Study | None = None
 
-    def compose_bar(self) -> ComposeResult:
-        """The swept ranges."""
-        yield from self.compose_input()
-
     def compose_views(self) -> ComposeResult:
         """One chart."""
         with Vertical(id="amplitudes"):

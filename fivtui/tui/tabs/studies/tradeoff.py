@@ -41,9 +41,10 @@ class TradeoffPane(StudyPane):
 
     NAME: ClassVar[str] = "trade-off"
     VERB: ClassVar[str] = "Measure"
-    CHOICE_SETTING: ClassVar[str] = "quantity"
-    CHOICES: ClassVar[Mapping[str, str]] = TITLES
-    VIEWS: ClassVar[Mapping[str, str]] = {"errors": "Plot", "settings": "Table"}
+    STATUS_BELOW: ClassVar[bool] = False
+    QUANTITIES: ClassVar[Mapping[str, str]] = TITLES
+    PAGE: ClassVar[str] = "errors"
+    VIEWS: ClassVar[Mapping[str, str]] = {**TITLES, "settings": "Table"}
     LOG_AXES: ClassVar[Mapping[str, str]] = {"errors-chart": "xy"}
     SKETCH: ClassVar[Sketch | None] = Sketch(
         x="CPU time",
@@ -54,11 +55,6 @@ class TradeoffPane(StudyPane):
     QUESTION: ClassVar[str] = "Which method reaches an accuracy in the shortest time?"
     START: ClassVar[str] = "measures all methods and settings"
     TYPICAL_S: ClassVar[float] = 7.0
-
-    def compose_bar(self) -> ComposeResult:
-        """The quantities whose error can be displayed."""
-        yield Static("error of", classes="bar-text")
-        yield from self.compose_choices()
 
     def compose_views(self) -> ComposeResult:
         """Chart with the current setting as text, and table."""
@@ -90,9 +86,9 @@ class TradeoffPane(StudyPane):
 
     def draw_result(self, result: "Tradeoff") -> None:
         """Draw the current view, with error and time of the current setting."""
-        scene, quantity = self._edited_scene(), self.choice
+        scene, quantity = self._edited_scene(), self.quantity
         current = None if scene is None else current_setting(result, scene)
-        if self.view == "errors":
+        if self.view in self.QUANTITIES:
             chart = tradeoff_chart(result, quantity, current)
             self.query_one("#errors-chart", ChartView).show(chart)
             text = "" if scene is None else setting_text(result, scene, quantity, current)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, ClassVar, Final
 
 import numpy as np
 from textual.app import ComposeResult
-from textual.containers import Horizontal, Vertical
+from textual.containers import Vertical
 from textual.widgets import Static
 
 from fivtui.charts import Heading
@@ -53,13 +53,9 @@ class UncertaintyPane(StudyPane):
     INPUT: ClassVar[str] = "scattered"
     EXAMPLE: ClassVar[str] = EXAMPLE
     INPUT_FORMAT: ClassVar[str] = "NAME~normal:MEAN:SD ~uniform:LOW:HIGH"
-    CHOICE_SETTING: ClassVar[str] = "output"
-    CHOICES: ClassVar[Mapping[str, str]] = TITLES
-    VIEWS: ClassVar[Mapping[str, str]] = {
-        "histogram": "Histogram",
-        "indices": "Drivers",
-        "samples": "Samples",
-    }
+    QUANTITIES: ClassVar[Mapping[str, str]] = TITLES
+    PAGE: ClassVar[str] = "histogram"
+    VIEWS: ClassVar[Mapping[str, str]] = {**TITLES, "indices": "Drivers", "samples": "Samples"}
     SKETCH: ClassVar[Sketch | None] = Sketch(
         x="growth rate",
         y="share of the samples",
@@ -81,15 +77,9 @@ class UncertaintyPane(StudyPane):
         texts = [f"{symbol_of(name)}~{axis}" for name, axis in self.session.loaded.scatter]
         return self.stored_setting(self.input_setting, " ".join(texts) or self.EXAMPLE)
 
-    def compose_bar(self) -> ComposeResult:
-        """The distributions."""
-        yield from self.compose_input()
-
     def compose_views(self) -> ComposeResult:
         """Histogram of a quantity with probabilities; Sobol indices; samples by region."""
         with Vertical(id="histogram"):
-            with Horizontal(classes="bar"):
-                yield from self.compose_choices()
             yield ChartView("histogram-chart")
             yield Static("", id="probabilities", markup=False)
         yield _IndexTable(id="indices", cursor_type="row", zebra_stripes=True)
@@ -138,23 +128,27 @@ class UncertaintyPane(StudyPane):
         """Draw the current view of a study."""
         from fivtui.reliability import displayed_quantity, histogram_chart, samples_chart
 
-        # The charts choose in the same manner if the result has no values of the chosen quantity.
-        self.mark_choice(displayed_quantity(result, self.choice))
+        quantity = displayed_quantity(result, self.quantity)
+        if self.view in self.QUANTITIES and quantity not in ("", self.view):
+            # The result has no values of the chosen quantity.
+            self.store_setting(self.VIEW_SETTING, quantity)
+            self.show_titles()
         if self.view == "indices":
             table: ListTable[str] = self.query_one("#indices", ListTable)
             rows = index_rows(result)
             table.fill(COLUMNS, {str(index): row for index, row in enumerate(rows)})
             return
-        draw = histogram_chart if self.view == "histogram" else samples_chart
-        self.query_one(f"#{self.view}-chart", ChartView).show(draw(result, self.choice))
+        draw = samples_chart if self.view == "samples" else histogram_chart
+        self.page.query_one(ChartView).show(draw(result, quantity))
         if self.job is None:
             # The chart of a complete result contains the probabilities.
             self.query_one("#probabilities").display = False
 
-    def activate_choice(self, name: str) -> None:
-        """Change the quantity of the histogram."""
-        self.query_one("#histogram-chart", ChartView).view.reset()
-        super().activate_choice(name)
+    def show_view(self, name: str) -> None:
+        """Show a view; the histogram of another quantity has other limits."""
+        if name in self.QUANTITIES and name != self.quantity:
+            self.query_one("#histogram-chart", ChartView).view.reset()
+        super().show_view(name)
 
     def heading(self, result: "Uncertainty") -> Heading:
         """The parameters that do not scatter."""
