@@ -510,10 +510,6 @@ class FrictionPane(StudyPane):
     INPUT_FORMAT = "a number"
     VIEWS = {"roots": "Roots"}
 
-    def compose_bar(self):
-        """The friction coefficient."""
-        yield from self.compose_input()
-
     def compose_views(self):
         """One chart."""
         with Vertical(id="roots"):
