@@ -141,7 +141,7 @@ async def test_safe_friction_is_mapped_by_two_keys_and_refused_over_friction(
     pilot: Pilot[None],
 ) -> None:
     await pilot.press("alt+5")
-    await until_shown(pilot, "none mapped yet")
+    await until_shown(pilot, "F10 maps 600 points")
     range_input = pilot.app.screen.query_one("#over", Input)
     # The proposed ranges can be mapped. Values that do not depend on μ have separate ranges.
     default_ranges = range_input.value
@@ -152,7 +152,7 @@ async def test_safe_friction_is_mapped_by_two_keys_and_refused_over_friction(
     await until_shown(pilot, "Safe μ does not depend on μ")
     range_input.value = "F=60:120:4 k_nl=90:110:2"
     await pilot.press("enter")
-    await until_shown(pilot, "8 points")
+    await until_shown(pilot, "8 points; Enter")
     chart_view = chart_of(pilot, "map-chart")
     assert chart_view.chart is not None
     assert chart_view.chart.note == "safe μ"
@@ -160,7 +160,7 @@ async def test_safe_friction_is_mapped_by_two_keys_and_refused_over_friction(
     assert pane is not None
     assert "--value safe-mu" in pane.command_line()
     await click_view(pilot, "coexistence")
-    await until_shown(pilot, "none mapped yet")
+    await until_shown(pilot, "F10 maps 744 points")
     range_input.value = "F=100:120:3 mu=0.3:0.9:5"
     range_input.focus()
     await pilot.press("enter")
