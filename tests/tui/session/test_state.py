@@ -15,6 +15,7 @@ from fivtui.simulation import simulate
 from fivtui.transient.files import save_trajectory
 from fivtui.tui.lab.file_control import load_run
 from fivtui.tui.persistence.autosave import Autosave
+from fivtui.tui.persistence.snapshot import restore_session
 from fivtui.tui.persistence.state_file import (
     STATE_VERSION,
     DamagedSession,
@@ -395,3 +396,16 @@ def test_the_session_folder_follows_the_environment() -> None:
     home = Path("~").expanduser()
     assert state_path({"XDG_STATE_HOME": "relative"}).is_relative_to(home)
     assert state_path({}).parts[-2:] == ("fivtui", "session.json")
+
+
+def test_tabs_of_earlier_sessions_are_restored_as_the_tabs_that_replaced_them() -> None:
+    session = Session()
+    session.tab = "result"
+    restore_session(session, State(session.edit_state))
+    assert (session.tab, session.settings) == ("transient", {"transient": {"view": "result"}})
+    session.tab = "map"
+    maps = {"map": {"value": "safe-mu", "over": "mu=0:1:5 F=5:9:3"}}
+    restore_session(session, State(session.edit_state, settings=maps))
+    assert session.tab == "safe-mu"
+    assert session.settings["safe-mu"] == {"value": "safe-mu"}
+    assert session.settings["map"] == {"over": "mu=0:1:5 F=5:9:3"}
