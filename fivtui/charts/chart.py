@@ -38,8 +38,8 @@ _END_SHARE: Final = 0.1
 # Dashes and colours of runs with separation considered (True) and ignored (False).
 CASE_LINES: Final[Mapping[bool, Any]] = {True: (0.0, (4.0, 1.5)), False: "-"}
 CASE_COLOURS: Final[Mapping[bool, Sequence[str]]] = {
-    True: ("series-1", "series-3", "series-5", "series-7"),
-    False: ("series-2", "series-4", "series-6"),
+    True: ("series-2", "series-3", "series-5", "series-7"),
+    False: ("series-1", "series-4", "series-6"),
 }
 # Colours of lines in the order of a figure's legend, close to those of the paper that README.md
 # names: black, blue, red, yellow. Red is the colour of danger, which no line has.

@@ -4,6 +4,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from textwrap import shorten
 from typing import Any, Final
 
 import numpy as np
@@ -30,6 +31,8 @@ from .instance import FmuFile, create_instance, defer_interrupts, extract_fmu
 _MAX_STEPS: Final = 20_000_000
 _DEFAULT_STEPS: Final = 1000
 _STEPS_PER_REPORT: Final = 128
+# Most characters of a row of the summary.
+_SUMMARY_LENGTH: Final = 150
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -71,10 +74,11 @@ class FmuRun(Result, Tabular):
 
     def _summary(self) -> list[tuple[str, str]]:
         times = self.columns[TIME]
+        recorded = ", ".join(name for name in self.columns if name != TIME)
         return [
             ("model", f"{self.model}, FMI {self.fmi_version}"),
             ("points", f"{times.size}, {times[0]:g} to {times[-1]:g} s"),
-            ("recorded", ", ".join(name for name in self.columns if name != TIME)),
+            ("recorded", shorten(recorded, _SUMMARY_LENGTH, placeholder=" …")),
             *(("warning", text) for text in self.warnings),
         ]
 

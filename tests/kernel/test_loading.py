@@ -299,4 +299,4 @@ def test_a_wheel_contains_the_library_or_the_reason_why_it_is_missing(
     tag = r"-py3-none-(?!any)" if is_compiled else r"-(py2\.)?py3-none-any"
     assert re.search(tag, wheel.name)
     assert not list(source.rglob("libfivtui*"))
-    assert not list(source.rglob("SliderBelt*"))
+    assert not list(source.rglob(f"SliderBelt{hatch_build.LIBRARY_SUFFIX}"))
