@@ -50,7 +50,7 @@ async def test_a_finished_run_fills_plots_summary_and_tabs(
     screen_text = text_of(pilot)
     for phrase in (
         "peak |y| 10.50 m · 2nd half ±4.401 m",
-        "run 1 done · Alt+4: from which μ",
+        "run 1 done · Alt+4 Branches: safe?",
         "y (m)",
         "P (N)",
         "⢕",

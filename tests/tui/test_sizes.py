@@ -41,7 +41,7 @@ async def test_panes_are_complete_and_titles_uncut_at_any_size() -> None:
         await show_tab(pilot, "alt+1")
         await until_shown(pilot, "Difference")
         await pilot.resize_terminal(80, 24)
-        await until_shown(pilot, "Time Phase Spectrum Diff Belt Data Result")
+        await until_shown(pilot, "Time Phase Spectrum Diff Belt Meas Result")
         await pilot.resize_terminal(120, 35)
         await until_shown(pilot, "Time Phase Spectrum Difference Belt Measured Result")
 

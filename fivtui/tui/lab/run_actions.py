@@ -152,7 +152,9 @@ class RunActions(LabActions):
     def _change_plots(self, action: str, run: Run) -> None:
         # Actions that change how runs are plotted or compared.
         runs = self.session.runs
-        if action == "overlay":
+        if action == "overlay" and run is runs.displayed and not self.session.live.visible:
+            self.report(f"run {run.number} is shown already: choose a run to draw beside it")
+        elif action == "overlay":
             run.overlaid = not run.overlaid
         elif action == "colour":
             run.style.colour += 1

@@ -47,11 +47,11 @@ class Attractors:
     complete: bool = False
 
 
-# By kind of verdict, the tab that leads on after a run, and its key with its question.
+# By kind of verdict, the tab that leads on after a run, and its question in a word.
 NEXT_STEPS: Final[Mapping[str, tuple[str, str]]] = {
-    "unstable": ("branch", "{}: from which μ on does it squeal?"),
-    "coexisting": ("safe-mu", "{}: where is it safe?"),
-    "stable": ("uncertainty", "{}: how likely is squeal?"),
+    "unstable": ("branch", "safe?"),
+    "coexisting": ("safe-mu", "where?"),
+    "stable": ("uncertainty", "squeal?"),
 }
 
 

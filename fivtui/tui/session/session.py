@@ -296,16 +296,16 @@ class Session(Editing):
         self.restore(state)
 
     @property
-    def next_step(self) -> str:
-        """What leads on from the verdict; empty if that tab has a result already."""
+    def next_step(self) -> tuple[str, str]:
+        """The tab that leads on from the verdict, and its question; empty if it has a result."""
         try:
             kind = verdict_kind(self.stability(), self.attractors)
         except (InputError, ComputationError):
-            return ""
+            return "", ""
         tab, question = NEXT_STEPS.get(kind, ("", ""))
         if not tab or tab in {*self.studies, *self.unread_results}:
-            return ""
-        return question.format(self.key_names[f"tab-{tab}"])
+            return "", ""
+        return tab, question
 
     def delete_run(self, run: Run) -> None:
         """Delete a run; `undo` restores it."""

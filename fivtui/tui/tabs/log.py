@@ -1,12 +1,18 @@
 """The log tab."""
 
 from collections.abc import Sequence
+from typing import Final
 
 from textual.app import ComposeResult
+from textual.content import Content
 from textual.widgets import Static
 
 from .pane import Pane
 from .search import TextView
+
+_EMPTY_TEXT: Final = Content.styled(
+    "Reports of runs, files and errors follow.", "$foreground-muted"
+)
 
 
 class LogView(TextView):
@@ -17,8 +23,8 @@ class LogView(TextView):
     # RichLog is unsuitable: it draws nothing before Textual sends it a size, and if it was
     # scrolled, Textual may send none.
     def compose(self) -> ComposeResult:
-        """The lines."""
-        yield Static(markup=False)
+        """The lines, or what they will be."""
+        yield Static(_EMPTY_TEXT)
 
     def show(self, lines: Sequence[str]) -> None:
         """Display lines."""
@@ -28,7 +34,7 @@ class LogView(TextView):
     def find(self, text: str) -> bool:
         """Display only the lines that contain a text."""
         lines = [line for line in self.lines if text in line.lower()]
-        self.query_one(Static).update("\n".join(lines))
+        self.query_one(Static).update(Content("\n".join(lines)) if self.lines else _EMPTY_TEXT)
         return bool(lines)
 
 

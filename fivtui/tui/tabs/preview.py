@@ -98,6 +98,11 @@ class Preview(Static):
         super().__init__(classes="preview")
         self._sketch, self._question, self._notes = sketch, question, notes
 
+    def ask(self, sketch: Sketch, question: str) -> None:
+        """Display the sketch and the question of another view."""
+        self._sketch, self._question = sketch, question
+        self.refresh()
+
     def show(self, *notes: tuple[str, str]) -> None:
         """Display other notes."""
         if notes != self._notes:

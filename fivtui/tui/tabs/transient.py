@@ -52,6 +52,7 @@ from .job_pane import ActionPane
 from .messages import LiveRequested, RunRequested
 from .motion.belt import BeltView
 from .motion.measured import MeasuredView
+from .tab_book import TABS
 from .tables import RowsView, flow_facts
 
 if TYPE_CHECKING:
@@ -165,8 +166,14 @@ class TransientPane(ActionPane):
         elif newest is None:
             self.show_action(None, "" if self.session.live_enabled else "live curve off")
         else:
-            text = _state_text(newest, self.session.next_step, is_outdated=is_outdated)
+            text = _state_text(newest, self._next_step_text(), is_outdated=is_outdated)
             self.show_action(runs.active, text)
+
+    def _next_step_text(self) -> str:
+        # Key, title and question of the tab that leads on; empty without such a tab.
+        tab, question = self.session.next_step
+        titles = [spec.title for spec in TABS if spec.id == tab]
+        return f"{self.session.key_names[f'tab-{tab}']} {titles[0]}: {question}" if titles else ""
 
     # Display
 

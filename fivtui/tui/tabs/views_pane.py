@@ -23,7 +23,7 @@ from fivtui.tui.chart import ChartView
 from .pane import Pane
 
 # Short titles of views, for narrow windows, and columns of a border beside its titles.
-_SHORT_TITLES: Final = {"Difference": "Diff", "Measured": "Data"}
+_SHORT_TITLES: Final = {"Difference": "Diff", "Measured": "Meas"}
 _CORNERS: Final = 6
 # Styles of the titles of the current view and of the hidden ones.
 _CURRENT_STYLE: Final = "reverse"

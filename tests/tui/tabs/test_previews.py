@@ -23,6 +23,7 @@ from tests.support.laboratory import (
     show_tab,
     text_of,
     until,
+    until_notice,
     until_screen,
     until_shown,
 )
@@ -79,6 +80,29 @@ async def test_a_preview_names_the_configured_key_and_counts_the_runs(pilot: Pil
     await until_shown(pilot, "F12 runs the scene with each value")
 
 
+async def test_each_view_of_safe_friction_has_its_own_preview(pilot: Pilot[None]) -> None:
+    await pilot.resize_terminal(*SIZE)
+    await preview_of(pilot, "alt+5")
+    await until_shown(pilot, "Below which friction coefficient")
+    await pilot.press("alt+p", "v")
+    await until_shown(pilot, "Where is it safe, where does a knock")
+    await until_shown(pilot, "after a knock")
+    assert "Below which" not in text_of(pilot)
+
+
+async def test_the_log_says_what_it_will_list(pilot: Pilot[None]) -> None:
+    app_of(pilot).session.reports.clear()
+    await show_tab(pilot, "alt+minus")
+    await until_shown(pilot, "Reports of runs, files and errors follow.")
+
+
+async def test_space_on_the_shown_run_says_that_it_is_shown(pilot: Pilot[None]) -> None:
+    await run_to_end(pilot)
+    await pilot.press("f3", "space")
+    await until_notice(pilot, "run 1 is shown already")
+    assert not app_of(pilot).session.runs.displayed.overlaid  # type: ignore[union-attr]
+
+
 async def test_the_view_of_a_figure_computes_the_selected_one(pilot: Pilot[None]) -> None:
     await show_tab(pilot, "alt+0")
     await pilot.press("alt+p", "down", "v", "v")
@@ -88,10 +112,11 @@ async def test_the_view_of_a_figure_computes_the_selected_one(pilot: Pilot[None]
 async def test_after_a_run_a_line_leads_on_until_its_tab_has_a_result(pilot: Pilot[None]) -> None:
     session = app_of(pilot).session
     await run_to_end(pilot)
-    await until_shown(pilot, "run 1 done · Alt+4: from which μ")
     # In a narrow window the end of the status is cut.
+    await pilot.resize_terminal(*SIZE)
+    await until_shown(pilot, "run 1 done · Alt+4 Branches: safe?…")
     await pilot.resize_terminal(140, 40)
-    await until_shown(pilot, "Alt+4: from which μ on does it squeal? · in 0.0")
+    await until_shown(pilot, "Alt+4 Branches: safe? · in 0.0")
     await pilot.press("alt+4")
     await pilot.press("f10")
     await until(pilot, lambda: "branch" in session.studies)
@@ -99,13 +124,13 @@ async def test_after_a_run_a_line_leads_on_until_its_tab_has_a_result(pilot: Pil
     await until_screen(pilot, lambda text: "run 1 done in" in text and "Alt+4" not in text)
     session.set_text("mu", "0.3")
     session.attractors = Attractors(text="a limit cycle", coexists=True)
-    assert session.next_step == "Alt+5: where is it safe?"
+    assert session.next_step == ("safe-mu", "where?")
     session.attractors = Attractors(text="none", searched=True)
-    assert session.next_step == "Alt+7: how likely is squeal?"
+    assert session.next_step == ("uncertainty", "squeal?")
     session.attractors = Attractors()
-    assert session.next_step == ""
+    assert session.next_step == ("", "")
     session.set_text("mu", "x")
-    assert session.next_step == ""
+    assert session.next_step == ("", "")
 
 
 def test_typical_durations_are_rounded() -> None:

@@ -19,7 +19,7 @@ from fivtui.model import InputError
 from fivtui.scene import Scene
 from fivtui.tui.chart import ChartView
 from fivtui.tui.session import SAFETY_MAPS, DisplayedStudy, Job, Session
-from fivtui.tui.tabs.preview import Sketch, about
+from fivtui.tui.tabs.preview import Preview, Sketch, about
 from fivtui.tui.tabs.requests.map import (
     EXAMPLES,
     TITLES,
@@ -45,6 +45,29 @@ _MAP_DELAY: Final = 0.1
 # Usual duration of a point of a map of safe friction, s.
 _POINT_S: Final = {"safe-mu": 1.2e-2, "coexistence": 1.5e-3}
 _SKETCH_X: Final = np.linspace(0.0, 1.0, 80)
+# Sketch and question of the views of safe friction.
+_PREVIEWS: Final[Mapping[str, tuple[Sketch, str]]] = {
+    "safe-mu": (
+        Sketch(
+            x="F",
+            y="k_nl",
+            curves=[
+                (_SKETCH_X, level / (_SKETCH_X + 0.15)) for level in (0.1, 0.2, 0.35, 0.55, 0.8)
+            ],
+            labels={"high": (0.02, 0.0), "low safe μ": (0.65, 1.0)},
+        ),
+        "Below which friction coefficient does no knock start vibration?",
+    ),
+    "coexistence": (
+        Sketch(
+            x="μ",
+            y="F",
+            curves=[(0.2 + width * (1.0 - _SKETCH_X) ** 1.5, _SKETCH_X) for width in (0.2, 0.75)],
+            labels={"safe": (0.03, 0.0), "after a knock": (0.46, 0.0), "squeals": (0.6, 1.0)},
+        ),
+        "Where is it safe, where does a knock start vibration, and where does it squeal by itself?",
+    ),
+}
 
 
 class _MapStudy(StudyPane):
@@ -164,13 +187,12 @@ class SafeFrictionPane(_MapStudy):
     NAME: ClassVar[str] = "safe-mu"
     QUANTITIES: ClassVar[Mapping[str, str]] = SAFETY_MAPS
     VIEWS: ClassVar[Mapping[str, str]] = QUANTITIES
-    SKETCH: ClassVar[Sketch | None] = Sketch(
-        x="F",
-        y="k_nl",
-        curves=[(_SKETCH_X, level / (_SKETCH_X + 0.15)) for level in (0.1, 0.2, 0.35, 0.55, 0.8)],
-        labels={"high": (0.02, 0.0), "low safe μ": (0.65, 1.0)},
-    )
-    QUESTION: ClassVar[str] = "Below which friction coefficient does no knock start vibration?"
+    SKETCH: ClassVar[Sketch | None] = _PREVIEWS["safe-mu"][0]
+    QUESTION: ClassVar[str] = _PREVIEWS["safe-mu"][1]
+
+    def compose_preview(self) -> ComposeResult:
+        """The preview of the current view."""
+        yield Preview(*_PREVIEWS[self.view])
 
     @property
     def study_key(self) -> str:
@@ -180,6 +202,7 @@ class SafeFrictionPane(_MapStudy):
     def show_view(self, name: str) -> None:
         """Show the map of a value, if there is one."""
         super().show_view(name)
+        self.query_one(Preview).ask(*_PREVIEWS[name])
         if self.displayed is None:
             self.show_status("")
         self.scene_changed()
