@@ -139,7 +139,7 @@ async def test_no_timer_of_a_tab_is_lost() -> None:
         for tab in TABS:
             await pilot.press(tab.key)
             await pilot.pause()
-            gc.collect()
+        gc.collect()
     assert errors == []
 
 
