@@ -31,7 +31,7 @@ if TYPE_CHECKING:
         verdict_kind,
     )
     from .runs import MAX_RUNS, NATIVE_ENGINE, Run, Runs, RunState, RunStyle, default_style, execute
-    from .scene_differences import base_scene, differences, legend_names
+    from .scene_differences import base_scene, change_texts, differences, legend_names
     from .session import (
         SAFETY_MAPS,
         DisplayedStudy,

@@ -52,6 +52,16 @@ def differences(scene: Scene, origin: Scene) -> list[Difference]:
     return fields
 
 
+def change_texts(scene: Scene, edited: Scene) -> list[str]:
+    """The differences of `scene` from the edited scene, with the edited texts."""
+    edited_texts = {difference.name: difference.text for difference in differences(edited, scene)}
+    return [
+        f"{difference if difference.text else f'{difference}{NONE_TEXT}'}"
+        f" (now {edited_texts.get(difference.name) or NONE_TEXT})"
+        for difference in differences(scene, edited)
+    ]
+
+
 def _texts(scene: Scene) -> dict[str, str]:
     texts = {name: field.text_of(scene) for name, field in FIELDS.items()}
     return texts | {name: _OVER_TIME_TEXT for name, _ in scene.over_time}

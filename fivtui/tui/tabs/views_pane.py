@@ -28,6 +28,7 @@ _CORNERS: Final = 6
 # Styles of the titles of the current view and of the hidden ones.
 _CURRENT_STYLE: Final = "reverse"
 _HIDDEN_STYLE: Final = "not bold $foreground 80%"
+_NOTE_STYLE: Final = "bold $text-warning"
 # Columns beside the values that cursors read.
 _PADDING: Final = 2
 _CURSOR_KEYS: Final = ("C: second cursor", "← →: move", "Esc: off")
@@ -171,6 +172,11 @@ class ViewsPane(Pane):
         return stored if stored in self.VIEWS else self.default_view
 
     @property
+    def title_note(self) -> str:
+        """A note on the views after their titles, if the border has room."""
+        return ""
+
+    @property
     def default_view(self) -> str:
         """Identifier of the view that is shown at first."""
         return next(iter(self.VIEWS))
@@ -220,6 +226,7 @@ class ViewsPane(Pane):
         if sum(len(title) + 1 for title in titles.values()) > width:
             titles = {name: _SHORT_TITLES.get(title, title) for name, title in titles.items()}
         blank_count = 2 if sum(len(title) + 2 for title in titles.values()) <= width else 1
+        content_width = sum(len(title) + blank_count for title in titles.values())
         styled_titles = []
         for name, title in titles.items():
             style = _CURRENT_STYLE if name == self.view else _HIDDEN_STYLE
@@ -227,6 +234,8 @@ class ViewsPane(Pane):
             styled_titles.append(
                 content.stylize(Style.from_meta({"@click": f"show_view('{name}')"}))
             )
+        if self.title_note and content_width + len(self.title_note) + blank_count <= width:
+            styled_titles.append(Content.styled(self.title_note, _NOTE_STYLE))
         self.border_title = Content(" " * blank_count).join(styled_titles)
 
 

@@ -161,7 +161,7 @@ async def test_a_map_is_read_and_stays_until_another_is_requested(
 ) -> None:
     for name in ("map.npz", "map.csv"):
         await read_result(pilot, name, f"map read from {name}")
-        await until_shown(pilot, f"read from {name}; Map computes the edited scene")
+        await until_shown(pilot, f"read from {name}; of k_nl=50 (now 100): F10")
     session = app_of(pilot).session
     session.set_text("c1", "0.8")
     map_chart = chart_of(pilot, "map-chart")
@@ -185,7 +185,7 @@ async def test_a_trade_off_is_read_and_shown(
     pilot: Pilot[None], written_files: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     await read_result(pilot, "trade.csv", "trade-off read from trade.csv")
-    await until_shown(pilot, "another scene, read from trade.csv")
+    await until_shown(pilot, "read from trade.csv")
     assert "error of final state" in text_of(pilot)
     await pilot.press("f7")
     await until_shown(pilot, "trade-tradeoff.csv")

@@ -69,7 +69,7 @@ TAB_PHRASES = {
     "transient": "2nd half",
     "sweep": "8 transients",
     "map": "35 points",
-    "trade-off": "this scene, this machine",
+    "trade-off": "Measure F10 this machine",
 }
 
 
@@ -164,7 +164,7 @@ async def test_read_results_and_paper_figures_are_restored_and_incomplete_studie
         session.studies["sweep"] = DisplayedStudy(incomplete_sweep, "base")
         lab = lab_of(pilot)
         lab.show_study("map", displayed_map())
-        await until_shown(pilot, "read from mine.csv; Map computes the edited scene")
+        await until_shown(pilot, "read from mine.csv")
         await show_tab(pilot, "alt+0")
         await until_shown(pilot, "what it shows")
         pilot.app.screen.query_one("#figures").focus()
@@ -181,7 +181,7 @@ async def test_read_results_and_paper_figures_are_restored_and_incomplete_studie
         await clear_notices(pilot)
         await until_screen_equals(pilot, text_before)
         await show_tab(pilot, "alt+3")
-        await until_shown(pilot, "read from mine.csv; Map computes the edited scene")
+        await until_shown(pilot, "read from mine.csv")
         restored_map, original_map = app_of(pilot).session.studies.get("map"), displayed_map()
         assert restored_map is not None
         np.testing.assert_array_equal(restored_map.value.values, original_map.value.values)

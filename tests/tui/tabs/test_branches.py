@@ -28,7 +28,7 @@ from fivtui.tui.tabs.studies.branches import (
     orbit_scene,
     parse_branch,
 )
-from tests.support.laboratory import app_of, show_tab, text_of, until, until_shown
+from tests.support.laboratory import app_of, show_tab, text_of, type_into, until, until_shown
 
 BRANCH = branch(None, "mu", low=0.2, high=1.0)
 
@@ -171,3 +171,26 @@ async def test_a_branch_is_computed_opened_exported_and_its_command_gives_the_sa
     assert arguments[-4:] == ["--vary", "mu=0.2:1.0", "--from", "hopf"]
     assert command([*arguments[1:], "--out", str(tmp_path / "c.csv")]) == 0
     assert (tmp_path / "c.csv").read_bytes() == (tmp_path / "b.csv").read_bytes()
+
+
+async def test_a_result_of_another_scene_is_marked_until_its_values_are_edited_back(
+    pilot: Pilot[None],
+) -> None:
+    await pilot.resize_terminal(80, 24)
+    await show_tab(pilot, "alt+4")
+    pane = pilot.app.screen.query_one(BranchesPane)
+    session = app_of(pilot).session
+    pane.show_result(BRANCH)
+    await until_shown(pilot, "Hopf 0.4394")
+    # The branch does not depend on μ, along which it was followed, nor on the end of the run.
+    for name, text in (("mu", "0.5"), ("t_end", "20")):
+        await type_into(pilot, name, text)
+    await until(pilot, lambda: session.scene().t_end == 20.0)
+    assert not pane.has_class("-outdated")
+    await type_into(pilot, "F", "200")
+    await until_shown(pilot, "of F=80 (now 200): F10 computes again")
+    await until_shown(pilot, "Branch another scene")
+    await type_into(pilot, "F", "80")
+    await until(pilot, lambda: not pane.has_class("-outdated"))
+    await until_shown(pilot, "Hopf 0.4394")
+    assert "another scene" not in text_of(pilot)

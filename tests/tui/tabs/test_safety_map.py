@@ -171,4 +171,4 @@ async def test_safe_friction_is_mapped_by_two_keys_and_refused_over_friction(
     await click_view(pilot, "safe-mu")
     await until_shown(pilot, "8 points; ")
     await type_into(pilot, "c1", "0.4")
-    await until_shown(pilot, "8 points of an earlier scene")
+    await until_shown(pilot, "of c1=0.32 (now 0.4): F10 computes again; 8 points")

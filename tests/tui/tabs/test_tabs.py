@@ -180,10 +180,10 @@ async def test_the_trade_off_is_measured_and_shown(
     await pilot.press("f10")
     await until_shown(pilot, "error of final state")
     assert measured_scenes == [app_of(pilot).session.scene()]
-    assert "measured for an earlier scene" in flat_text_of(pilot)
+    assert "of t_end=10 (now 100): F10 computes again" in flat_text_of(pilot)
     assert "now taylor (compiled) tol=1e-12" in flat_text_of(pilot)
     await type_into(pilot, "t_end", "10")
-    await until_shown(pilot, "this scene, this machine")
+    await until_shown(pilot, "Measure F10 this machine")
     await click_view(pilot, "events")
     await until_shown(pilot, "error of events (s)")
     await click_view(pilot, "settings")

@@ -109,6 +109,7 @@ async def test_f10_starts_the_study_and_the_views_show_its_results(
     await pilot.press("f10")
     await until_shown(pilot, "256 samples")
     await until_shown(pilot, SQUEAL_POSSIBLE)
+    assert not pane.has_class("-outdated")
     assert "squeals after a knock" in text_of(pilot)
     await click_view(pilot, "critical_mu")
     await until_shown(pilot, "critical μ")

@@ -23,7 +23,7 @@ from fivtui.tui.session import DisplayedStudy, Job, base_scene, replace_symbols
 from fivtui.tui.tabs.preview import Sketch
 from fivtui.tui.tabs.requests.sweep import point_texts
 
-from .study_pane import StudyPane
+from .study_pane import StudyPane, with_inputs
 
 EXAMPLE: Final = "μ=0.2:1"
 # Duration of the run of a limit cycle, in its periods.
@@ -108,6 +108,10 @@ class BranchesPane(StudyPane):
         # The first end is where the branch begins.
         _, last_end = result.ends
         return "; ".join(filter(None, [" ".join(events), f"the branch {last_end}"]))
+
+    def computed_scene(self, result: CycleBranch, edited: Scene) -> Scene:
+        """The edited scene with the system of a branch."""
+        return with_inputs(edited, result.parameters, [result.name], separation=result.separation)
 
     def draw_result(self, result: CycleBranch) -> None:
         """Draw the branch with the edited value."""

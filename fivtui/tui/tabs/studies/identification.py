@@ -16,6 +16,7 @@ from fivtui.model import InputError
 from fivtui.options import read_arguments
 from fivtui.scene import Scene
 from fivtui.studies import study
+from fivtui.transient import START_SPECS
 from fivtui.tui.chart import ChartView
 from fivtui.tui.session import DisplayedStudy, Job, Session, replace_symbols, symbol_of
 from fivtui.tui.tabs.messages import PointRunRequested
@@ -23,7 +24,7 @@ from fivtui.tui.tabs.preview import FILE_FORMAT, MEASURED_SKETCH, Sketch
 from fivtui.tui.tabs.requests.sweep import point_texts
 from fivtui.tui.tabs.tables import RowsView
 
-from .study_pane import StudyPane
+from .study_pane import StudyPane, with_inputs
 
 if TYPE_CHECKING:
     from fivtui.identification import Identification
@@ -86,6 +87,15 @@ class IdentificationPane(StudyPane):
         result = displayed.value
         values = (f"{symbol_of(name)} {value.value:.5g}" for name, value in result.fit.items())
         return result.warning or f"{' '.join(values)}"
+
+    def computed_scene(self, result: "Identification", edited: Scene) -> Scene:
+        """The edited scene with the values that were not fitted."""
+        # Names of fitted values may be followed by the number of a file.
+        fitted = {key.partition(".")[0] for key in result.fit}
+        settings: dict[str, Any] = {"separation": result.scene.separation}
+        if result.t.size and fitted.isdisjoint(START_SPECS):
+            settings["start"] = result.scene.start
+        return with_inputs(edited, result.scene.parameters, fitted, **settings)
 
     def draw_result(self, result: "Identification") -> None:
         """Draw both signals and the residuals of a record, or list the values."""

@@ -31,7 +31,7 @@ from fivtui.tui.tabs.requests.map import (
     point_texts,
 )
 
-from .study_pane import StudyPane
+from .study_pane import StudyPane, with_inputs
 
 if TYPE_CHECKING:
     from fivtui.maps import StabilityMap
@@ -132,8 +132,13 @@ class _MapStudy(StudyPane):
         """Number of points of the map, and the file from which it was read."""
         points = f"{displayed.value.values.size} points"
         if displayed.source:
-            return f"{points}, read from {displayed.source}; Map computes the edited scene"
+            return f"{points}, read from {displayed.source}"
         return f"{points}; Enter: run one"
+
+    def computed_scene(self, result: "StabilityMap", edited: Scene) -> Scene:
+        """The edited scene with the fixed parameters of a map."""
+        varied = {*result.names, *(["mu"] if result.value in WITHOUT_MU else [])}
+        return with_inputs(edited, result.parameters, varied, separation=result.separation)
 
     def draw(self) -> None:
         """Draw the map, or its absence."""
@@ -215,18 +220,6 @@ class SafeFrictionPane(_MapStudy):
             return "maps two ranges"
         return f"maps {points} points, {about(points * _POINT_S[self.view])}"
 
-    def result_status(self, displayed: "DisplayedStudy[StabilityMap]") -> str:
-        """Number of points of the map, and whether it is that of the edited scene."""
-        result, edited = displayed.value, self.parameters
-        is_outdated = edited is None or (
-            result.separation is not self.session.separation
-            or result.parameters
-            != edited.with_values({name: getattr(result.parameters, name) for name in result.names})
-        )
-        if is_outdated and not displayed.source:
-            return f"{result.values.size} points of an earlier scene; Map computes this one"
-        return super().result_status(displayed)
-
 
 class MapPane(_MapStudy):
     """Growth rate, μ_c or unstable modes over two parameters; the map follows every edit.
@@ -249,6 +242,10 @@ class MapPane(_MapStudy):
     def displayed(self) -> "DisplayedStudy[StabilityMap] | None":
         """A map read from a file, or else the computed map."""
         return super().displayed or self._computed
+
+    def computed_scene(self, result: "StabilityMap", edited: Scene) -> Scene:
+        """The edited scene, which a computed map follows; else the scene of a map that was read."""
+        return super().computed_scene(result, edited) if super().displayed else edited
 
     def scene_changed(self) -> None:
         """Recompute the map if a fixed parameter has changed."""

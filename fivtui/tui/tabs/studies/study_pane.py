@@ -1,8 +1,9 @@
 """A pane that computes, displays and exports the results of one kind of study."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from functools import partial
-from typing import Any, ClassVar, Final
+from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 from textual import on
 from textual.app import ComposeResult
@@ -14,15 +15,22 @@ from fivtui.model import InputError, Parameters
 from fivtui.ranges import with_decimal_points
 from fivtui.scene import Scene
 from fivtui.studies import study
+from fivtui.transient import START_SPECS
 from fivtui.tui.chart import ChartView, TextInput
-from fivtui.tui.session import DisplayedStudy, Job, Session, study_command
+from fivtui.tui.session import DisplayedStudy, Job, Session, change_texts, study_command
 from fivtui.tui.tabs.exports.export import Export, scene_study_export, with_displayed_charts
 from fivtui.tui.tabs.job_pane import JobPane
 from fivtui.tui.tabs.messages import PointRunRequested
 from fivtui.tui.tabs.preview import Preview, Sketch, about
 
+if TYPE_CHECKING:
+    from fivtui.sweeps import Study
+
 # Key of the quantity displayed last.
 _QUANTITY_SETTING: Final = "quantity"
+# Class of a pane whose result is not that of the edited scene, and the note after its titles.
+_OUTDATED: Final = "-outdated"
+_OUTDATED_NOTE: Final = "another scene"
 
 
 class StudyPane(JobPane):
@@ -185,6 +193,11 @@ class StudyPane(JobPane):
 
     # The views
 
+    @property
+    def title_note(self) -> str:
+        """Whether the result is that of another scene."""
+        return _OUTDATED_NOTE if self.has_class(_OUTDATED) else ""
+
     def page_of(self, view: str) -> str:
         """Identifier of the page that displays a view."""
         return self.PAGE if view in self.QUANTITIES else view
@@ -261,7 +274,28 @@ class StudyPane(JobPane):
         self.draw()
         displayed = self.displayed
         if displayed is not None and self.job is None:
-            self.show_status(self.result_status(displayed))
+            texts = [self.outdated_text(displayed.value), self.result_status(displayed)]
+            if displayed.source:
+                # The file is more important.
+                texts.reverse()
+            self.show_status("; ".join(filter(None, texts)))
+
+    def outdated_text(self, result: Any) -> str:
+        """The values of a result that the edited scene does not have; empty if it has all."""
+        again = f"{self.session.key_names['compute']} computes again"
+        try:
+            scene = self.session.scene()
+            computed_scene = self.computed_scene(result, scene)
+        except InputError:
+            # Invalid fields, or an edited value that the result's parameters do not allow.
+            return f"of {_OUTDATED_NOTE}: {again}"
+        first, *others = change_texts(computed_scene, scene) or [""]
+        more = f" and {len(others)} more" if others else ""
+        return f"of {first}{more}: {again}" if first else ""
+
+    def computed_scene(self, result: Any, edited: Scene) -> Scene:
+        """The edited scene with the values on which a result depends, except varied ones."""
+        raise NotImplementedError
 
     def draw(self) -> None:
         """Draw the current view."""
@@ -269,6 +303,7 @@ class StudyPane(JobPane):
         if displayed is None:
             for chart in self.query(ChartView):
                 chart.show(None)
+            self._mark_outdated(False)
             self._show_preview()
             return
         if displayed is not self._drawn_result:
@@ -277,6 +312,12 @@ class StudyPane(JobPane):
                 # A result read from a file replaces the one being computed.
                 self.stop()
         self.draw_result(displayed.value)
+        self._mark_outdated(bool(self.outdated_text(displayed.value)))
+
+    def _mark_outdated(self, is_outdated: bool) -> None:
+        if is_outdated is not self.has_class(_OUTDATED):
+            self.set_class(is_outdated, _OUTDATED)
+            self.show_titles()
 
     def draw_result(self, result: Any) -> None:
         """Draw the current view of a result."""
@@ -330,3 +371,30 @@ class StudyPane(JobPane):
     def request_for(self, result: Any) -> Any:
         """The request whose computation gives a result, for the command line."""
         return result
+
+
+def with_inputs(
+    edited: Scene, parameters: Parameters, varied: Iterable[str], **settings: Any
+) -> Scene:
+    """The edited scene with other settings, and all parameters but the varied ones."""
+    values = edited.parameters.as_dict()
+    kept_values = {name: values[name] for name in varied if name in values}
+    return replace(edited, parameters=parameters.with_values(kept_values), **settings)
+
+
+def with_study_inputs(edited: Scene, study: "Study") -> Scene:
+    """The edited scene with the inputs of a sweep, as far as they do not vary."""
+    varied = set(study.design.axes)
+    names = ["t_end", "method", "over_time", "accuracy"]
+    if not study.accuracy:
+        names.append("tol")
+    if varied.isdisjoint(START_SPECS):
+        names.append("start")
+    separation = edited.separation if edited.separation in study.cases else study.cases[0]
+    return with_inputs(
+        edited,
+        study.parameters,
+        varied | dict(study.over_time).keys(),
+        separation=separation,
+        **{name: getattr(study, name) for name in names},
+    )

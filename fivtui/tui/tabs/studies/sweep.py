@@ -29,7 +29,7 @@ from fivtui.tui.tabs.requests.sweep import (
     sweep_request,
 )
 
-from .study_pane import StudyPane
+from .study_pane import StudyPane, with_study_inputs
 
 if TYPE_CHECKING:
     from fivtui.sweeps import Rows, Study, Sweep
@@ -119,6 +119,10 @@ class SweepPane(StudyPane):
         if chart is None or chart.backdrop is None:
             return text
         return f"{text}: {scale_text(chart.backdrop.shades)}"
+
+    def computed_scene(self, result: "Sweep", edited: Scene) -> Scene:
+        """The edited scene with the inputs of a sweep."""
+        return with_study_inputs(edited, result.study)
 
     def draw_result(self, result: "Sweep") -> None:
         """Draw the computed members, with the edited values of the swept parameters."""

@@ -26,7 +26,7 @@ from fivtui.tui.tabs.requests.tradeoff import (
 )
 from fivtui.tui.tabs.tables import ListTable
 
-from .study_pane import StudyPane
+from .study_pane import StudyPane, with_inputs
 
 if TYPE_CHECKING:
     from fivtui.tradeoffs import Tradeoff
@@ -70,13 +70,15 @@ class TradeoffPane(StudyPane):
         return measure_tradeoff(request, progress=job.report)
 
     def result_status(self, displayed: "DisplayedStudy[Tradeoff]") -> str:
-        """Whether the edited scene was measured, and the number of rows."""
-        scene = self._edited_scene()
-        is_outdated = scene is None or _inputs(scene) != _inputs(displayed.value.scene)
-        text = "measured for an earlier scene" if is_outdated else "this scene, this machine"
-        if displayed.source:
-            text = f"{'another' if is_outdated else 'this'} scene, read from {displayed.source}"
-        return f"{text}, {len(displayed.value.rows)} rows"
+        """Where the result was measured, and the number of rows."""
+        source = f"read from {displayed.source}" if displayed.source else "this machine"
+        return f"{source}, {len(displayed.value.rows)} rows"
+
+    def computed_scene(self, result: "Tradeoff", edited: Scene) -> Scene:
+        """The edited scene with the measured motion; method and accuracy do not count."""
+        names = ("separation", "start", "t_end", "over_time")
+        settings = {name: getattr(result.scene, name) for name in names}
+        return with_inputs(edited, result.scene.parameters, (), **settings)
 
     def _edited_scene(self) -> Scene | None:
         try:
@@ -105,8 +107,3 @@ class TradeoffPane(StudyPane):
     def request_for(self, result: "Tradeoff") -> Scene:
         """The scene of a measurement."""
         return result.scene
-
-
-def _inputs(scene: Scene) -> tuple[object, ...]:
-    # The inputs of a measurement; method and accuracy of the scene do not count.
-    return scene.parameters, scene.separation, scene.start, scene.t_end

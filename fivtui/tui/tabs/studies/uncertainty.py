@@ -29,7 +29,7 @@ from fivtui.tui.tabs.requests.uncertainty import (
 )
 from fivtui.tui.tabs.tables import ListTable
 
-from .study_pane import StudyPane
+from .study_pane import StudyPane, with_study_inputs
 
 if TYPE_CHECKING:
     from fivtui.reliability import Uncertainty
@@ -123,6 +123,10 @@ class UncertaintyPane(StudyPane):
         source = f", read from {displayed.source}" if displayed.source else ""
         text = f"{result.scatter.samples} samples{source}"
         return f"{text}{truncation_note(result)}{index_remark(result)}"
+
+    def computed_scene(self, result: "Uncertainty", edited: Scene) -> Scene:
+        """The edited scene with the inputs of a study."""
+        return with_study_inputs(edited, result.study)
 
     def draw_result(self, result: "Uncertainty") -> None:
         """Draw the current view of a study."""
