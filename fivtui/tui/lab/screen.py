@@ -42,6 +42,7 @@ from fivtui.tui.tabs import (
     RunsChanged,
     StudyPane,
     TabBook,
+    TabKeyPressed,
     TabLine,
 )
 
@@ -154,6 +155,14 @@ class LabScreen(EditActions, RunActions):
         self.session.close_undo_step()
         self._gauges.focus(event.name)
         self.show_verdict()
+
+    @on(TabKeyPressed)
+    async def _run_tab_key(self, event: TabKeyPressed) -> None:
+        if self.pane is not None:
+            focused = self.focused
+            await self.pane.run_key(event.key)
+            # The next view takes the focus.
+            self.set_focus(focused)
 
     @on(GaugeView.MarkerMoved)
     def _move_marker(self, event: GaugeView.MarkerMoved) -> None:

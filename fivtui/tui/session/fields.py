@@ -19,6 +19,8 @@ _INITIAL_STEP: Final = 0.001
 # In a start state, a comma with a blank after it separates values; others are decimal commas.
 _START_SEPARATOR: Final = re.compile(r"(,\s+)")
 _START_SIZE: Final = 4
+# Characters of a number, besides the exponent's letter.
+_NUMBER_CHARACTERS: Final = frozenset("0123456789+-.,")
 # A decimal comma in an error target such as ``y=0,01``.
 _COMMA_IN_TARGET: Final = re.compile(r"(=\s*[0-9]*),(?=[0-9])")
 
@@ -91,6 +93,15 @@ class FormField:
     when_empty: str = ""
     choices: Mapping[str, str] | None = None
     details: tuple[tuple[str, str], ...] = ()
+
+    def accepts(self, before: str, character: str) -> bool:
+        """Whether a character may be typed behind the text `before`; a number has few letters."""
+        return (
+            self.step_rule is None
+            or character in _NUMBER_CHARACTERS
+            or (character in "eE" and before != "")
+            or (self.when_empty == NONE_TEXT and NONE_TEXT.startswith(before + character))
+        )
 
 
 # Help on the parameters of a belt of finite speed, which are the optional ones: each mode of motion

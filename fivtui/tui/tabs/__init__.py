@@ -18,6 +18,7 @@ if TYPE_CHECKING:
         RunsChanged,
         SceneLoaded,
         SessionRequested,
+        TabKeyPressed,
     )
     from .pane import Pane
     from .requests.paper import paper_scenes

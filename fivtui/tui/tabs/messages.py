@@ -36,6 +36,13 @@ class FieldFocused(Message):
 
 
 @dataclass
+class TabKeyPressed(Message):
+    """The user pressed a key of the current tab in a field that does not accept it as text."""
+
+    key: str
+
+
+@dataclass
 class RunRequested(Message):
     """The user wants to start a run or stop the active one."""
 

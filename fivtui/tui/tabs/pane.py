@@ -68,6 +68,11 @@ class Pane(Vertical):
         focusable.sort(key=rank, reverse=bar_first)
         self.screen.set_focus(focusable[0] if focusable else None)
 
+    async def run_key(self, key: str) -> None:
+        """Run the action of a key of this tab."""
+        for binding in self._bindings.key_to_bindings.get(key, ()):
+            await self.run_action(binding.action)
+
     def key_hints(self) -> list[str]:
         """Keys of the tab with their effects, displayed in the border."""
         return [f"{self.session.key_names[kind]} {kind}" for kind in ("figure", "data")]

@@ -164,6 +164,30 @@ async def test_letters_select_and_change_fields_outside_an_editor(pilot: Pilot[N
     assert pilot.app.focused is pilot.app.screen.query_one("#row-m").query_one(Input)
 
 
+async def test_letters_leave_a_number_and_v_and_n_are_keys_of_the_tab(pilot: Pilot[None]) -> None:
+    session = app_of(pilot).session
+    editor = await focus(pilot, "mu")
+    # At the start of a number, e is no exponent; j and h are keys of the list around the editor.
+    await pilot.press(*"abejhNo", "space", "slash")
+    assert (editor.value, session.changed_fields) == ("0.7", [])
+    await until_shown(pilot, "peak |y| 10.50 m")
+    stored = session.settings.setdefault("transient", {})
+    await pilot.press("n")
+    await until(pilot, lambda: len(stored) == 1)
+    await pilot.press("v")
+    await until(pilot, lambda: stored.get("view") not in {None, "time"})
+    assert editor.has_focus
+    assert not session.changed_fields
+    await pilot.press(*"7,5e-1v")
+    await until(pilot, lambda: session.texts["mu"] == "7.5e-1")
+    # A field of text accepts letters, and an optional one the word for its absence.
+    await focus(pilot, "start")
+    await pilot.press("ctrl+u", *"static")
+    await until(pilot, lambda: session.texts["start"] == "static")
+    assert FIELDS["v_belt"].accepts("no", "n")
+    assert not FIELDS["v_belt"].accepts("", "v")
+
+
 async def send_sequences(pilot: Pilot[None], *sequences: str) -> None:
     """Send key sequences as a terminal does."""
     for sequence in sequences:
@@ -214,13 +238,13 @@ DECIMAL_COMMAS = (
 INVALID_TEXTS = (
     ("mu", "1.2.3"),
     ("mu", "1.2,3"),
-    ("mu", "0.7kg m_ µ٣;:=é"),
     ("mu", "200"),
-    ("mu", "0.4 0.5"),
     ("tol", "1e-12e"),
     ("start", "0,0,0,0,0"),
     ("accuracy", "peak=1e-4 ü"),
 )
+# Texts that can be pasted, but not typed.
+INVALID_PASTES = (("mu", "0.7kg m_ µ٣;:=é"), ("mu", "0.4 0.5"))
 
 
 async def replace_text(
@@ -246,9 +270,9 @@ async def test_a_decimal_comma_is_a_point_and_invalid_text_stays_and_is_marked(
             editor = await replace_text(pilot, name, typed, text, paste=paste)
             assert editor.cursor_position == len(text)
     fields = pilot.app.screen.query_one(FieldList)
-    for name, text in INVALID_TEXTS:
+    for name, text in (*INVALID_TEXTS, *INVALID_PASTES):
         row = fields.query_one(f"#row-{name}", FieldRow)
-        for paste in (False, True):
+        for paste in sorted({(name, text) in INVALID_PASTES, True}):
             editor = await replace_text(pilot, name, text, text, paste=paste)
             await until(pilot, lambda: row.region.height > 1)  # noqa: B023
             # The reason, including the allowed range, is visible.

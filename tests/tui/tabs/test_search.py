@@ -54,9 +54,11 @@ async def test_a_field_is_found_by_its_meaning(pilot: Pilot[None]) -> None:
     fields = pilot.app.screen.query_one(FieldList)
     await until(pilot, lambda: fields.has_focus)
     assert fields.row.field.name == "F"
-    # In an input these keys are text.
+    await pilot.press("slash", *"state at", "enter")
+    await until(pilot, lambda: fields.has_focus and fields.row.field.name == "start")
+    # In an input of text these keys are text.
     await pilot.press("slash", "escape", "i", "slash")
-    await until(pilot, lambda: "/" in app_of(pilot).session.texts["F"])
+    await until(pilot, lambda: "/" in app_of(pilot).session.texts["start"])
 
 
 async def test_a_search_in_the_help_hides_other_lines(pilot: Pilot[None]) -> None:

@@ -5,13 +5,17 @@ from typing import ClassVar, Final, Self
 
 from textual import on
 from textual.binding import Binding, BindingType
+from textual.events import Key
 from textual.geometry import Region
 from textual.widgets import Checkbox, Input, Select
 
 from fivtui.transient import WITH_SEPARATION, WITHOUT_SEPARATION
 from fivtui.tui.chart import TextInput
 from fivtui.tui.session import FormField
-from fivtui.tui.tabs import FieldEdited, FieldStepped
+from fivtui.tui.tabs import FieldEdited, FieldStepped, TabKeyPressed
+
+# Keys of the current tab that work from a field of a number: they only change what is displayed.
+_TAB_KEYS: Final = frozenset("vn")
 
 
 class TextEditor(TextInput):
@@ -47,6 +51,15 @@ class TextEditor(TextInput):
     def check_consume_key(self, key: str, character: str | None) -> bool:
         """Whether a key types text; a question mark opens the help instead."""
         return character != "?" and super().check_consume_key(key, character)
+
+    async def _on_key(self, event: Key) -> None:
+        before, character = self.value[: min(self.selection)], event.character
+        if event.is_printable and character and not self._field.accepts(before, character):
+            # The base class would type the character.
+            event.stop()
+            event.prevent_default()
+            if event.key in _TAB_KEYS:
+                self.post_message(TabKeyPressed(event.key))
 
     def action_step(self, direction: int, fine: bool = False) -> None:
         """Increase or decrease by a step."""
