@@ -17,6 +17,7 @@ from tests.support.laboratory import (
     app_of,
     flat_text_of,
     focus,
+    lab_of,
     text_of,
     type_into,
     until,
@@ -326,3 +327,15 @@ async def test_keys_in_one_burst_are_handled_in_order(pilot: Pilot[None]) -> Non
         pilot,
         lambda: [view.value for view in pilot.app.screen.query("#path").results(Input)] == ["abc"],
     )
+
+
+async def test_an_edit_that_is_not_yet_in_the_session_is_not_overwritten(
+    pilot: Pilot[None],
+) -> None:
+    editor = await focus(pilot, "mu")
+    editor.value = "0.85"
+    lab_of(pilot).show_inputs()
+    assert editor.value == "0.85"
+    await until(pilot, lambda: app_of(pilot).session.texts["mu"] == "0.85")
+    await pilot.press("f8")
+    await until(pilot, lambda: editor.value == "0.7")

@@ -37,6 +37,8 @@ class TextEditor(TextInput):
             validate_on=(),
         )
         self._field = field
+        # The text of the session that was displayed last.
+        self._shown_text = text
 
     def refresh(
         self,
@@ -82,10 +84,12 @@ class TextEditor(TextInput):
         return self.value
 
     def show(self, text: str) -> None:
-        """Display a text without reporting an edit."""
-        if self.value != text:
+        """Display a text without reporting an edit, unless an edit is not yet in the session."""
+        if self.value == self._shown_text != text:
             with self.prevent(Input.Changed):
                 self.value = text
+        if self.value == text:
+            self._shown_text = text
 
 
 class ChoiceEditor(Select[str]):
