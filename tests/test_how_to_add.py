@@ -523,6 +523,10 @@ class FrictionPane(StudyPane):
         """The stability of a scene."""
         return stability(request.parameters, separation=request.separation)
 
+    def computed_scene(self, result, edited):
+        """The edited scene with the parameters of a result."""
+        return edited.with_values(result.parameters.as_dict() | {"mu": edited.parameters.mu})
+
     def result_status(self, displayed):
         """The growth rate."""
         return f"grows by {displayed.value.growth_rate:.3g} 1/s"
