@@ -25,7 +25,7 @@ from fivtui.tui.chart import TerminalReply
 from fivtui.tui.chart.graphics import GRAPHICS_QUERY
 from fivtui.tui.chart.widget.pictures import _REPLY, _ReplyParser
 from tests.support import laboratory
-from tests.support.laboratory import HANG_S, app_of, show_tab, until
+from tests.support.laboratory import HANG_S, app_of, show_tab, text_of, until, until_notice
 from tests.support.sixel import SIXEL, decode_sixel
 
 KITTY, CELL, STATUS = "\x1b_Gi=31;OK\x1b\\", "\x1b[6;20;10t", "\x1b[0n"
@@ -96,6 +96,19 @@ def is_shown(screen: Screen) -> bool:
         chart in pictures._shown and pictures._shown[chart][0].plot == plot
         for chart, (plot, _) in pictures._visible.items()
     )
+
+
+async def test_after_a_failure_charts_stay_in_characters_and_the_failure_is_reported(
+    screen: Screen, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fail(*_: object, **__: object) -> None:
+        raise ValueError("no room")
+
+    monkeypatch.setattr("fivtui.charts.plot_pixels", fail)
+    screen.answer(CELL, SIXEL_ATTRIBUTES)
+    await until_notice(screen.pilot, "pictures are off: a chart cannot be drawn: ValueError")
+    assert not SIXEL.search(screen.text())
+    assert "⢕" in text_of(screen.pilot)
 
 
 async def test_a_terminal_with_sixel_shows_the_figures_of_the_charts(screen: Screen) -> None:

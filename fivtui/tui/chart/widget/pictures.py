@@ -116,7 +116,7 @@ class _Plot:
 
 @dataclass(frozen=True, slots=True)
 class _DrawnPlot:
-    # A picture as text by columns from its left edge; without text if it cannot be drawn.
+    # A picture as text by columns from its left edge.
     plot: _Plot
     number: int
     checksum: int
@@ -201,6 +201,12 @@ class Pictures:
         self._write(self._commands())
         self._has_kitty = self._has_sixel = False
 
+    def _give_up(self, reason: str) -> None:
+        self.stop()
+        if self._app.screen_stack:
+            self._app.call_later(self._app.screen.refresh)
+            self._report(f"pictures are off: {reason}")
+
     def read(self, reply: TerminalReply) -> None:
         """Handle an answer of the terminal."""
         fields = reply.fields
@@ -223,9 +229,7 @@ class Pictures:
         if not self._is_able:
             return update
         if self._transfer_start and time.monotonic() - self._transfer_start > _MAX_ANSWER_S:
-            self.stop()
-            self._app.call_later(screen.refresh)
-            self._report("pictures are off: the terminal reads them too slowly")
+            self._give_up("the terminal reads them too slowly")
             return update
         if self._has_sixel:
             # Text erases a picture.
@@ -268,7 +272,7 @@ class Pictures:
         commands = []
         for chart, (drawn, area) in list(self._shown.items()):
             _, visible_area = self._visible.get(chart, (None, None))
-            if visible_area != area or not self._drawn[chart].texts:
+            if visible_area != area:
                 commands.append(self._removal(drawn))
                 self._forget(chart)
                 # The characters may have changed below the picture.
@@ -277,7 +281,7 @@ class Pictures:
             return "".join(commands)
         for chart, (plot, area) in self._visible.items():
             newest, shown = self._drawn.get(chart), self._shown.get(chart)
-            if newest is None or not newest.texts or not newest.plot.covers_as(plot):
+            if newest is None or not newest.plot.covers_as(plot):
                 continue
             if shown is not None and shown[0].number == newest.number:
                 continue
@@ -319,9 +323,10 @@ class Pictures:
         self._wait()
         try:
             drawn = self._encode(plot, number)
-        except Exception:  # noqa: BLE001 (the chart stays in characters)
-            drawn = _DrawnPlot(plot, number, 0, {})
-        self._app.call_later(self._finish, chart, drawn)
+        except Exception as error:  # noqa: BLE001 (it is reported, and charts stay in characters)
+            self._app.call_later(self._give_up, f"a chart cannot be drawn: {error!r}")
+        else:
+            self._app.call_later(self._finish, chart, drawn)
 
     def _encode(self, plot: _Plot, number: int) -> _DrawnPlot:
         # Imported late, because matplotlib loads slowly.
@@ -353,8 +358,6 @@ class Pictures:
             # The same picture need not be sent again.
             drawn = replace(previous, plot=drawn.plot)
         self._drawn[chart] = drawn
-        if not drawn.texts:
-            chart.refresh()
         self._write(self._commands())
         self._draw_next()
 
