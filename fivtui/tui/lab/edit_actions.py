@@ -20,7 +20,7 @@ class EditActions(LabActions):
 
     @on(FieldEdited)
     def _edit_field(self, event: FieldEdited) -> None:
-        # Undo or reset may have replaced the text in the editor before its message arrives.
+        # The message of a newer text in the editor follows.
         form, session = self.query_one(Form), self.session
         is_current = not event.from_editor or form.text_of(event.name) == event.text
         if is_current and session.texts[event.name] != event.text:

@@ -82,6 +82,8 @@ class StudyPane(JobPane):
         self._error = ""
         self.kind = self.KIND or self.NAME
         self._drawn_result: DisplayedStudy[Any] | None = None
+        # Which values of the displayed result the edited scene does not have; empty if none.
+        self._outdated_text = ""
 
     def compose_preview(self) -> ComposeResult:
         """The preview of the first result."""
@@ -274,14 +276,14 @@ class StudyPane(JobPane):
         self.draw()
         displayed = self.displayed
         if displayed is not None and self.job is None:
-            texts = [self.outdated_text(displayed.value), self.result_status(displayed)]
+            texts = [self._outdated_text, self.result_status(displayed)]
             if displayed.source:
                 # The file is more important.
                 texts.reverse()
             self.show_status("; ".join(filter(None, texts)))
 
-    def outdated_text(self, result: Any) -> str:
-        """The values of a result that the edited scene does not have; empty if it has all."""
+    def _find_outdated(self, result: Any) -> str:
+        # The values of a result that the edited scene does not have; empty if it has all.
         again = f"{self.session.key_names['compute']} computes again"
         try:
             scene = self.session.scene()
@@ -303,7 +305,7 @@ class StudyPane(JobPane):
         if displayed is None:
             for chart in self.query(ChartView):
                 chart.show(None)
-            self._mark_outdated(False)
+            self._mark_outdated("")
             self._show_preview()
             return
         if displayed is not self._drawn_result:
@@ -312,9 +314,10 @@ class StudyPane(JobPane):
                 # A result read from a file replaces the one being computed.
                 self.stop()
         self.draw_result(displayed.value)
-        self._mark_outdated(bool(self.outdated_text(displayed.value)))
+        self._mark_outdated(self._find_outdated(displayed.value))
 
-    def _mark_outdated(self, is_outdated: bool) -> None:
+    def _mark_outdated(self, text: str) -> None:
+        self._outdated_text, is_outdated = text, bool(text)
         if is_outdated is not self.has_class(_OUTDATED):
             self.set_class(is_outdated, _OUTDATED)
             self.show_titles()
