@@ -180,7 +180,9 @@ class Identification(TableResult, Plottable):
             for first, second, value in self._strong_correlations()
         ]
         if self.t.size:
-            rows.append(Row("runs test", f"{self.runs_test:.2g}", "small: not independent"))
+            rows.append(
+                Row("runs test", f"{self.runs_test:.2g}", f"not independent below {_INDEPENDENT:g}")
+            )
             work = f"windows {self.windows}, starts {self.starts}, runs {self.evaluations}"
             rows.append(Row("fitted", f"0 to {self.fitted_until:.6g} s", work))
         return [*rows, *(Row("not known", text) for text in self.problems)]
