@@ -58,18 +58,19 @@ def dense_band(
     `_MAX_DENSE_PERIOD` columns, or samples are few.
     """
     starts = np.searchsorted(x, edges)
-    if starts[-1] - starts[0] < edges.size:
+    # Includes one sample beyond the last edge.
+    window = values[starts[0] : starts[-1] + 1]
+    if window.size <= edges.size:
         return np.full(edges.size - 1, np.nan), np.full(edges.size - 1, np.nan)
     rises, falls = values[1:] > values[:-1], values[1:] < values[:-1]
     maxima, minima = x[1:-1][rises[:-1] & ~rises[1:]], x[1:-1][falls[:-1] & ~falls[1:]]
     is_dense = _is_dense(maxima, edges) & _is_dense(minima, edges)
-    window = values[starts[0] : starts[-1]]
     crossings = np.count_nonzero(np.diff(window > window.mean()))
     # A period has two crossings.
     width = 3 if crossings >= edges.size else _MAX_DENSE_PERIOD
-    starts = np.minimum(starts[:-1], x.size - 1)
-    high = _joined_peaks(np.maximum.reduceat(values, starts), width)
-    low = -_joined_peaks(-np.minimum.reduceat(values, starts), width)
+    starts = np.minimum(starts[:-1] - starts[0], window.size - 1)
+    high = _joined_peaks(np.maximum.reduceat(window, starts), width)
+    low = -_joined_peaks(-np.minimum.reduceat(window, starts), width)
     return np.where(is_dense, low, np.nan), np.where(is_dense, high, np.nan)
 
 

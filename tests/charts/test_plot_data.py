@@ -145,6 +145,10 @@ def test_the_edges_of_a_dense_signal_follow_its_amplitude_where_it_is_dense() ->
     assert np.isfinite(high[6:75]).all()
     assert np.isnan(low[85:]).all()
     assert np.isnan(high[85:]).all()
+    # Before the end of growing vibration.
+    growing = np.exp(0.1 * x) * np.sin(5.0 * x)
+    low, high = dense_band(x, growing, edges[:81])
+    assert max(-low.min(), high.max()) == pytest.approx(np.abs(growing[x <= 50.0]).max())
     # Long periods, and few samples.
     assert np.isnan(dense_band(x, np.sin(0.5 * x), edges)[1]).all()
     assert np.isnan(dense_band(x[::100], signal[::100], edges)[1]).all()
