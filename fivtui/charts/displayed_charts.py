@@ -32,6 +32,7 @@ from .chart import (
     Trace,
     View,
     VisibleCharts,
+    guide_style,
     trace_style,
 )
 from .colours import PlotColours, figure_colour, grey, mix, screen_colours
@@ -255,7 +256,8 @@ def _draw_guides(axes: Axes, chart: Chart, limits: tuple[Axis, Axis], columns: i
 def _draw_guide(axes: Axes, guide: Guide, row: int) -> None:
     # Draw a guide with its label in a row from the top, at the right end of a horizontal guide.
     line = axes.axvline if guide.vertical else axes.axhline
-    line(guide.value, color=grey(0.4), linewidth=0.6, zorder=1.0, label="_")
+    colour = figure_colour(guide_style(guide))
+    line(guide.value, color=colour, linewidth=0.6, zorder=1.0, label="_")
     if guide.label:
         anchor = (guide.value, 1.0) if guide.vertical else (1.0, guide.value)
         axes.annotate(

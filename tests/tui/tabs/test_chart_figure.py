@@ -157,6 +157,14 @@ def test_logarithmic_axes_stay_logarithmic() -> None:
     assert axes.get_yscale() == "log"
 
 
+def test_reference_lines_have_the_colour_of_their_meaning() -> None:
+    guides = (Guide(2.0, "critical", role="critical"), Guide(0.5, vertical=False))
+    chart = Chart("t", "y", (trace("a", T),), guides)
+    (axes,) = charts_figure(VisibleCharts([(chart, View())])).axes
+    colours = {to_hex(line.get_color()) for line in axes.get_lines()}
+    assert {figure_colour("danger"), figure_colour("reference")} <= colours
+
+
 def test_times_off_the_belt_are_shaded_where_they_are() -> None:
     run = simulate(Parameters(), t_end=10.0, samples=T)
     motion = plotted_run(run, "run 1", "●", "series-2")
