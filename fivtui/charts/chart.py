@@ -410,7 +410,7 @@ class View:
 
     def show_end(self, chart: Chart, *, last: bool) -> None:
         """Move the limits of x to the start or end of the data; without limits, show a tenth."""
-        data_axis = View(log_x=self.log_x, hidden=self.hidden)._fitted_x(chart)
+        data_axis = self._fitted_x(chart)
         length = _END_SHARE
         if self.x is not None:
             low, high = data_axis.positions([self.x.low, self.x.high]).tolist()
@@ -421,8 +421,7 @@ class View:
         # Where y is a function of x, limits stay within the data; None if they show all data.
         if chart.is_plane:
             return x
-        data_axis = View(log_x=self.log_x, hidden=self.hidden)._fitted_x(chart)
-        low, high = data_axis.positions([x.low, x.high]).tolist()
+        low, high = self._fitted_x(chart).positions([x.low, x.high]).tolist()
         length = high - low
         if length >= 1.0 - _LENGTH_TOLERANCE:
             return None

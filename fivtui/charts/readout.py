@@ -172,8 +172,8 @@ def heading_spans(
     The label; values at the points of both cursors, or else note and legend; notes on the limits.
     """
     limit_spans = [*_outside_spans(chart, view), *_zoom_spans(chart, view)]
-    if first or second:
-        title = [(f"{chart.y_label} ", "label"), *readout_spans(chart, view, first, second)]
+    if values := readout_spans(chart, view, first, second):
+        title = [(f"{chart.y_label} ", "label"), *values]
         return [*title, *limit_spans], len(title)
     notes = [f" {part}" for part in _NOTE_SEPARATOR.split(chart.note) if part]
     title = [(part, "label") for part in (chart.y_label, *notes)]
