@@ -13,23 +13,14 @@ from fivtui.transient import Transient
 from .shapes import MODE_NAMES, Layout, Shape, join_lines, shapes_at
 from .timing import Timing
 
-# The shapes that form each trace.
-_TRACES: Final[Mapping[str, tuple[str, ...]]] = {
-    "belt": ("belt", "marks", "walls"),
-    "springs": ("springs", "contact spring"),
-    "slider": ("block", "foot"),
-    "preload": ("preload",),
-    "contact force": ("contact force",),
-    "friction": ("friction",),
-}
-# Roles of the colours of these traces.
-_COLOURS: Final[Mapping[str, str]] = {
-    "belt": "belt",
-    "springs": "reference",
-    "slider": STRONG,
-    "preload": "series-2",
-    "contact force": "series-1",
-    "friction": "friction",
+# By trace: the role of its colour, and the shapes that form it.
+_TRACES: Final[Mapping[str, tuple[str, tuple[str, ...]]]] = {
+    "belt": ("belt", ("belt", "marks", "walls")),
+    "springs": ("reference", ("springs", "contact spring")),
+    "slider": (STRONG, ("block", "foot")),
+    "preload": ("series-2", ("preload",)),
+    "contact force": ("series-1", ("contact force",)),
+    "friction": ("friction", ("friction",)),
 }
 # Character of the slider by mode; in other modes it slides.
 _MODE_MARKS: Final = {Mode.SEPARATED: "○", Mode.STICK: "■"}
@@ -45,10 +36,11 @@ def belt_chart(run: Transient, layout: Layout, timing: Timing, t: float, aspect:
     traces = tuple(
         _trace(
             name,
+            colour,
             [shapes[shape_name] for shape_name in shape_names],
             _MODE_MARKS.get(mode, _SLIDING_MARK),
         )
-        for name, shape_names in _TRACES.items()
+        for name, (colour, shape_names) in _TRACES.items()
         # The shapes of a trace exist together: those of belt forces only in contact.
         if shape_names[0] in shapes
     )
@@ -64,11 +56,11 @@ def belt_chart(run: Transient, layout: Layout, timing: Timing, t: float, aspect:
     )
 
 
-def _trace(name: str, shapes: list[Shape], slider_mark: str) -> Trace:
+def _trace(name: str, colour: str, shapes: list[Shape], slider_mark: str) -> Trace:
     # Not ordered: outlines, in which y is not a function of x.
     x, y = join_lines([(shape.x, shape.y) for shape in shapes])
     mark = slider_mark if name == "slider" else ""
-    return Trace(name, x, y, ordered=False, mark=mark, colour=_COLOURS[name])
+    return Trace(name, x, y, ordered=False, mark=mark, colour=colour)
 
 
 def _fit_aspect(

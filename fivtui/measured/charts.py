@@ -16,7 +16,6 @@ _SIZE: Final = (FIGURE_WIDTH, 5.6)
 _HEIGHTS: Final = (1.6, 1.0, 1.2)
 # Range of amplitudes in figures of spectra, relative to the greatest.
 _AMPLITUDE_RANGE: Final = (1e-4, 2.0)
-_BAND_COLOUR: Final = "reference"
 
 
 def overlay_chart(result: Validation) -> Chart:
@@ -32,7 +31,7 @@ def overlay_chart(result: Validation) -> Chart:
         # One edge of the band has the entry of the legend.
         for name, offset in (("band", result.band), ("", -result.band)):
             edge = result.computed + offset
-            traces.insert(0, Trace(name, result.t, edge, look="dots", colour=_BAND_COLOUR))
+            traces.insert(0, Trace(name, result.t, edge, look="dots", colour="reference"))
     return Chart(
         TIME_LABEL,
         column_label(result.quantity),
