@@ -93,7 +93,7 @@ def grey(lightness: float) -> str:
 
 
 def mix(code: str, background: str, share: float) -> str:
-    """A share of a colour mixed with the rest of another one, by their codes."""
+    """The mixture of a colour, by its share, with a background, all as codes."""
     front, back = (bytes.fromhex(text.removeprefix("#")) for text in (code, background))
     pairs = zip(front, back, strict=True)
     return f"#{bytes(round(low + share * (high - low)) for high, low in pairs).hex()}"

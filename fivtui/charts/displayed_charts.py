@@ -68,9 +68,9 @@ _HEIGHT_AROUND_PANELS: Final = 1.2
 # Letters of an axis label per inch, and letters in a line of a title as wide as the figure.
 _LETTERS_PER_INCH: Final = 14.0
 _TITLE_LETTERS: Final = 84
-# Shares of the colours of grid and strips in their mixtures with a plot's background.
-_GRID_SHARE: Final = 0.15
-_STRIP_SHARE: Final = 0.2
+# Strengths of the colours of grid and strips on the screen; the rest is the background.
+_GRID_STRENGTH: Final = 0.15
+_STRIP_STRENGTH: Final = 0.2
 # Line spacing of the labels of guides, pt.
 _LABEL_SPACING: Final = 9.5
 # Width of a letter of a guide's label relative to a figure's width.
@@ -116,11 +116,14 @@ def plot_pixels(
     colours: PlotColours,
     ticks: AxisTicks,
 ) -> NDArray[np.uint8]:
-    """Draw the plot of a displayed chart without margins: RGB pixels, shape (height, width, 3)."""
+    """Draw the plot of a displayed chart without margins: RGB pixels, shape (height, width, 3).
+
+    `size` is width and height in pixels.
+    """
     settings = STYLE | {
         "axes.facecolor": colours.background,
         "text.color": colours.foreground,
-        "grid.color": mix(colours.foreground, colours.background, _GRID_SHARE),
+        "grid.color": mix(colours.foreground, colours.background, _GRID_STRENGTH),
     }
     with drawing_settings(settings), screen_colours(colours):
         figure = Figure((size[0] / dpi, size[1] / dpi), dpi)
@@ -132,7 +135,7 @@ def plot_pixels(
             # As the characters, without contours.
             backdrop = replace(backdrop, contours=())
         draw_chart(axes, replace(displayed, backdrop=backdrop, strips=()))
-        strip_colour = figure_colour("reference", _STRIP_SHARE)
+        strip_colour = figure_colour("reference", _STRIP_STRENGTH)
         for strip in chart.strips:
             shade_times(axes, strip.intervals, strip_colour)
         # The screen displays the limits over the same lengths, and labels the ticks.

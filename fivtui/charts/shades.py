@@ -19,7 +19,7 @@ FloatArray = NDArray[np.float64]
 Levels = NDArray[np.intp]
 
 # Smallest displayed difference relative to the greatest value: that of numbers with three digits.
-MIN_CONTRAST: Final = 1e-3
+_MIN_CONTRAST: Final = 1e-3
 # A plateau is a level of nearly equal values with at least this share of all values, and at least
 # this many if there are more.
 _PLATEAU_SHARE: Final = 1.0 / 6.0
@@ -124,14 +124,14 @@ class Band(NamedTuple):
     def text(self) -> str:
         """The values as text: that of a plateau, or else the upper bound."""
         if self.plateau is not None:
-            return number_text(self.plateau)
+            return _value_text(self.plateau)
         if self.upper is None:
-            return f">{number_text(self.lower or 0.0)}"
-        return f"≤{number_text(self.upper)}"
+            return f">{_value_text(self.lower or 0.0)}"
+        return f"≤{_value_text(self.upper)}"
 
 
-def number_text(value: float) -> str:
-    """A number with three digits, without exponent if it has few figures."""
+def _value_text(value: float) -> str:
+    # A number with three digits; without exponent from 0.0001 up to 1e6.
     return f"{float(f'{value:.3g}'):g}"
 
 
@@ -147,17 +147,17 @@ class Grading(NamedTuple):
 
 
 def colour_scale_of(label: str, values: FloatArray) -> ColourScale:
-    """A scale from the least to the greatest value, at least `MIN_CONTRAST` apart."""
+    """A scale from the least to the greatest value, at least `_MIN_CONTRAST` of them apart."""
     finite = values[np.isfinite(values)]
     if not finite.size:
         return ColourScale(label, "viridis", 0.0, 1.0)
     low, high = float(finite.min()), float(finite.max())
-    margin = max(0.5 * (MIN_CONTRAST * max(abs(low), abs(high)) - (high - low)), 0.0)
+    margin = max(0.5 * (_MIN_CONTRAST * max(abs(low), abs(high)) - (high - low)), 0.0)
     return ColourScale(label, "viridis", low - margin, high + margin)
 
 
 def grade(
-    values: FloatArray, count: int, contrast: float = MIN_CONTRAST, *, log: bool = True
+    values: FloatArray, count: int, contrast: float = _MIN_CONTRAST, *, log: bool = True
 ) -> Grading:
     """Divide values into at most `count` levels at round numbers, and around plateaus.
 

@@ -209,7 +209,7 @@ ROLES: Final[Mapping[str, Mapping[str, Any]]] = {
     "50 % of critical μ": {"color": "black", "linestyle": (0.0, (1.0, 1.5)), "linewidth": 1.2},
 }
 # Style of guides without a role.
-PLAIN_GUIDE: Final[Mapping[str, Any]] = {
+_PLAIN_GUIDE: Final[Mapping[str, Any]] = {
     "color": figure_colour("reference"),
     "linewidth": 0.5,
     "zorder": 1.0,
@@ -636,7 +636,7 @@ def _draw_guide(axes: Axes, guide: Guide) -> None:
     line = axes.axvline if guide.vertical else axes.axhline
     style = ROLES.get(guide.role)
     if style is None:
-        line(guide.value, label=_NO_ENTRY, **PLAIN_GUIDE)
+        line(guide.value, label=_NO_ENTRY, **_PLAIN_GUIDE)
     else:
         line(guide.value, label=_math(guide.label), **style)
 

@@ -174,7 +174,7 @@ def is_logarithmic(values: FloatArray) -> bool:
 
 
 def _contours(result: StabilityMap, bounds: Sequence[float]) -> list[Contours]:
-    """Contour lines, with which a map can be read without colours: at bounds of levels."""
+    """Contour lines, to read a map without colours: at bounds of levels, or at round values."""
     if result.value == "safe-mu":
         shares = result.safe_mu / result.critical_mu
         share_contours = (
@@ -269,11 +269,11 @@ def _zero_lines(x: FloatArray, y: FloatArray, excess: FloatArray) -> tuple[Float
     """Contour lines of zero excess, by linear interpolation; NaN separates the lines."""
     from contourpy import contour_generator
 
-    if min(excess.shape) < 2:
-        # A single row or column of points has no lines.
-        return np.empty(0), np.empty(0)
-    values = np.ma.masked_invalid(excess.T)
-    lines: Any = contour_generator(x, y, values, corner_mask=True).lines(0.0)
+    lines: Any = ()
+    # A single row or column of points has no lines.
+    if min(excess.shape) > 1:
+        values = np.ma.masked_invalid(excess.T)
+        lines = contour_generator(x, y, values, corner_mask=True).lines(0.0)
     if not lines:
         return np.empty(0), np.empty(0)
     gap = np.full((1, 2), np.nan)

@@ -80,7 +80,7 @@ class Request:
         course = Course(p, system.over_time) if system.over_time else None
         set_field(self, "course", course)
         if course is not None:
-            # The parameters just after t = 0, where a table may jump; here without their slopes.
+            # The parameters just after t = 0, where a table may jump.
             p = course.initial
             system = System(p, system.separation, system.over_time)
             set_field(self, "system", system)

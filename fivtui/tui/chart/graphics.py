@@ -26,8 +26,8 @@ _MAX_COLOURS: Final = 255
 # Pixels in a sixel, one above the other.
 _SIXEL_HEIGHT: Final = 6
 _SIXEL_BITS: Final = (1 << np.arange(_SIXEL_HEIGHT)).astype(np.uint8)
-# Code of the character for no pixels.
-_NO_PIXELS: Final = ord("?")
+# The character for no pixels.
+_NO_PIXELS: Final = b"?"
 _REPEATED: Final = re.compile(rb"(.)\1{3,}", re.DOTALL)
 # Characters of kitty's data in one command.
 _CHUNK: Final = 4096
@@ -52,8 +52,8 @@ def encode_sixel(pixels: Pixels) -> str:
 def _encode_band(band: NDArray[np.intp], colour_count: int) -> Iterator[bytes]:
     # The sixels of each colour in a row of sixels.
     for number in np.flatnonzero(np.bincount(band.ravel(), minlength=colour_count)[:colour_count]):
-        sixels = (_SIXEL_BITS @ (band == number)).astype(np.uint8) + _NO_PIXELS
-        line = sixels.astype(np.uint8).tobytes().rstrip(b"?")
+        sixels = _SIXEL_BITS @ (band == number) + ord(_NO_PIXELS)
+        line = sixels.tobytes().rstrip(_NO_PIXELS)
         yield b"#%d" % number + _REPEATED.sub(_count_repeated, line)
 
 
