@@ -14,6 +14,7 @@ static const uint32_t STATE_REFERENCES[] = {V_F};
 static const uint32_t DERIVATIVE_REFERENCES[] = {V_F_rate};
 
 _Static_assert(VARIABLE_COUNT <= (int)MAX_VARIABLES, "there is no room for the values");
+_Static_assert(OUTPUT_DERIVATIVE_ORDER <= (int)MAX_DERIVATIVE_ORDER, "there is no room for rates");
 
 /* The preload that the actuator approaches under constant inputs, N. */
 static double target_force(const double *v)
@@ -59,16 +60,16 @@ static const char *advance_motion(Instance *i, double from, double *end, int *sw
     return NULL;
 }
 
-/* The derivative of an order of F is (that of the target − F)/τ of the order before. */
-static const char *differentiate_in_time(Instance *i, int order, double *rates)
+/* F has the derivative F_rate = (target − F)/τ. The target force has a first derivative only. */
+static const char *differentiate_in_time(Instance *i, double rates[][MAX_VARIABLES])
 {
     const double *v = i->s.values;
-    double rate = v[V_F_rate];
-    for (int n = 1; n <= order; n++) {
-        rates[V_F] = rate;
-        rate = ((n == 1 ? target_slope_of(&i->s) : 0.0) - rate) / v[V_tau];
+    double rate = v[V_F_rate], target_rate = target_slope_of(&i->s);
+    for (int n = 1; n <= OUTPUT_DERIVATIVE_ORDER; n++) {
+        rates[n][V_F] = rate;
+        rates[n][V_F_rate] = rate = (target_rate - rate) / v[V_tau];
+        target_rate = 0.0;
     }
-    rates[V_F_rate] = rate;
     return NULL;
 }
 

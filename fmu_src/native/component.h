@@ -13,7 +13,15 @@
 /* Hidden: other libraries of the process may have functions of the same names. */
 #pragma GCC visibility push(hidden)
 
+/* Sizes of arrays, enough for both models. MOTION_SIZE is that of the motion in an instance, and
+   MOTION_NUMBERS that of the motion in a serialised state, both in numbers. */
+enum {
+    MAX_VARIABLES = 48, MAX_STATES = 4, MAX_INDICATORS = 4, MAX_DERIVATIVE_ORDER = 3,
+    MOTION_SIZE = 304, MOTION_NUMBERS = 64
+};
+
 typedef enum { REAL, INTEGER, BOOLEAN } Kind;
+/* Parameters come first: fixed, then tunable ones; `is_settable` compares roles by this order. */
 typedef enum { PARAMETER, TUNABLE, INPUT, OUTPUT, LOCAL } Role;
 
 /* A row of the table of variables; its index is the value reference. */
@@ -56,10 +64,10 @@ typedef struct {
     /* Advances to t with inputs that follow their slopes from the time `from` on. Unless `switched`
        is NULL, stops at the first switch up to t, sets t to its time and `switched` to 1. */
     const char *(*advance)(struct Instance *i, double from, double *t, int *switched);
-    /* Computes the derivatives of an order of continuous outputs and locals by time, from 1 to
-       `derivative_order`, at the current time, under inputs that are held or have slopes, by value
-       reference. */
-    const char *(*differentiate_in_time)(struct Instance *i, int order, double *rates);
+    /* Computes the derivatives of continuous outputs and locals by time, at the current time, under
+       inputs that are held or have slopes: rates[n][r] is that of order n, from 1 to
+       `derivative_order`, of the variable with the value reference r. */
+    const char *(*differentiate_in_time)(struct Instance *i, double rates[][MAX_VARIABLES]);
     int derivative_order;
     /* End of the step of the motion that has been computed: until then the motion is known if its
        inputs do not change. */
@@ -86,9 +94,6 @@ typedef struct {
     void (*pack)(const struct Instance *i, double *numbers);
     int (*unpack)(struct Instance *i, const double *numbers);
 } Component;
-
-/* Room for the motion in a saved state, in numbers. */
-#define MOTION_NUMBERS 64
 
 extern const Component COMPONENT;
 

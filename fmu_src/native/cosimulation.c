@@ -151,7 +151,7 @@ fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReferenc
                                         const fmi2Integer order[], fmi2Real value[])
 {
     Instance *i = c;
-    double rates[MAX_VARIABLES] = {0.0};
+    double rates[MAX_DERIVATIVE_ORDER + 1][MAX_VARIABLES] = {{0.0}};
     REQUIRE(i, "get_real_output_derivatives", fmi2CoSimulation, IN(STEPPING) | IN(TERMINATED));
     if (count > 0 && (!r || !order || !value))
         return report(i, fmi2Error, "value references, orders and values must be given");
@@ -165,14 +165,11 @@ fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReferenc
                           order[n], COMPONENT.derivative_order);
     }
     fmi2Status status = update_totals(i);
-    for (int power = 1; power <= COMPONENT.derivative_order && status == fmi2OK; power++) {
-        const char *reason = COMPONENT.differentiate_in_time(i, power, rates);
-        status = reason ? report(i, fmi2Discard, "%s", reason) : fmi2OK;
-        for (size_t n = 0; n < count && status == fmi2OK; n++)
-            if (order[n] == power) {
-                status = check_finite(i, COMPONENT.variables[r[n]].name, rates[r[n]]);
-                value[n] = rates[r[n]];
-            }
+    const char *reason = status == fmi2OK ? COMPONENT.differentiate_in_time(i, rates) : NULL;
+    status = reason ? report(i, fmi2Discard, "%s", reason) : status;
+    for (size_t n = 0; n < count && status == fmi2OK; n++) {
+        value[n] = rates[order[n]][r[n]];
+        status = check_finite(i, COMPONENT.variables[r[n]].name, value[n]);
     }
     return status;
 }

@@ -21,10 +21,8 @@
 /* Hidden: other libraries of the process may have functions of the same names. */
 #pragma GCC visibility push(hidden)
 
-/* Sizes of arrays, enough for both models; MOTION_SIZE is in numbers, TEXT_SIZE in characters. */
-enum {
-    MAX_VARIABLES = 48, MAX_STATES = 4, MAX_INDICATORS = 4, MOTION_SIZE = 304, TEXT_SIZE = 320
-};
+/* Size of messages, in characters. */
+enum { TEXT_SIZE = 320 };
 /* The range of tolerances: `TOL_RANGE` in `fivtui.taylor.stepper`. */
 #define LEAST_TOLERANCE 1e-13
 #define GREATEST_TOLERANCE 1e-2

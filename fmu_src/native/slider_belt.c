@@ -58,6 +58,7 @@ typedef struct {
 
 _Static_assert(sizeof(MotionRecord) <= sizeof(double) * MOTION_SIZE, "the motion is too large");
 _Static_assert(VARIABLE_COUNT <= (int)MAX_VARIABLES, "there is no room for the values");
+_Static_assert(OUTPUT_DERIVATIVE_ORDER <= (int)MAX_DERIVATIVE_ORDER, "there is no room for rates");
 _Static_assert(INDICATORS <= (int)MAX_INDICATORS, "there is no room for the event indicators");
 
 static MotionRecord *motion_record(Instance *i) { return (MotionRecord *)i->s.motion; }
@@ -261,8 +262,8 @@ static double total_term(double total, double value, const double *series, doubl
     return total == sign * value && is_growing(series, sign) ? sign * series[n] : 0.0;
 }
 
-/* Derivatives of an order by time, from an expansion of the motion at the current time. */
-static const char *differentiate_in_time(Instance *i, int order, double *rates)
+/* Derivatives by time, from an expansion of the motion at the current time. */
+static const char *differentiate_in_time(Instance *i, double rates[][MAX_VARIABLES])
 {
     const State *s = &i->s;
     const double *v = s->values;
@@ -275,30 +276,32 @@ static const char *differentiate_in_time(Instance *i, int order, double *rates)
     const double *p = inputs.p, *x = m.w.xs, *y = m.w.ys;
     double vx[OUTPUT_DERIVATIVE_ORDER + 1], vy[OUTPUT_DERIVATIVE_ORDER + 1],
         ax[OUTPUT_DERIVATIVE_ORDER + 1], ay[OUTPUT_DERIVATIVE_ORDER + 1],
-        P[OUTPUT_DERIVATIVE_ORDER + 1], friction = 0.0, factorial = 1.0;
-    const int is_off = motion_mode(&m) == SEPARATED, n = order;
+        P[OUTPUT_DERIVATIVE_ORDER + 1], factorial = 1.0;
+    const int is_off = motion_mode(&m) == SEPARATED;
     for (int k = 1; k <= OUTPUT_DERIVATIVE_ORDER; k++) {
         vx[k] = (k + 1.0) * x[k + 1], ax[k] = (k + 1.0) * (k + 2.0) * x[k + 2];
         vy[k] = (k + 1.0) * y[k + 1], ay[k] = (k + 1.0) * (k + 2.0) * y[k + 2];
         P[k] = is_off ? 0.0 : p[P_M] * (ay[k] - vertical_acceleration(p, x[k], y[k], vy[k], 0.0));
     }
-    if (!is_off) {
+    if (!is_off)
         P[1] += inputs.rates.F;
-        friction = p[P_M] * (ax[n] - horizontal_acceleration(p, x[n], vx[n], y[n], 0.0));
+    for (int n = 1; n <= OUTPUT_DERIVATIVE_ORDER; n++) {
+        double *d = rates[n], friction = 0.0;
+        if (!is_off)
+            friction = p[P_M] * (ax[n] - horizontal_acceleration(p, x[n], vx[n], y[n], 0.0));
+        d[V_x] = x[n], d[V_vx] = vx[n], d[V_ax] = ax[n];
+        d[V_y] = d[V_switching] = y[n], d[V_vy] = vy[n], d[V_ay] = ay[n];
+        d[V_P] = P[n], d[V_friction_slider] = friction, d[V_friction_belt] = -friction;
+        d[V_x_peak] = total_term(v[V_x_peak], v[V_x], x, v[V_x] < 0.0 ? -1.0 : 1.0, n);
+        d[V_y_peak] = total_term(v[V_y_peak], v[V_y], y, v[V_y] < 0.0 ? -1.0 : 1.0, n);
+        d[V_vx_max] = total_term(v[V_vx_max], v[V_vx], vx, 1.0, n);
+        d[V_P_max] = total_term(v[V_P_max], v[V_P], P, 1.0, n);
+        d[V_P_min] = -total_term(-v[V_P_min], v[V_P], P, -1.0, n);
+        d[V_separated_time] = n == 1 ? is_off : 0.0;
+        factorial *= n;
+        for (int r = 0; r < VARIABLE_COUNT; r++)
+            d[r] *= factorial;
     }
-    for (int k = 2; k <= n; k++)
-        factorial *= k;
-    rates[V_x] = x[n], rates[V_vx] = vx[n], rates[V_ax] = ax[n];
-    rates[V_y] = rates[V_switching] = y[n], rates[V_vy] = vy[n], rates[V_ay] = ay[n];
-    rates[V_P] = P[n], rates[V_friction_slider] = friction, rates[V_friction_belt] = -friction;
-    rates[V_x_peak] = total_term(v[V_x_peak], v[V_x], x, v[V_x] < 0.0 ? -1.0 : 1.0, n);
-    rates[V_y_peak] = total_term(v[V_y_peak], v[V_y], y, v[V_y] < 0.0 ? -1.0 : 1.0, n);
-    rates[V_vx_max] = total_term(v[V_vx_max], v[V_vx], vx, 1.0, n);
-    rates[V_P_max] = total_term(v[V_P_max], v[V_P], P, 1.0, n);
-    rates[V_P_min] = -total_term(-v[V_P_min], v[V_P], P, -1.0, n);
-    rates[V_separated_time] = n == 1 ? is_off : 0.0;
-    for (int r = 0; r < VARIABLE_COUNT; r++)
-        rates[r] *= factorial;
     return NULL;
 }
 
@@ -628,11 +631,12 @@ enum {
     N_LAST_SWITCH, N_X, N_VX, N_Y, N_VY,
     N_STEP_MODE, N_STEP_STICKS, N_SLIPS, N_REVERSALS, N_BELT_SWITCHES, N_LAST_BELT_SWITCH,
     N_HAS_STEP, N_INPUT_START, N_INPUTS,
-    N_SEPARATED_TIME = N_INPUTS + sizeof(Inputs) / sizeof(double), N_SEPARATED_REMAINDER, N_EXTREMES,
+    N_SEPARATED_TIME = N_INPUTS + sizeof(Inputs) / sizeof(double), N_SEPARATED_REMAINDER,
+    N_EXTREMES,
     N_PAST = N_EXTREMES + sizeof(Extremes) / sizeof(double),
     NUMBERS = N_PAST + sizeof(Totals) / sizeof(double)
 };
-_Static_assert(NUMBERS <= MOTION_NUMBERS, "there is no room for the numbers");
+_Static_assert(NUMBERS <= (int)MOTION_NUMBERS, "there is no room for the numbers");
 
 /* Write the record and the start of its Taylor step to numbers. */
 static void pack(const Instance *i, double *numbers)
@@ -720,7 +724,8 @@ static int unpack(Instance *i, const double *numbers)
     record->starts_in_stick = numbers[N_STARTS_IN_STICK];
     record->update_speed = numbers[N_UPDATE_SPEED];
     record->belt_acceleration = 0.0;
-    if (!are_valid(&inputs) || !is_possible_mode(numbers[N_MODE], s) || !is_possible_mode(numbers[N_STEP_MODE], s)
+    if (!are_valid(&inputs) || !is_possible_mode(numbers[N_MODE], s)
+        || !is_possible_mode(numbers[N_STEP_MODE], s)
         || !is_rounding(numbers[N_REMAINDER], numbers[N_STEP_START])
         || (i->type == fmi2CoSimulation && !has_speed_of_mode(numbers, &inputs))
         || numbers[N_STEP_SIDE] != (numbers[N_STEP_MODE] == SEPARATED ? 1.0 : -1.0))
