@@ -450,7 +450,7 @@ static void complete_step(Instance *i)
     Motion *m = &motion_record(i)->motion;
     /* The time off the belt is added where that ends, by `update_mode`. */
     const double separated_time = m->past.separated_time;
-    compute_outputs(i);
+    update_outputs(i);
     m->past = exchange_totals(i);
     m->past.separated_time = separated_time;
 }

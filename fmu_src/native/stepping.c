@@ -267,10 +267,8 @@ static void change_inputs(Motion *m, double t, const Inputs *inputs)
     double state[STATE];
     const Block before = m->w;
     const int64_t mode = m->belt.mode;
-    Totals past;
     state_at(m, t, state);
-    totals_at(m, t, &past);
-    m->past = past;
+    totals_at(m, t, &m->past);
     const double speed = inputs->p[P_V_BELT];
     if (m->belt.finite && moves_with_belt(m, state[S_VX], speed))
         state[S_VX] = speed;
