@@ -12,7 +12,7 @@ from typing import Final
 
 from fivtui.kernel import equation_headers
 from fivtui.model import ALL_PARAMETERS
-from fmu_src.slave import ACTUATOR_TABLE, SLIDER_BELT_TABLE, TOTALS, Type, Variable, VariableTable
+from fmu_src.slave import ACTUATOR_TABLE, SLIDER_BELT_TABLE, Type, Variable, VariableTable
 
 # Tables of variables by model identifier, which is also the name of the binary.
 MODELS: Final[Mapping[str, VariableTable]] = {
@@ -134,7 +134,7 @@ def _parameter_references(table: VariableTable) -> list[str]:
 def _table_row(v: Variable) -> str:
     # The fields of `Variable` in ``component.h``.
     numbers = [_c_number(value) for value in (v.start, v.lower, v.upper)]
-    flags = (str(int(v.variability == "continuous")), str(int(v.name in TOTALS)))
+    flags = (str(int(v.variability == "continuous")), str(int(v.total)))
     role = "TUNABLE" if v.tunable else v.role.name
     fields = (f'"{v.name}"', _C_KINDS[v.type], role, *numbers, f'"{v.range_text}"')
     return f"    {{{', '.join((*fields, _c_number(v.nominal or 1.0), *flags))}}},"

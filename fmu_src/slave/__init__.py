@@ -6,7 +6,7 @@ if TYPE_CHECKING:
     from .actuator_variables import ACTUATOR_SUMMARY, ACTUATOR_TABLE
     from .motion import SliderBeltMotion, start_state
     from .variable import Role, Type, Variable, VariableTable
-    from .variables import SLIDER_BELT_TABLE, SUMMARY, TOTALS, VARIABLES
+    from .variables import SLIDER_BELT_TABLE, SUMMARY, VARIABLES
 else:
     from fivtui.lazy import lazy_exports
 

@@ -51,6 +51,8 @@ class Variable:
     nominal: float | None = None
     # Whether it changes only where the mode changes.
     discrete: bool = False
+    # Whether it summarises the motion so far, such as a peak; computed only when a host reads it.
+    total: bool = False
     # Inputs that an output depends on at the same time.
     depends_on: Sequence[str] = ()
     # Parameters and inputs that the initial value depends on.

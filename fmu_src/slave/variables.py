@@ -152,7 +152,7 @@ def _mode(role: Role, kind: Type, value_names: Sequence[str] = ()) -> Variable:
 
 
 def _total(name: str, initial_names: Sequence[str], meaning: str, unit: str) -> Variable:
-    return _output(name, initial_names, f"{meaning} so far", unit)
+    return _output(name, initial_names, f"{meaning} so far", unit, total=True)
 
 
 # Add new variables at the end: value references are indices in the table.
@@ -240,6 +240,6 @@ SLIDER_BELT_TABLE: Final = VariableTable(
         _total("separated_time", (), "time for which the slider was off the belt", "s"),
     ]
 )
-TOTALS: Final = ("x_peak", "y_peak", "vx_max", "P_min", "P_max", "separated_time")
 VARIABLES: Final = SLIDER_BELT_TABLE.variables
+TOTALS: Final = tuple(v.name for v in VARIABLES if v.total)
 REFERENCES: Final = SLIDER_BELT_TABLE.references
