@@ -9,8 +9,6 @@ from dataclasses import dataclass
 from functools import lru_cache
 from operator import mul
 
-from fivtui.model.slider_belt import State
-
 from .polynomial import derivative, minimum_maximum, restrict
 from .segment import Segment
 
@@ -31,7 +29,7 @@ class Extremes:
 
     def include(self, segment: Segment) -> None:
         """Include a segment."""
-        self._include(segment.x, segment.y, segment.final, segment.duration)
+        self._include(segment.x, segment.y, segment.final[:3], segment.duration)
 
     def include_part(self, segment: Segment, start: float, end: float) -> None:
         """Include the part of a segment between two times, s."""
@@ -39,20 +37,20 @@ class Extremes:
         if low < high:
             x, y = restrict(segment.x, low, high), restrict(segment.y, low, high)
             duration = segment.duration * (high - low)
-            # The value of a polynomial at 1 is the sum of its coefficients; ẏ is not needed.
-            final = (sum(x), sum(derivative(x)) / duration, sum(y), 0.0)
-            self._include(x, y, final, duration)
+            # The value of a polynomial at 1 is the sum of its coefficients.
+            self._include(x, y, (sum(x), sum(derivative(x)) / duration, sum(y)), duration)
 
     def _include(
         self,
         x: Sequence[float],
         y: Sequence[float],
-        final: State,
+        ends: tuple[float, float, float],
         duration: float,
     ) -> None:
+        # `ends` are x, ẋ and y at the end.
         # On [0, 1] a polynomial differs from its chord by at most max|second derivative|/8. If its
         # ends plus this margin cannot exceed an extreme so far, skip the roots of its derivative.
-        x_end, vx_end, y_end, _ = final
+        x_end, vx_end, y_end = ends
         weights, vx_weights = _margin_weights(len(x))
         x_sizes = list(map(abs, x))
         margin = sum(map(mul, x_sizes, weights))
