@@ -10,7 +10,7 @@ from fmu_src.build.builder import build_fmu
 
 
 def initialized_instance(component: str, folder: Path) -> tuple[Any, dict[str, list[int]]]:
-    """An initialized instance, and value references by name."""
+    """An initialized instance, and a list with the value reference of each variable by name."""
     fmu = build_fmu(folder / f"{component}.fmu", component=component, flavour="native")
     files = extract(fmu, folder / component)
     description = read_model_description(files)
@@ -22,7 +22,7 @@ def initialized_instance(component: str, folder: Path) -> tuple[Any, dict[str, l
 
 
 def coupled(steps: int, t_end: float, *, extrapolate: bool) -> tuple[float, float]:
-    """Exchange F and P, held or extrapolated, at each step; y and separations at the end."""
+    """Exchange F and P, held or extrapolated, at each step; y, m, and separations after t_end s."""
     h = t_end / steps
     with tempfile.TemporaryDirectory() as folder:
         slider, i = initialized_instance("slider-belt", Path(folder))

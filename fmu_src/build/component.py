@@ -25,9 +25,10 @@ _NATIVE_RULES: Final = """\
 <h2>Rules</h2>
 <p>Co-simulation: inputs are held from one communication point to the next, or change
 over the next step with the given first derivatives; after that step they keep their final values.
-Results do not depend on the communication step. Continuous outputs have derivatives by time up to
-the third, of the motion that follows if inputs are held, or change with the derivatives set for the
-next step. At events and jumps of inputs they are those after it.</p>
+Results do not depend on the communication step. Continuous outputs have derivatives by time, up to
+the maxOutputDerivativeOrder of the model description, of the motion that follows if inputs are
+held, or change with the derivatives set for the next step. At an event or a jump of an input they
+are those after it.</p>
 <p>Model exchange: the importer integrates, and finds switches as zeros of the event
 indicators. The first is y. A belt of finite speed adds v_belt - vx in slip, and in stick mu_s P - f
 and mu_s P + f, where P is the contact force and f the friction that holds the slider. An indicator
@@ -52,10 +53,10 @@ _EXTRA_FOLDER: Final = "extra"
 
 
 class Terminal(NamedTuple):
-    """Variables that are connected together with those of the same terminal of another FMU."""
+    """Variables that tools connect as one to a terminal of another FMU."""
 
     meaning: str
-    # Names of variables by the names under which both FMUs have them.
+    # Names of the variables by member name; members of equal names are connected.
     members: Mapping[str, str]
 
 

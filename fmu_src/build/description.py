@@ -138,8 +138,7 @@ def unit_definitions(table: VariableTable) -> ET.Element:
     definitions = ET.Element("UnitDefinitions")
     for unit in dict.fromkeys(v.unit for v in table.variables if v.unit):
         element = ET.SubElement(definitions, "Unit", name=unit)
-        exponents = {base: str(exponent) for base, exponent in base_exponents(unit).items()}
-        ET.SubElement(element, "BaseUnit", exponents)
+        ET.SubElement(element, "BaseUnit", base_exponents(unit))
         for name, factor in display_units(unit).items():
             ET.SubElement(element, "DisplayUnit", name=name, factor=repr(factor))
     return definitions
@@ -278,8 +277,8 @@ def _add_unknowns(
         )
 
 
-def base_exponents(unit: str) -> dict[str, int]:
-    """Exponents of the SI base units in a unit, without zeros.
+def base_exponents(unit: str) -> dict[str, str]:
+    """Exponents of the SI base units in a unit as XML attributes, without zeros.
 
     `unit` consists of factors separated by spaces, then divisors each after a slash; "^" precedes
     an exponent. Raises `KeyError` if a factor is not a unit of this model.
@@ -291,7 +290,7 @@ def base_exponents(unit: str) -> dict[str, int]:
             name, _, power = factor.partition("^")
             for base, exponent in _BASE_EXPONENTS[name].items():
                 total[base] += sign * exponent * int(power or 1)
-    return {base: exponent for base, exponent in total.items() if exponent}
+    return {base: str(exponent) for base, exponent in total.items() if exponent}
 
 
 def display_units(unit: str) -> dict[str, float]:

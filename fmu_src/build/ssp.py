@@ -223,5 +223,4 @@ def _add_units(root: ET.Element, variables: list[Variable]) -> None:
     units = ET.SubElement(root, f"{_SSD}Units")
     for unit in dict.fromkeys(v.unit for v in variables if v.unit):
         element = ET.SubElement(units, f"{_SSC}Unit", name=unit)
-        exponents = {base: str(exponent) for base, exponent in base_exponents(unit).items()}
-        ET.SubElement(element, f"{_SSC}BaseUnit", exponents)
+        ET.SubElement(element, f"{_SSC}BaseUnit", base_exponents(unit))
