@@ -79,8 +79,8 @@ class MotionState(NamedTuple):
     switches: int
     sticks: int
     last_event: float
-    # Totals until the inputs last changed; extremes and time off the belt, s, from then until the
-    # start of the segment. `extremes` are never changed.
+    # Totals until the contact stiffness last changed; extremes and time off the belt, s, from then
+    # until the start of the segment, or `t` without one. `extremes` are never changed.
     past: Totals
     extremes: Extremes
     separated_time: float
@@ -144,13 +144,7 @@ class SliderBeltMotion:
 
         They include the contact force at this time under other parameters.
         """
-        current, segment = self.current, self.current.segment
-        extremes, separated_time = current.extremes, current.separated_time
-        if segment is not None:
-            extremes = replace(extremes)
-            extremes.include_part(segment, -math.inf, t)
-            if segment.mode not in IN_CONTACT:
-                separated_time += (t - segment.start) - segment.start_remainder
+        extremes, separated_time = self._observe(t)
         # P falls with y; it is zero off the belt. Adding zero turns -0.0 into 0.0.
         highest = 0.0 if self._separation else math.inf
         P_min, P_max = (
@@ -166,7 +160,7 @@ class SliderBeltMotion:
             max(P_max, force),
             separated_time,
         )
-        return current.past.joined(part)
+        return self.current.past.joined(part)
 
     @property
     def computed_until(self) -> float:
@@ -204,7 +198,11 @@ class SliderBeltMotion:
             self.current = current._replace(p=p)
             return
         state = self._project_on_switch(current.state, p)
-        past = self.totals_at(current.t, self._p)
+        past, (extremes, separated_time) = current.past, self._observe(current.t)
+        if (p.k2, p.k_nl) != (self._p.k2, self._p.k_nl):
+            # The extremes of y before have another contact force than those that follow.
+            past = self.totals_at(current.t, self._p)
+            extremes, separated_time = _extremes_at(state), 0.0
         self._p = p
         self._stepper = self._create_stepper(state, current.t)
         snapshot = self._stepper.snapshot
@@ -212,11 +210,22 @@ class SliderBeltMotion:
             state=state,
             p=p,
             past=past,
-            extremes=_extremes_at(state),
-            separated_time=0.0,
+            extremes=extremes,
+            separated_time=separated_time,
             stepper=snapshot,
             segment=None,
         )
+
+    def _observe(self, t: float) -> tuple[Extremes, float]:
+        # Extremes and time off the belt, s, as in `MotionState`, but up to the time t, s.
+        current, segment = self.current, self.current.segment
+        if segment is None:
+            return current.extremes, current.separated_time
+        extremes, separated_time = replace(current.extremes), current.separated_time
+        extremes.include_part(segment, -math.inf, t)
+        if segment.mode not in IN_CONTACT:
+            separated_time += (t - segment.start) - segment.start_remainder
+        return extremes, separated_time
 
     def _with_belt_speed(self, state: State, mode: Mode) -> State:
         # In stick, replace the polynomial's speed by the exact speed of the belt.
