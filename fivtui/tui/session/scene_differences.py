@@ -53,13 +53,16 @@ def differences(scene: Scene, origin: Scene) -> list[Difference]:
 
 
 def change_texts(scene: Scene, edited: Scene) -> list[str]:
-    """The differences of `scene` from the edited scene, with the edited texts."""
-    edited_texts = {difference.name: difference.text for difference in differences(edited, scene)}
-    return [
-        f"{difference if difference.text else f'{difference}{NONE_TEXT}'}"
-        f" (now {edited_texts.get(difference.name) or NONE_TEXT})"
-        for difference in differences(scene, edited)
-    ]
+    """The fields of `scene` that differ from the edited scene, such as ``F=80 (now 200)``."""
+    edited_texts, changes = _texts(edited), []
+    tables, edited_tables = dict(scene.over_time), dict(edited.over_time)
+    for name, text in _texts(scene).items():
+        edited_text = edited_texts[name] or NONE_TEXT
+        if tables.get(name) != edited_tables.get(name) and text == edited_text:
+            edited_text = "another table"
+        if edited_text != (text or NONE_TEXT):
+            changes.append(f"{symbol_of(name)}={text or NONE_TEXT} (now {edited_text})")
+    return changes
 
 
 def _texts(scene: Scene) -> dict[str, str]:

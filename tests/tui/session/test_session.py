@@ -3,6 +3,7 @@
 import shlex
 import subprocess
 import sys
+from dataclasses import replace
 
 import pytest
 from hypothesis import given, strategies as st
@@ -10,11 +11,12 @@ from hypothesis import given, strategies as st
 from fivtui.model.errors import ComputationError, InputError
 from fivtui.model.parameters import BELT_PARAMETERS, PARAMETERS, Parameters
 from fivtui.ranges import number_text
+from fivtui.scene.over_time import parse_over_time
 from fivtui.scene.presets import PRESETS
 from fivtui.scene.scene import Scene
 from fivtui.tui.session.equations import replace_symbols, symbol_of
 from fivtui.tui.session.fields import FIELDS, decade_step, digit_step
-from fivtui.tui.session.scene_differences import legend_names
+from fivtui.tui.session.scene_differences import change_texts, legend_names
 from fivtui.tui.session.session import Session
 
 
@@ -291,6 +293,16 @@ def test_symbols_are_names_except_greek_and_symbols_of_the_paper_are_read() -> N
     ]
     typed = "μ=0:1:3 k_1=1:2:3 c_2~uniform:1:2 mu=0:1:2 k_nl=1,2 μ_s=1"
     assert replace_symbols(typed) == "mu=0:1:3 k1=1:2:3 c2~uniform:1:2 mu=0:1:2 k_nl=1,2 mu_s=1"
+
+
+def test_changes_name_both_values_and_tables_over_time() -> None:
+    base, tables = PRESETS["base"], parse_over_time("over_time", {"F": [[0, 80], [1, 100]]})
+    scene = replace(base, over_time=tables)
+    other_scene = replace(base, over_time=parse_over_time("over_time", {"F": [[0, 80], [1, 90]]}))
+    assert change_texts(scene, scene) == []
+    assert change_texts(base, scene) == ["F=80 (now over time)"]
+    assert change_texts(scene, base) == ["F=over time (now 80)"]
+    assert change_texts(scene, other_scene) == ["F=over time (now another table)"]
 
 
 def test_legends_list_differences_and_run_numbers_only_for_equal_scenes() -> None:
