@@ -24,13 +24,13 @@ from fivtui.tui.persistence import Slot, restore_results
 from fivtui.tui.session import (
     SAFETY_MAPS,
     SCREEN_RESPONSE,
-    WELCOME,
     DisplayedStudy,
     Session,
     crash_message,
     stability_summary,
     study_key,
     verdict_kind,
+    welcome_text,
 )
 from fivtui.tui.tabs import (
     TABS,
@@ -103,12 +103,12 @@ class LabScreen(EditActions, RunActions):
     def compose(self) -> ComposeResult:
         """Verdict and titles of the tabs at the top; below them form, current tab and runs."""
         yield VerdictView(id="verdict")
-        yield TabLine(TABS)
+        yield TabLine(TABS, self.session.key_names)
         with Container(id="bench"):
             yield Form(self.session.texts, reset_key=self.session.key_names["reset"])
             with Vertical(id="results"):
                 if self._shows_welcome:
-                    yield Static("\n".join(WELCOME), id="welcome", markup=False)
+                    yield Static(welcome_text(self.session.key_names), id="welcome", markup=False)
                 yield TabBook(TABS, self.session)
             yield RunsPane()
         yield Static(_TOO_SMALL, id="too-small", markup=False)

@@ -3,6 +3,7 @@
 Imports no Textual, which draws the screen: a session, the state of the program, needs none.
 """
 
+from collections.abc import Mapping
 from typing import Final
 
 from fivtui.results import Row
@@ -42,11 +43,12 @@ HINTS: Final = (
 )
 
 
-# Shown at the first start.
-WELCOME: Final = (
-    "Brake squeal: a slider on a moving belt.",
-    "↑ ↓ change a value · F5 keep a run · F1 keys",
-)
+def welcome_text(key_names: Mapping[str, str]) -> str:
+    """The lines of the first start; `key_names` has the displayed keys by identifier."""
+    return (
+        "Brake squeal: a slider on a moving belt.\n"
+        f"↑ ↓ change a value · {key_names['run']} keep a run · {key_names['help']} keys"
+    )
 
 
 def general_help() -> list[Row]:

@@ -1,6 +1,6 @@
 """The line of tabs: their titles by group over the whole width of the screen."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from itertools import groupby
 from typing import ClassVar, Final
 
@@ -12,8 +12,6 @@ from textual.widget import Widget
 
 from .tab_book import TabSpec
 
-# Signs of keys that are not called by their sign.
-_KEY_SIGNS: Final = {"minus": "-"}
 # What the line shows, from the widest to the narrowest.
 _TITLES, _KEYS, _GROUPS = "titles", "keys", "groups"
 _PARTS: Final = ({_TITLES, _KEYS, _GROUPS}, {_TITLES, _KEYS}, {_TITLES}, {_KEYS})
@@ -22,7 +20,8 @@ _PARTS: Final = ({_TITLES, _KEYS, _GROUPS}, {_TITLES, _KEYS}, {_TITLES}, {_KEYS}
 class TabLine(Widget, can_focus=True):
     """The titles of the tabs; a click or the arrow keys show a tab.
 
-    `progress` is that of a run, displayed beside the title of the first tab.
+    `progress` is that of a run, displayed beside the title of the first tab. `key_names` has the
+    displayed keys by identifier.
     """
 
     BINDINGS: ClassVar[list[BindingType]] = [
@@ -33,9 +32,9 @@ class TabLine(Widget, can_focus=True):
     active = reactive("")
     progress = reactive("")
 
-    def __init__(self, specs: Sequence[TabSpec]) -> None:
+    def __init__(self, specs: Sequence[TabSpec], key_names: Mapping[str, str]) -> None:
         super().__init__(id="tab-line")
-        self._specs = specs
+        self._specs, self._key_names = specs, key_names
 
     def render(self) -> Content:
         """All titles, with their keys and the names of groups if they fit."""
@@ -59,8 +58,8 @@ class TabLine(Widget, can_focus=True):
         return line.stylize(style, *active_span)
 
     def _title(self, spec: TabSpec, parts: set[str]) -> Content:
-        base = spec.key.rpartition("+")[2]
-        sign = f"{_KEY_SIGNS.get(base, base)}" if _KEYS in parts else ""
+        key = self._key_names[f"tab-{spec.id}"]
+        sign = key.rpartition("+")[2] if _KEYS in parts else ""
         title = spec.title if _TITLES in parts or spec.id == self.active else ""
         if title and self.progress and spec is self._specs[0]:
             title = f"{title} {self.progress}"

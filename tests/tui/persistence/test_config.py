@@ -8,7 +8,7 @@ from fivtui.model.errors import InputError
 from fivtui.tui.app import FivtuiApp
 from fivtui.tui.lab.keys import KEY_IDS
 from fivtui.tui.persistence.config import config_path, load_config
-from fivtui.tui.session.help import WELCOME
+from fivtui.tui.session.help import welcome_text
 from tests.support.laboratory import text_of, until, until_shown
 
 # `live = false`: edits do not update the live curve, a run of the edited scene.
@@ -19,6 +19,7 @@ live = false
 run = "f12"
 next-tab = "ctrl+n"
 compute = "alt+c"
+tab-map = "alt+m"
 [themes.mine]
 primary = "#112233"
 dark = false
@@ -62,12 +63,15 @@ async def test_user_keys_and_theme_apply_from_the_first_start(tmp_path: Path) ->
     async with app.run_test(size=(80, 24)) as pilot:
         await until_shown(pilot, "F1 keys")
         # Each welcome text fits on one line.
-        assert all(line in text_of(pilot) for line in WELCOME)
+        lines = welcome_text(app.session.key_names).splitlines()
+        assert "F12 keep a run" in lines[-1]
+        assert all(line in text_of(pilot) for line in lines)
         assert app.theme == "mine"
         assert text_of(pilot).splitlines()[-1].startswith("f12 Run F1 Help ^n Tab ")
         await pilot.resize_terminal(120, 40)
         await pilot.press("alt+4")
         await until_shown(pilot, "Follow Alt+C")
+        assert " M Map " in text_of(pilot)
         await pilot.press("f5")
         await pilot.press("f12")
         await until(pilot, lambda: app.session.runs.displayed is not None)
