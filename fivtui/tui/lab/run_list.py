@@ -15,7 +15,6 @@ from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import Vertical
 from textual.coordinate import Coordinate
-from textual.theme import Theme
 from textual.widgets import DataTable
 
 from fivtui.tui.session import (
@@ -87,23 +86,14 @@ class RunsPane(Vertical):
     def __init__(self) -> None:
         super().__init__(id="runs")
         self._plot_marks: list[str] = []
-        self._shown: tuple[Runs, LiveCurve] | None = None
 
     def compose(self) -> ComposeResult:
         """The table."""
         yield RunsTable(cursor_type="row", zebra_stripes=True)
 
-    def on_mount(self) -> None:
-        """Follow changes of the theme."""
-        self.app.theme_changed_signal.subscribe(self, self._follow_theme)
-
-    def _follow_theme(self, _: Theme) -> None:
-        if self._shown is not None:
-            self.show(*self._shown)
-
     def show(self, runs: Runs, live: LiveCurve) -> None:
         """Display the runs, and mark those that are plotted."""
-        self._plot_marks, self._shown = _plot_marks(runs, live), (runs, live)
+        self._plot_marks = _plot_marks(runs, live)
         table = self.query_one(RunsTable)
         number, row = table.number, table.cursor_row
         newest_first = list(reversed(list(runs)))

@@ -140,6 +140,7 @@ class LabScreen(EditActions, RunActions):
             pane.stop()
 
     def _apply_theme(self) -> None:
+        self.query_one(RunsPane).show(self.session.runs, self.session.live)
         self.call_after_refresh(self.tab_book.update_pane, lambda pane: pane.theme_changed())
 
     @on(Reported)
