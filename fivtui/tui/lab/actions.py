@@ -13,7 +13,7 @@ from textual.binding import ActiveBinding
 from textual.screen import Screen
 
 from fivtui.model import ComputationError, InputError
-from fivtui.scene import PRESETS
+from fivtui.scene import scene_file
 from fivtui.tui.session import Session
 from fivtui.tui.tabs import Pane, Reported, TabBook, TabLine
 
@@ -77,12 +77,13 @@ class LabActions(Screen[None]):
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:  # noqa: ARG002
         """Whether an action is available: stop during a run, actions that start a run otherwise."""
+        if action == "reload_scene":
+            return scene_file(self.session.source) is not None
         running = self.session.runs.active is not None
         availability = {
             "run": not running,
             "stop": running,
             "compare_engines": not running,
-            "reload_scene": self.session.source not in ("", *PRESETS),
         }
         return availability.get(action, True)
 

@@ -179,11 +179,7 @@ class TransientPane(ActionPane):
 
     def scene_changed(self) -> None:
         """Request the live curve."""
-        self._request_live()
-
-    def _request_live(self) -> None:
-        # Textual does not pass on messages from the tab bar that bubble up through it.
-        self.screen.post_message(LiveRequested())
+        self.post_message(LiveRequested())
 
     def run_changed(self, run: Run | None) -> None:
         """Display the live curve if it is visible, else a run; and the overlaid runs."""
@@ -233,7 +229,7 @@ class TransientPane(ActionPane):
             chart.show(None, empty_text=text if chart.id in _FIRST_CHARTS else None)
         self.query_one("#result", RowsView).show([], text)
         self.draw()
-        self._request_live()
+        self.post_message(LiveRequested())
 
     def run_progressed(self, run: Run) -> None:
         """Display the part of a run computed so far."""
@@ -336,7 +332,7 @@ class TransientPane(ActionPane):
             name = "live" if live is not None or run is None else _run_name(run)
             heading = Row("baseline", _run_name(baseline), f"{name} − {_run_name(baseline)}:")
             rows += [Row("", ""), heading, *change_rows(result, baseline.result)]
-        self.query_one("#result", RowsView).show(rows, "")
+        self.query_one("#result", RowsView).show(rows)
 
     @property
     def _result(self) -> Transient | None:

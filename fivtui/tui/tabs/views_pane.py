@@ -161,7 +161,7 @@ class ViewsPane(Pane):
         raise NotImplementedError
 
     @property
-    def view_switcher(self) -> Widget:
+    def view_switcher(self) -> ContentSwitcher:
         """The container of the views."""
         return self.query_one(ContentSwitcher)
 
@@ -213,7 +213,7 @@ class ViewsPane(Pane):
     def show_view(self, name: str) -> None:
         """Show a view by its identifier."""
         self.store_setting(self.VIEW_SETTING, name)
-        self.query_one(ContentSwitcher).current = self.page_of(name)
+        self.view_switcher.current = self.page_of(name)
         self.show_titles()
         self.draw()
         self._show_cursors()

@@ -193,7 +193,6 @@ class SafeFrictionPane(_MapStudy):
     QUANTITIES: ClassVar[Mapping[str, str]] = SAFETY_MAPS
     VIEWS: ClassVar[Mapping[str, str]] = QUANTITIES
     SKETCH: ClassVar[Sketch | None] = _PREVIEWS["safe-mu"][0]
-    QUESTION: ClassVar[str] = _PREVIEWS["safe-mu"][1]
 
     def compose_preview(self) -> ComposeResult:
         """The preview of the current view."""
