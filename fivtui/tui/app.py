@@ -46,9 +46,10 @@ _STYLES: Final = Path(__file__).parent / "styles"
 _TERMINATION_SIGNALS: Final = tuple(
     signal.Signals[name] for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)
 )
-# Beginnings of the names of terminals without pictures that display queries, take them for titles,
-# or answer for a terminal that they do not know; and the variables with names.
+# Environment variables that name the terminal.
 _TERMINAL_NAMES: Final = ("TERM", "TERM_PROGRAM")
+# Beginnings of the names of terminals that are not asked for pictures: they would display the query
+# as text or as a title, or answer for a terminal that they do not know.
 _PLAIN_TERMINALS: Final = ("linux", "dumb", "screen", "tmux", "Apple_Terminal")
 # A program ended by a signal exits with this status plus the number of the signal.
 SIGNAL_STATUS_BASE: Final = 128
@@ -165,7 +166,7 @@ class FivtuiApp(App[None]):
             config = load_config(path, KEY_IDS)
             for name, colours in config.themes.items():
                 theme = Theme(name, **cast("dict[str, Any]", colours))
-                self.register_theme(with_chart_colours(theme, own=colours))
+                self.register_theme(with_chart_colours(theme, chosen=colours))
             if config.theme and config.theme not in self.available_themes:
                 raise unknown_name_error("theme", config.theme, self.available_themes)
         except InputError as error:

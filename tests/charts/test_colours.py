@@ -81,7 +81,7 @@ def test_lines_contrast_with_the_background_of_every_theme() -> None:
 
 
 def test_a_theme_of_the_user_keeps_its_own_meanings() -> None:
-    theme = with_chart_colours(Theme("mine", "#112233", error="#aa0000"), own=("error",))
+    theme = with_chart_colours(Theme("mine", "#112233", error="#aa0000"), chosen=("error",))
     assert theme.error == theme.variables["danger"] == theme.variables["text-error"] == "#aa0000"
     assert theme.success == INKS["safe"].dark
 

@@ -168,12 +168,12 @@ class LabScreen(EditActions, RunActions):
     @on(GaugeView.MarkerMoved)
     def _move_marker(self, event: GaugeView.MarkerMoved) -> None:
         session = self.session
-        if not (event.held and self._gauges.is_dragged):
+        if not (event.dragging and self._gauges.is_dragged):
             # A drag is one undo step.
             session.close_undo_step()
-        self._gauges.is_dragged = event.held
+        self._gauges.is_dragged = event.dragging
         session.set_text(event.name, event.text)
-        self.show_inputs(later=event.held and self.message_queue_size > 0)
+        self.show_inputs(later=event.dragging and self.message_queue_size > 0)
 
     def show_inputs(self, *, later: bool = False) -> None:
         """Display the fields, their errors and the verdict.

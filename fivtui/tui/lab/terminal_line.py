@@ -71,7 +71,7 @@ class AnsweredRate:
     """Rate of a line whose terminal answers queries before and after each piece."""
 
     def __init__(self, size: int, write_time: float) -> None:
-        # Of the last piece; the time (s) is None if the terminal has read it.
+        # Bytes of the last piece, and the time (s) of writing it; None if the terminal has read it.
         self._size = size
         self._write_time: float | None = write_time
         # In bytes/s.
@@ -88,29 +88,30 @@ class AnsweredRate:
         """Whether no answer is awaited."""
         return self._write_time is None
 
-    def budget(self, now: float, *, blocked: bool) -> float:  # noqa: ARG002
-        """Bytes to write at a time (s): infinite on a fast line, 0 to wait."""
-        waiting_time = 0.0 if self._write_time is None else now - self._write_time
+    def budget(self, time_s: float, *, blocked: bool) -> float:  # noqa: ARG002
+        """Bytes to write at `time_s`, s: infinite on a fast line, 0 to wait."""
+        waiting_time = 0.0 if self._write_time is None else time_s - self._write_time
         if waiting_time > _SLOW_ANSWER_S:
             self._rate = min(self._rate, _FIRST_RATE)
         if not self.slow:
             return math.inf
         return 0.0 if 0.0 < waiting_time < _LOST_ANSWER_S else self._rate * _PIECE_S
 
-    def write(self, size: int, now: float) -> None:
+    def write(self, size: int, time_s: float) -> None:
         """Record that a piece was written; `size` is 0 for a frame of unknown size."""
-        self._size, self._write_time = size, now
+        self._size, self._write_time = size, time_s
 
-    def answer(self, duration: float, now: float) -> None:
+    def answer(self, duration: float, time_s: float) -> None:
         """Record that the terminal has read the last piece in `duration` s."""
         if self._write_time is None:
             return
-        self._is_late = now - self._write_time > _SLOW_ANSWER_S
+        self._is_late = time_s - self._write_time > _SLOW_ANSWER_S
         self._write_time = None
         if self._size:
             # Buffers take a small piece at once, so it cannot measure a higher rate.
             is_full = self._size > self._rate * _PIECE_S
-            limit = math.inf if self._size > _BURST_SIZE else self._rate * (_MAX_INCREASE**is_full)
+            increase = _MAX_INCREASE if is_full else 1.0
+            limit = math.inf if self._size > _BURST_SIZE else self._rate * increase
             self._rate = min(self._size / max(duration, 1e-6), limit)
 
 
@@ -120,7 +121,7 @@ class BlockingRate:
     def __init__(self) -> None:
         # In bytes/s; infinite until it is measured.
         self._rate = math.inf
-        # Of the last piece.
+        # Bytes of the last piece.
         self.size = 0
         # Times, in s: at which the terminal has read all pieces, and at which the buffer was full.
         # Frames wait for the first answer, which would measure the rate.
@@ -128,25 +129,25 @@ class BlockingRate:
         self._block_time: float | None = None
         self.slow = True
 
-    def budget(self, now: float, *, blocked: bool) -> float:
-        """Bytes to write at a time (s): infinite on a fast line, 0 to wait."""
+    def budget(self, time_s: float, *, blocked: bool) -> float:
+        """Bytes to write at `time_s`, s: infinite on a fast line, 0 to wait."""
         if blocked:
-            self._block_time = self._block_time or now
+            self._block_time = self._block_time or time_s
         elif self._block_time is not None:
             # A full buffer accepts bytes again when it is nearly empty.
-            rate = _RATE_MARGIN * _BUFFER_SIZE / (now - self._block_time)
+            rate = _RATE_MARGIN * _BUFFER_SIZE / (time_s - self._block_time)
             self._rate = rate if rate > _FAST_RATE else min(self._rate, rate)
             self._block_time = None
-        is_free = self._block_time is None and now >= self._free_time
+        is_free = self._block_time is None and time_s >= self._free_time
         self.slow = self._rate < _FAST_RATE or not is_free
         if not is_free:
             return 0.0
         return self._rate * _PIECE_S if self.slow else math.inf
 
-    def write(self, size: int, now: float) -> None:
+    def write(self, size: int, time_s: float) -> None:
         """Record that a piece was written."""
         self.size = size
-        self._free_time = max(now, self._free_time) + size / self._rate
+        self._free_time = max(time_s, self._free_time) + size / self._rate
 
 
 class TerminalLine:
@@ -328,7 +329,8 @@ def _cells_of(strip: Iterable[Segment], color_system: "ColorSystem | None") -> l
 
 
 def _is_blocked() -> bool:
-    # Whether a write to the terminal would block; never on Windows, where this is unknown.
+    # Whether a write to the terminal, by Textual to standard error, would block; never on Windows,
+    # where this is unknown.
     with suppress(OSError, ValueError):
         return (
             sys.__stderr__ is not None

@@ -18,8 +18,8 @@ class Pane(Vertical):
     """The contents of a tab, created when the tab is first shown.
 
     The screen tells only the pane of the current tab what has changed. When a tab is shown,
-    `scene_changed`, `run_changed` and `report_added` are called, and the pane updates its contents
-    from the session.
+    `scene_changed`, `run_changed`, `status_changed` and `report_added` are called, and the pane
+    updates its contents from the session.
 
     Parameters
     ----------

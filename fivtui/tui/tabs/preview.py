@@ -59,8 +59,8 @@ class Sketch:
         for x, y in self.dots:
             raster.draw_dots(np.array(x), np.array(y))
         plot = np.where(raster.cells, raster.cells + Raster.BLANK, ord(" "))
-        for text, (left, height) in self.labels.items():
-            row, column = round((1.0 - height) * (rows - 1)), round(left * (columns - 1))
+        for text, (start_x, start_y) in self.labels.items():
+            row, column = round((1.0 - start_y) * (rows - 1)), round(start_x * (columns - 1))
             plot[row, column : column + len(text)] = list(map(ord, text[: columns - column]))
         yield self.y.ljust(columns + 1), ""
         for cells in plot:
@@ -115,8 +115,8 @@ class Preview(Static):
         text_width = max(min(width - _MARGIN, _MAX_TEXT_COLUMNS), 1)
         lines = [Content.styled(line, "bold") for line in wrap(self._question, text_width)]
         for key, text in self._notes:
-            first, *others = wrap(f"{key} {text}".lstrip(), text_width)
-            lines += [Content(first).stylize(_KEY_STYLE, 0, len(key)), *map(Content, others)]
+            first, *rest = wrap(f"{key} {text}".lstrip(), text_width)
+            lines += [Content(first).stylize(_KEY_STYLE, 0, len(key)), *map(Content, rest)]
         columns = min(width - _MARGIN, _MAX_COLUMNS)
         rows = min(height - len(lines) - _OTHER_ROWS, _MAX_ROWS)
         if rows >= _MIN_ROWS and columns >= _MIN_COLUMNS:

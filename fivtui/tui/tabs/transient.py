@@ -452,12 +452,12 @@ class TransientPane(ActionPane):
         self.store_setting(_CHOICE, choices[(choices.index(current) + 1) % len(choices)])
         self.draw()
 
-    def action_show_end(self, last: bool) -> None:
+    def action_show_end(self, at_end: bool) -> None:
         """Limit the time to the start or the end of the run, for phases and the spectrum, too."""
         if self._plotted:
             chart = time_chart("y", self._plotted, strip=False, x_axis=False)
             for name in _QUANTITIES:
-                self.query_one(f"#plot-{name}", ChartView).view.show_end(chart, last=last)
+                self.query_one(f"#plot-{name}", ChartView).view.show_end(chart, last=at_end)
             self.draw()
 
 

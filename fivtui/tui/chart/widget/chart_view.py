@@ -147,15 +147,15 @@ class ChartView(DrawnChart, can_focus=True):
             self.view.pan(self._chart, _PAN_SHARE * right, _PAN_SHARE * up)
             self._handle_new_limits()
 
-    def action_show_end(self, last: bool) -> None:
+    def action_show_end(self, at_end: bool) -> None:
         """Show the start or the end of the data; a pinned cursor goes to the visible end."""
         if self._chart is None:
             return
         position = cursor_position(self._chart, self.view)
         if self.view.cursors.pinned and position is not None:
-            self._move_cursor((float(last), position[1]))
+            self._move_cursor((float(at_end), position[1]))
         else:
-            self.view.show_end(self._chart, last=last)
+            self.view.show_end(self._chart, last=at_end)
             self._handle_new_limits()
 
     def action_half_page(self, direction: int) -> None:

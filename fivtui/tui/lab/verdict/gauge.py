@@ -192,7 +192,7 @@ class Gauge:
         def add(value: float, text: str) -> None:
             below = [label for label in labels if label[0] < value]
             above = [label for label in labels if label[0] > value]
-            lower = max((first + len(text) + 1 for _, first, text in below), default=0)
+            lower = max((first + len(label) + 1 for _, first, label in below), default=0)
             upper = min((first - 1 for _, first, _ in above), default=width)
             first = _label_column(self._column(value, width), len(text), (lower, upper), width)
             # Close bounds may have the same text.
@@ -248,17 +248,17 @@ class GaugeView(Widget):
 
     @dataclass
     class MarkerMoved(Message):
-        """The mouse pressed, dragged or, if not `held`, released the marker of a parameter."""
+        """The mouse pressed, dragged or, if not `dragging`, released the marker of a parameter."""
 
         name: str
         text: str
-        held: bool
+        dragging: bool
 
     def __init__(self, *, id: str) -> None:  # noqa: A002
         super().__init__(id=id)
         self._content: Gauge | str = ""
         # The last message and column of the mouse, while it holds the marker.
-        self._held: GaugeView.MarkerMoved | None = None
+        self._last_move: GaugeView.MarkerMoved | None = None
         self._column = 0
 
     def show(self, gauge: Gauge | str) -> None:
@@ -271,7 +271,7 @@ class GaugeView(Widget):
         """The two lines."""
         if isinstance(self._content, str):
             return Content(self._content)
-        marker_style = "bold reverse" if self._held or self.mouse_hover else "bold"
+        marker_style = "bold reverse" if self._last_move or self.mouse_hover else "bold"
         lines = self._content.lines(self.size.width, marker_style)
         return Content("\n").join(Content.assemble(*line) for line in lines)
 
@@ -288,22 +288,22 @@ class GaugeView(Widget):
     @on(MouseMove)
     def _drag(self, event: MouseMove) -> None:
         # The numbers of the second row are targets of clicks only.
-        if self._held and event.x != self._column:
+        if self._last_move and event.x != self._column:
             self._move_to(event.x, 0)
 
     @on(MouseUp)
     def _release(self) -> None:
-        if self._held:
+        if self._last_move:
             self.release_mouse()
-            self.post_message(replace(self._held, held=False))
-            self._held = None
+            self.post_message(replace(self._last_move, dragging=False))
+            self._last_move = None
 
     def _move_to(self, column: int, row: int) -> None:
         if isinstance(self._content, Gauge):
             self._column = column
             text = self._content.text_at(column, row, self.size.width)
-            self._held = self.MarkerMoved(self._content.zones.name, text, held=True)
-            self.post_message(self._held)
+            self._last_move = self.MarkerMoved(self._content.zones.name, text, dragging=True)
+            self.post_message(self._last_move)
 
 
 def round_range(value: float, lower: float, upper: float) -> tuple[float, float]:

@@ -19,8 +19,9 @@ FloatArray = NDArray[np.float64]
 
 # Titles of the values that are mapped quickly.
 TITLES: Final = {"growth-rate": "Growth", "critical-mu": "μ_c", "unstable-modes": "Modes"}
-# Mapped values that do not depend on μ, and usual ranges of all; a point of safety takes 10 ms.
+# Mapped values that do not depend on μ.
 WITHOUT_MU: Final = ("critical-mu", "safe-mu")
+# Usual ranges by mapped value; values of safety, which take longer, have fewer points.
 EXAMPLES: Final = {
     "growth-rate": "μ=0:1.5:121 F=5:120:93",
     "critical-mu": "F=5:120:93 k_nl=20:500:61",
