@@ -49,7 +49,7 @@ _REPLY: Final = re.compile(
     r"|\x1b\[6;(?P<height>\d+);(?P<width>\d+)t"
     r"|\x1b\[0(?P<status>n)"
 )
-_BEGUN_REPLY: Final = re.compile(r"\x1b(_G[^\x1b]*\x1b?|\[\?[\d;]*|\[6;[\d;]*|\[0)\Z")
+_INCOMPLETE_REPLY: Final = re.compile(r"\x1b(_G[^\x1b]*\x1b?|\[\?[\d;]*|\[6;[\d;]*|\[0)\Z")
 # Dots per inch of figures per pixel of a cell's height: text is nearly as high as the terminal's.
 _DPI_PER_PIXEL: Final = 6.0
 # Xterm cuts wider pictures off, pixels.
@@ -75,14 +75,14 @@ class _ReplyParser(XTermParser):
 
     def __init__(self, debug: bool = False) -> None:
         super().__init__(debug)
-        self._begun_reply = ""
+        self._incomplete_reply = ""
 
     def feed(self, data: str) -> Iterator[Message]:
-        text, self._begun_reply = self._begun_reply + data, ""
+        text, self._incomplete_reply = self._incomplete_reply + data, ""
         replies = list(_REPLY.finditer(text))
         typed = _REPLY.sub("", text)
-        if data and (begun := _BEGUN_REPLY.search(typed)):
-            typed, self._begun_reply = typed[: begun.start()], begun[0]
+        if data and (incomplete := _INCOMPLETE_REPLY.search(typed)):
+            typed, self._incomplete_reply = typed[: incomplete.start()], incomplete[0]
         yield from map(TerminalReply, replies)
         if typed or not data:
             yield from super().feed(typed)
@@ -389,8 +389,8 @@ def _is_covered(widget: Widget, area: Region, compositor: Compositor) -> bool:
     # Whether other widgets are displayed in an area of a widget.
     for row in area.line_range:
         # The topmost widget is first.
-        for other, region, _ in compositor.layers_visible[row]:
-            if other is widget:
+        for upper_widget, region, _ in compositor.layers_visible[row]:
+            if upper_widget is widget:
                 break
             if region.overlaps(area):
                 return True

@@ -291,9 +291,11 @@ class StudyPane(JobPane):
         except InputError:
             # Invalid fields, or an edited value that the result's parameters do not allow.
             return f"of {_OUTDATED_NOTE}: {again}"
-        first, *others = change_texts(computed_scene, scene) or [""]
-        more = f" and {len(others)} more" if others else ""
-        return f"of {first}{more}: {again}" if first else ""
+        changes = change_texts(computed_scene, scene)
+        if not changes:
+            return ""
+        rest = f" and {len(changes) - 1} more" if len(changes) > 1 else ""
+        return f"of {changes[0]}{rest}: {again}"
 
     def computed_scene(self, result: Any, edited: Scene) -> Scene:
         """The edited scene with the values on which a result depends, except varied ones."""
