@@ -7,6 +7,7 @@ from textual.widgets import Input
 
 from fivtui.ranges import with_decimal_point, with_decimal_points
 from fivtui.tui.chart.widget.limits_dialog import LimitsDialog
+from fivtui.tui.tabs.studies.map import MapPane
 from fivtui.tui.tabs.transient import TransientPane
 from tests.support.laboratory import flat_text_of, run_to_end, show_tab, until, until_shown
 
@@ -71,7 +72,20 @@ async def test_a_wrong_text_in_a_tab_is_marked_at_once(pilot: Pilot[None]) -> No
             pilot.app.post_message(Paste(f"{text}\n"))
             await until(pilot, lambda: text_input.has_class("-invalid") is not is_valid)  # noqa: B023
             assert text_input.value == text.replace("0,1:", "0.1:")
-            assert (error in flat_text_of(pilot)) is not is_valid
+            await until(pilot, lambda: (error in flat_text_of(pilot)) is not is_valid)  # noqa: B023
+
+
+async def test_a_map_that_ends_during_wrong_input_leaves_no_error(pilot: Pilot[None]) -> None:
+    await show_tab(pilot, "alt+3")
+    pane = pilot.app.screen.query_one(MapPane)
+    over = pane.query_one("#over", Input)
+    over.value = "mu=0:1:5 F=5:x:3"
+    await until(pilot, lambda: over.has_class("-invalid"))
+    # As after the end of a map that began before.
+    pane.scene_changed()
+    over.value = "mu=0:1:5 F=5:9:3"
+    await until(pilot, lambda: not over.has_class("-invalid"))
+    assert "F = 'x'" not in flat_text_of(pilot)
 
 
 async def test_wrong_numbers_beside_measured_data_are_marked_at_once(pilot: Pilot[None]) -> None:

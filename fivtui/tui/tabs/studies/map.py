@@ -249,7 +249,8 @@ class MapPane(_MapStudy):
     def scene_changed(self) -> None:
         """Recompute the map if a fixed parameter has changed."""
         super().scene_changed()
-        if self.NAME in self.session.studies:
+        if self._error or self.NAME in self.session.studies:
+            # The bar displays the error of the input, or the status of a map that was read.
             return
         try:
             inputs = self._current_inputs()
@@ -266,7 +267,7 @@ class MapPane(_MapStudy):
         self.scene_changed()
 
     def _recompute(self) -> None:
-        if self.NAME in self.session.studies:
+        if self._error or self.NAME in self.session.studies:
             return
         try:
             self.start_from_inputs()
