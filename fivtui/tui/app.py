@@ -36,7 +36,7 @@ from .lab import (
     key_names,
     register_alt_keys,
 )
-from .persistence import Autosave, Slot, State, load_config, restore_session, session_state
+from .persistence import Autosave, SavedSession, Slot, State, load_config, session_state
 from .session import SCREEN_RESPONSE, ComputingThreads, Session
 from .tabs import Reported, SessionRequested
 
@@ -139,7 +139,7 @@ class FivtuiApp(App[None]):
         self._pictures = Pictures(self, SCREEN_RESPONSE.wait, self._report)
         self._on_first_frame = on_first_frame
         self._threads = threads
-        self.session = Session(scene, source)
+        self.session = Session()
         self._keys = KeyQueue(self, self._handle_event)
         self._line = TerminalLine(self, self._urgent_regions)
         self._mode = self.DEFAULT_MODE
@@ -159,7 +159,7 @@ class FivtuiApp(App[None]):
         # Reports to be posted when the screen is displayed.
         self._reports: list[Reported] = []
         self._configure(config)
-        self._restore(keep_scene=scene is not None)
+        self._restore(scene, source)
 
     def _configure(self, path: Path | None) -> None:
         try:
@@ -179,17 +179,20 @@ class FivtuiApp(App[None]):
         if config.theme:
             self.theme = config.theme
 
-    def _restore(self, *, keep_scene: bool) -> None:
-        state = self._autosave.load()
+    def _restore(self, scene: Scene | None, source: str) -> None:
+        saved = self._autosave.load()
         self._is_first_start = (
-            self._autosave.enabled and state is None and not self._autosave.other_slots
+            self._autosave.enabled and saved is None and not self._autosave.other_slots
         )
         self._reports += [Reported(text, error=True) for text in self._autosave.notices]
-        if state is not None:
-            notes = self._apply_state(state, keep_scene=keep_scene)
+        if saved is not None:
+            notes = self._open(saved)
             text = "; ".join(["last session restored", *notes])
             # A routine report is logged; others are displayed, too.
             self._reports.append(Reported(text, routine=not notes))
+        if scene is not None:
+            self.session.begin(scene, source)
+            self.session.tab = ""
         numbers = ", ".join(str(slot.number) for slot in reversed(self._autosave.other_slots))
         if numbers:
             text = (
@@ -197,20 +200,12 @@ class FivtuiApp(App[None]):
             )
             self._reports.append(Reported(text))
 
-    def _apply_state(self, state: State, *, keep_scene: bool = False) -> list[str]:
-        # Returns messages about results that were not saved. With `keep_scene`, the scene that was
-        # named at the start replaces the saved one.
-        if state.theme in self.available_themes and not self._configured_theme:
-            self.theme = state.theme
-        if not keep_scene:
-            # Load the saved scene (from a preset or file, `source`), then repeat the edits to it.
-            edit_state = state.edit_state
-            self.session = Session(edit_state.loaded, edit_state.source)
-            if edit_state != self.session.edit_state:
-                self.session.restore(edit_state)
-            self.session.tab = state.tab
-        restore_session(self.session, state)
-        return [f"{key} was not saved: {reason}" for key, reason in state.notes.items()]
+    def _open(self, saved: SavedSession) -> list[str]:
+        # Returns messages about results that were not saved.
+        if saved.theme in self.available_themes and not self._configured_theme:
+            self.theme = saved.theme
+        self.session = saved.session
+        return [f"{key} was not saved: {reason}" for key, reason in saved.notes.items()]
 
     @property
     def save_error(self) -> str:
@@ -226,13 +221,13 @@ class FivtuiApp(App[None]):
     def _open_session(self, event: SessionRequested) -> None:
         autosave = Autosave(self._state_file)
         try:
-            state = autosave.open(event.number)
+            saved = autosave.open(event.number)
         except InputError as error:
             self.screen_stack[0].post_message(Reported(str(error), error=True))
             return
         self._autosave.close(self._session_state())
         self._autosave, self._reported_error = autosave, ""
-        texts = [f"session {event.number} opened", *self._apply_state(state)]
+        texts = [f"session {event.number} opened", *self._open(saved)]
         self._reports.append(Reported("; ".join(texts)))
         # Removing the screen of the previous session ends its computations.
         previous_mode, self._mode = self._mode, f"session {event.number}"

@@ -28,6 +28,7 @@ import aiohttp
 
 from fivtui.tui.persistence.autosave import Autosave
 from fivtui.tui.persistence.slots import saved_slots
+from fivtui.tui.persistence.state_file import session_state
 from fivtui.tui.session.runs import MAX_RUNS
 
 SEED: Final = 5
@@ -203,17 +204,17 @@ class Observer:
             # Each opens the last used session that is not locked, and locks it.
             for _ in saved_slots(self._first):
                 autosave = Autosave(self._first)
-                state = autosave.load()
-                assert state is not None
+                saved = autosave.load()
+                assert saved is not None
                 assert not autosave.notices, autosave.notices
-                opened.callback(autosave.close, state)
-                runs = {key for key in state.results if key.startswith("run-")}
+                opened.callback(autosave.close, session_state(saved.session, saved.theme))
+                stored_results = saved.session.unread_results
+                runs = {key for key in stored_results if key.startswith("run-")}
                 assert {int(key.removeprefix("run-")) for key in runs} == self.stored_runs[
                     autosave.number
                 ]
                 for key in runs:
-                    stored: Any = state.results[key]
-                    assert autosave.read_result(key, stored) is not None
+                    assert autosave.read_result(key, stored_results[key]) is not None
                     read += 1
         return read
 

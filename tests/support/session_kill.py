@@ -22,7 +22,7 @@ from fivtui.scene.presets import PRESETS
 from fivtui.simulation import simulate
 from fivtui.tui import app as app_module
 from fivtui.tui.persistence.autosave import Autosave
-from fivtui.tui.persistence.snapshot import restore_results, restore_session, session_state
+from fivtui.tui.persistence.state_file import restore_results, session_state
 from fivtui.tui.session.jobs import Outcome
 from fivtui.tui.session.runs import RunState
 from fivtui.tui.session.session import DisplayedStudy, Session
@@ -42,20 +42,13 @@ RESULT = simulate(t_end=1.0, samples=np.linspace(0.0, 1.0, 11), kernel="interpre
 
 def restored(autosave: Autosave) -> Session:
     """The session of a state file with its results; a new one without a file."""
-    state = autosave.load()
+    saved = autosave.load()
     assert not autosave.notices, autosave.notices
     # Session 1 was opened, not a second one beside it.
     assert autosave.number == 1, autosave.number
-    session = Session()
-    if state is not None:
-        restore_session(session, state)
-        restore_results(
-            session,
-            {
-                key: autosave.read_result(key, stored)
-                for key, stored in session.unread_results.items()
-            },
-        )
+    session = Session() if saved is None else saved.session
+    unread = session.unread_results.items()
+    restore_results(session, {key: autosave.read_result(key, stored) for key, stored in unread})
     return session
 
 

@@ -18,7 +18,7 @@ from textual.fuzzy import Matcher
 
 from fivtui.model import InputError
 from fivtui.scene import PRESETS, Scene
-from fivtui.tui.persistence import Slot, load_state
+from fivtui.tui.persistence import Slot, load_session
 from fivtui.tui.session import FIELDS, Run
 from fivtui.tui.tabs import (
     EXPORT_KINDS,
@@ -338,16 +338,15 @@ def _saved_session_entries(lab: LabScreen, slots: Iterable[Slot]) -> Iterator[Pa
 def _contents_text(slot: Slot) -> str:
     # The contents of a saved session, or why it cannot be read.
     try:
-        state = load_state(slot.path)
+        saved = load_session(slot.path)
     except InputError as error:
         return str(error)
-    if state is None:
+    if saved is None:
         return "empty"
-    contents = ["scene " + state.edit_state.loaded.name]
-    run_count = len(state.runs.runs)
+    contents, run_count = [f"scene {saved.session.name}"], len(list(saved.session.runs))
     if run_count:
         contents.append(f"{run_count} run{'s' * (run_count > 1)}")
-    studies = [key for key in state.results if not key.startswith("run-")]
+    studies = [key for key in saved.session.unread_results if not key.startswith("run-")]
     return ", ".join([*contents, *studies])
 
 

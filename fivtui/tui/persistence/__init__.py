@@ -6,8 +6,14 @@ if TYPE_CHECKING:
     from .autosave import Autosave
     from .config import config_path, load_config
     from .slots import Slot
-    from .snapshot import restore_results, restore_session, session_state
-    from .state_file import State, load_state, state_path
+    from .state_file import (
+        SavedSession,
+        State,
+        load_session,
+        restore_results,
+        session_state,
+        state_path,
+    )
 else:
     from fivtui.lazy import lazy_exports
 

@@ -5,18 +5,24 @@ A slot is a numbered place for a session: its file, lock file and folder of resu
 
 import threading
 from contextlib import ExitStack
-from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from fivtui.io import LockedError
 from fivtui.model import InputError
 from fivtui.tui.session import StoredResult
 
-from .slots import Slot, lock_free_slot, lock_slot, saved_slots, slot_of
-from .state_file import DamagedSession, State, load_state, rename_damaged, save_state
-
-if TYPE_CHECKING:
-    from .results import ResultStore
+from .results import ResultStore
+from .slots import Slot, all_slots, saved_slots, slot_of
+from .state_file import (
+    DamagedSession,
+    SavedSession,
+    State,
+    load_session,
+    rename_damaged,
+    save_state,
+    session_state,
+)
 
 
 class Autosave:
@@ -35,7 +41,7 @@ class Autosave:
         self._saved_state: State | None = None
         # Held while the session is saved or closed.
         self._save_lock = threading.Lock()
-        self._store: ResultStore | None = None
+        self._store = ResultStore(Path())
         self.save_error = ""
         self.notices: list[str] = []
 
@@ -56,73 +62,70 @@ class Autosave:
             return []
         return [slot for slot in saved_slots(self._first_path) if slot.number != self.number]
 
-    def load(self) -> State | None:
+    def load(self) -> SavedSession | None:
         """Open the last used session that is not locked. Returns None for a new session."""
         if self._first_path is None:
             return None
-        unreadable: set[int] = set()
-        while True:
+        for slot in all_slots(self._first_path):
             try:
-                self._slot, self._slot_lock = lock_free_slot(self._first_path, unreadable)
+                self._slot_lock = slot.lock()
+            except LockedError:
+                continue
             except InputError as error:
+                if slot.signature is not None:
+                    continue
+                # An empty slot that cannot be locked, for example in a read-only folder.
                 self.save_error = str(error)
                 return self._load_unlocked(self._first_path)
             try:
-                return self._load_or_explain(self._slot)
+                return self._load(slot)
             except InputError as error:
                 self.notices.append(str(error))
-                if self._slot.signature is None:
+                if slot.signature is None:
                     # The damaged file was renamed, so the slot is empty.
                     return None
                 # Keep the file: another version of fivtui may read it.
-                unreadable.add(self._slot.number)
                 self._release()
+        raise AssertionError("the number of empty slots is unlimited")
 
-    def _load_unlocked(self, first_path: Path) -> State | None:
-        # Sessions cannot be locked here, for example in a read-only folder.
-        for slot in saved_slots(first_path):
-            self._slot, self._signature = slot, slot.signature
+    def _load_unlocked(self, first_path: Path) -> SavedSession | None:
+        for slot in all_slots(first_path):
+            self._signature = slot.signature
             try:
                 return self._load(slot)
             except InputError as error:
-                self.notices.append(f"{slot.path}: {error}")
-        self._slot, self._signature = slot_of(first_path, 1), slot_of(first_path, 1).signature
-        return None
+                self.notices.append(str(error))
+        raise AssertionError("an empty slot raises no error")
 
-    def open(self, number: int) -> State:
+    def open(self, number: int) -> SavedSession:
         """Open the session `number`; raises `InputError` if it is locked or cannot be restored."""
         slot = slot_of(self._first_path or Path(), number)
-        self._slot_lock = lock_slot(slot)
+        self._slot_lock = slot.lock()
         try:
-            state = self._load_or_explain(slot)
-            if state is None:
+            saved = self._load(slot)
+            if saved is None:
                 raise InputError(f"session {number} no longer exists")
         except InputError:
             self._release()
             raise
-        self._slot = slot
-        return state
+        return saved
 
-    def _load_or_explain(self, slot: Slot) -> State | None:
-        # As `_load`; the error says where the files stay.
+    def _load(self, slot: Slot) -> SavedSession | None:
+        # Read the session of a slot, and use the slot; the error says where the files stay.
+        self._slot, self._store = slot, ResultStore(slot.results_folder)
         try:
-            return self._load(slot)
-        except DamagedSession as error:
+            saved = None if slot.signature is None else load_session(slot.path)
+        except InputError as error:
+            is_damaged = isinstance(error, DamagedSession) and self._slot_lock is not None
+            phrase = rename_damaged(slot.path) if is_damaged else f"it stays in {slot.path}"
             raise InputError(
-                f"the last session could not be restored ({error}); {rename_damaged(slot.path)}, "
+                f"the last session could not be restored ({error}); {phrase}, "
                 f"its results stay in {slot.results_folder}"
             ) from None
-        except InputError as error:
-            raise InputError(
-                f"the last session could not be restored ({error}); it stays in {slot.path}, "
-                f"its results in {slot.results_folder}"
-            ) from None
-
-    def _load(self, slot: Slot) -> State | None:
-        self._saved_state = load_state(slot.path)
-        if self._saved_state is not None:
-            self._result_store(slot).adopt_files(self._saved_state.results)
-        return self._saved_state
+        if saved is not None:
+            self._saved_state = session_state(saved.session, saved.theme)
+            self._store.adopt_files(saved.session.unread_results)
+        return saved
 
     def needs_save(self, state: State) -> bool:
         """Whether a state differs from the saved one."""
@@ -137,23 +140,21 @@ class Autosave:
     def _save(self, state: State, slot: Slot) -> None:
         # After a failure, try again only when the state changes.
         self._saved_state = state
-        store = self._result_store(slot)
         try:
             self._ensure_locked(slot)
             # Write new results before the session file that refers to them; remove old ones later.
-            files, reasons_not_stored = store.save(state.results)
-            state_of_file = replace(state, results=files, notes=reasons_not_stored)
-            save_state(state_of_file, slot.path)
+            files, reasons_not_stored = self._store.save(state.results)
+            save_state(state, files, reasons_not_stored, slot.path)
         except InputError as error:
             self.save_error = str(error)
         else:
-            store.remove_unused(files)
-            self.save_error = store.write_error
+            self._store.remove_unused(files)
+            self.save_error = self._store.write_error
 
     def _ensure_locked(self, slot: Slot) -> None:
         if self._slot_lock is not None:
             return
-        slot_lock = lock_slot(slot)
+        slot_lock = slot.lock()
         if slot.signature != self._signature:
             slot_lock.close()
             raise InputError(f"{slot.path}: another fivtui has written it since it was read")
@@ -165,25 +166,16 @@ class Autosave:
             if self._slot is not None and (self.needs_save(state) or self.save_error):
                 self._save(state, self._slot)
             self._release()
-            self._slot = None
 
     def _release(self) -> None:
+        self._slot = None
         if self._slot_lock is not None:
             self._slot_lock.close()
             self._slot_lock = None
 
     def read_result(self, key: str, stored: StoredResult) -> Any:
         """Read a stored result; raises `InputError` if it cannot be read."""
-        slot = self._slot
-        if slot is None:
+        if self._slot is None:
             raise InputError(f"{key}: the session is closed")
         # Without a lock the files may belong to another process.
-        is_locked = self._slot_lock is not None
-        return self._result_store(slot).read(key, stored, rename_if_damaged=is_locked)
-
-    def _result_store(self, slot: Slot) -> "ResultStore":
-        from .results import ResultStore
-
-        if self._store is None or self._store.folder != slot.results_folder:
-            self._store = ResultStore(slot.results_folder)
-        return self._store
+        return self._store.read(key, stored, rename_if_damaged=self._slot_lock is not None)

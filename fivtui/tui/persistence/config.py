@@ -1,6 +1,5 @@
 """The configuration file with the user's keys and themes. Imports no Textual."""
 
-import os
 import re
 import tomllib
 from collections.abc import Collection, Mapping
@@ -9,6 +8,8 @@ from pathlib import Path
 from typing import Any, Final
 
 from fivtui.model import InputError, check_known, unknown_name_error
+
+from .state_file import user_folder
 
 _COLOUR: Final = re.compile(r"#[0-9a-fA-F]{6}")
 # Colours of a theme; `primary` must be given.
@@ -50,12 +51,8 @@ def config_path(environment: Mapping[str, str] | None = None) -> Path:
 
     ``fivtui/config.toml`` in XDG_CONFIG_HOME, in APPDATA on Windows, or in ``~/.config``.
     """
-    variables = os.environ if environment is None else environment
-    folder = variables.get("XDG_CONFIG_HOME", "")
-    if not Path(folder).is_absolute():
-        app_data = variables.get("APPDATA", "") if os.name == "nt" else ""
-        folder = app_data or str(Path("~/.config").expanduser())
-    return Path(folder) / "fivtui" / "config.toml"
+    folder = user_folder("XDG_CONFIG_HOME", "APPDATA", "~/.config", environment)
+    return folder / "config.toml"
 
 
 def load_config(path: Path | None, actions: Collection[str]) -> Config:

@@ -60,25 +60,19 @@ class ResultStore:
             if isinstance(result, StoredResult):
                 files[key] = result
                 continue
-            current = result.result if isinstance(result, Run) else result
+            value = result.result if isinstance(result, Run) else result
             previous, stored = self._written.get(key, (None, None))
-            if (
-                previous is not current
-                or stored is None
-                or not (self.folder / stored.file).exists()
-            ):
+            is_written = stored is not None and (self.folder / stored.file).exists()
+            if previous is not value or not is_written:
                 try:
-                    new_result = self._write(key, result)
-                except (_NotStored, ComputationError) as error:
-                    reasons_not_stored[key] = str(error)
-                except InputError as error:
-                    reasons_not_stored[key] = self.write_error = str(error)
-                else:
-                    self._written[key] = (current, new_result)
-                    self._own_files.add(new_result.file)
-                    stored = new_result
-                if key in reasons_not_stored and stored is not None:
-                    reasons_not_stored[key] += "; the previous result is kept"
+                    stored = self._write(key, result)
+                    self._written[key] = (value, stored)
+                    self._own_files.add(stored.file)
+                except (InputError, ComputationError) as error:
+                    kept = "" if stored is None else "; the previous result is kept"
+                    reasons_not_stored[key] = f"{error}{kept}"
+                    if not isinstance(error, (_NotStored, ComputationError)):
+                        self.write_error = str(error)
             if stored is not None:
                 files[key] = stored
         return files, reasons_not_stored

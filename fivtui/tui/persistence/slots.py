@@ -2,14 +2,14 @@
 
 import os
 import re
-from collections.abc import Collection, Iterator
+from collections.abc import Iterator
 from contextlib import ExitStack, suppress
 from dataclasses import dataclass
-from itertools import count
+from itertools import chain, count
 from pathlib import Path
 from typing import Final
 
-from fivtui.io import TEMPORARY_GLOB, LockedError, hold_lock
+from fivtui.io import TEMPORARY_GLOB, hold_lock
 from fivtui.model import InputError
 
 _LOCK_OWNER: Final = "another fivtui"
@@ -50,6 +50,31 @@ class Slot:
             return None
         return status.st_mtime_ns, status.st_size
 
+    def lock(self) -> ExitStack:
+        """Lock the slot until the returned stack is closed or the process ends.
+
+        Raises `LockedError` if another process has locked it, `InputError` if it cannot be locked.
+        """
+        folder = self.path.parent
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise InputError(f"{folder}: cannot be made a folder: {error.strerror}") from None
+        stack = ExitStack()
+        stack.enter_context(hold_lock(self.lock_path, _LOCK_OWNER))
+        stack.callback(_touch, self.lock_path)
+        _touch(self.lock_path)
+        with suppress(OSError):
+            # Killed processes leave temporary files; the lock excludes other writers.
+            for path in (*folder.glob(TEMPORARY_GLOB), *self.results_folder.glob(TEMPORARY_GLOB)):
+                path.unlink(missing_ok=True)
+        return stack
+
+
+def _touch(path: Path) -> None:
+    with suppress(OSError):
+        os.utime(path)
+
 
 def slot_of(first_path: Path, number: int) -> Slot:
     """The slot of a number; `first_path` is the file of session 1."""
@@ -69,45 +94,7 @@ def saved_slots(first_path: Path) -> list[Slot]:
     return sorted((slot for slot in slots if slot.signature), key=lambda slot: -slot.last_used)
 
 
-def lock_slot(slot: Slot) -> ExitStack:
-    """Lock a slot until the returned stack is closed or the process ends.
-
-    Raises `LockedError` if another process has locked it, `InputError` if it cannot be locked.
-    """
-    folder = slot.path.parent
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(f"{folder}: cannot be made a folder: {error.strerror}") from None
-    stack = ExitStack()
-    stack.enter_context(hold_lock(slot.lock_path, _LOCK_OWNER))
-    stack.callback(_touch, slot.lock_path)
-    _touch(slot.lock_path)
-    with suppress(OSError):
-        # Killed processes leave temporary files; the lock excludes other writers.
-        for path in (*folder.glob(TEMPORARY_GLOB), *slot.results_folder.glob(TEMPORARY_GLOB)):
-            path.unlink(missing_ok=True)
-    return stack
-
-
-def _touch(path: Path) -> None:
-    with suppress(OSError):
-        os.utime(path)
-
-
-def lock_free_slot(first_path: Path, excluded: Collection[int] = ()) -> tuple[Slot, ExitStack]:
-    """Lock the last used session that is free and not `excluded`, or else an empty slot."""
-    for slot in saved_slots(first_path):
-        if slot.number not in excluded:
-            with suppress(InputError):
-                return slot, lock_slot(slot)
-    for slot in _empty_slots(first_path):
-        # Another process may hold an empty slot; an error of another kind is that of all slots.
-        with suppress(LockedError):
-            return slot, lock_slot(slot)
-    raise AssertionError("the number of empty slots is unlimited")
-
-
-def _empty_slots(first_path: Path) -> Iterator[Slot]:
+def all_slots(first_path: Path) -> Iterator[Slot]:
+    """The slots that have a session file, last used first, then empty ones without end."""
     slots = (slot_of(first_path, number) for number in count(1))
-    return (slot for slot in slots if slot.signature is None)
+    return chain(saved_slots(first_path), (slot for slot in slots if slot.signature is None))

@@ -1,11 +1,11 @@
-"""The session file: the state of a session as JSON. Imports no Textual."""
+"""The session file: a session as JSON. Imports no Textual."""
 
 import json
 import math
 import os
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import astuple, dataclass
 from pathlib import Path
 from typing import Any, Final
 
@@ -15,11 +15,23 @@ from fivtui.model import InputError
 from fivtui.results import from_data, to_data
 from fivtui.scene import over_time_to_dict, parse_over_time, scene_from_dict, scene_to_dict
 from fivtui.studies import STUDIES
-from fivtui.tui.session import FIELDS, EditState, RunState, StoredResult, study_kind
+from fivtui.tui.session import (
+    FIELDS,
+    SAFETY_MAPS,
+    EditState,
+    Run,
+    RunState,
+    RunStyle,
+    Session,
+    StoredResult,
+    study_key,
+    study_kind,
+)
 
 # Version of the format, and its key in the file.
 STATE_VERSION: Final = 2
 _VERSION_KEY: Final = "fivtui_session"
+_RUN_PREFIX: Final = "run-"
 # Limit of the number appended to the name of a damaged file.
 _MAX_DAMAGED: Final = 100
 
@@ -29,67 +41,24 @@ class DamagedSession(InputError):
 
 
 @dataclass(frozen=True, slots=True)
-class SavedRun:
-    """A saved run without its result.
-
-    Scenes are JSON data: `scene` was computed, `edited` was in the form if engines were compared.
-    """
-
-    number: int
-    scene: dict[str, Any]
-    state: RunState
-    message: str
-    edited: dict[str, Any] | None
-    source: str
-    overlaid: bool
-    colour: int
-    marker: int
-
-
-@dataclass(frozen=True, slots=True)
-class SavedRuns:
-    """The saved runs, oldest first; `shown` and `baseline` are numbers of runs or 0."""
-
-    runs: tuple[SavedRun, ...] = ()
-    count: int = 0
-    shown: int = 0
-    baseline: int = 0
-
-
-@dataclass(frozen=True, slots=True)
 class State:
-    """The saved state of a session.
+    """A copy of a session to be saved: the `data` of its file, and its results.
 
-    Attributes
-    ----------
-    edit_state : EditState
-        The edited texts.
-    recent : tuple of str
-        Paths of recent scene files.
-    tab, theme : str
-        Names of the displayed tab and of the theme; unknown names are ignored.
-    settings : mapping of str to mapping
-        Stored settings, such as texts of inputs, by tab and key.
-    views : mapping of str to View
-        Visible parts of the charts by identifier, without cursors.
-    runs : SavedRuns
-        The runs.
-    results : mapping of str to object
-        Results by key, such as ``run-1`` or ``sweep``: `Run`, `DisplayedStudy`,
-        or `StoredResult` if unread.
-    notes : mapping of str to str
-        By key, why a result was not stored.
+    Keys of results are such as ``run-1`` or ``sweep``. A result is a `Run`, a `DisplayedStudy`, or
+    a `StoredResult` if it is not read yet.
     """
 
-    edit_state: EditState
-    recent: tuple[str, ...] = ()
-    tab: str = ""
-    theme: str = ""
-    settings: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
-    views: Mapping[str, View] = field(default_factory=dict)
-    runs: SavedRuns = field(default_factory=SavedRuns)
-    results: Mapping[str, object] = field(default_factory=dict)
-    notes: Mapping[str, str] = field(default_factory=dict)
+    data: Mapping[str, Any]
+    results: Mapping[str, object]
+
+
+@dataclass(frozen=True, slots=True)
+class SavedSession:
+    """A session from a file, its results unread, and why results were not stored, by key."""
+
+    session: Session
+    theme: str
+    notes: Mapping[str, str]
 
 
 def state_path(environment: Mapping[str, str] | None = None) -> Path:
@@ -97,48 +66,84 @@ def state_path(environment: Mapping[str, str] | None = None) -> Path:
 
     ``fivtui/session.json`` in XDG_STATE_HOME, in LOCALAPPDATA on Windows, or in ``~/.local/state``.
     """
+    folder = user_folder("XDG_STATE_HOME", "LOCALAPPDATA", "~/.local/state", environment)
+    return folder / "session.json"
+
+
+def user_folder(
+    name: str, windows_name: str, default: str, environment: Mapping[str, str] | None
+) -> Path:
+    """The folder ``fivtui`` in that of a variable, of another one on Windows, or in `default`."""
     variables = os.environ if environment is None else environment
-    folder = variables.get("XDG_STATE_HOME", "")
+    folder = variables.get(name, "")
     if not Path(folder).is_absolute():
-        app_data = variables.get("LOCALAPPDATA", "") if os.name == "nt" else ""
-        folder = app_data or str(Path("~/.local/state").expanduser())
-    return Path(folder) / "fivtui" / "session.json"
+        windows_folder = variables.get(windows_name, "") if os.name == "nt" else ""
+        folder = windows_folder or str(Path(default).expanduser())
+    return Path(folder) / "fivtui"
 
 
-def save_state(state: State, path: Path) -> None:
-    """Write a session file atomically; raises `InputError` if it cannot be written."""
+def session_state(session: Session, theme: str) -> State:
+    """The state to save: a copy of the session that shares its results."""
+    runs = session.runs
     data = {
         _VERSION_KEY: STATE_VERSION,
-        "texts": dict(state.edit_state.texts),
-        "scene": scene_to_dict(state.edit_state.loaded),
-        "over_time": over_time_to_dict(state.edit_state.over_time),
-        "source": _absolute_source(state.edit_state.source),
-        "recent": [_absolute_source(recent) for recent in state.recent],
-        "tab": state.tab,
-        "theme": state.theme,
-        "settings": {name: dict(values) for name, values in state.settings.items()},
-        "views": {name: _view_to_dict(view) for name, view in state.views.items()},
-        "runs": to_data(state.runs),
-        "results": {
-            key: to_data(stored)
-            for key, stored in state.results.items()
-            if isinstance(stored, StoredResult)
+        "texts": dict(session.texts),
+        "scene": scene_to_dict(session.loaded),
+        "over_time": over_time_to_dict(session.over_time),
+        "source": _absolute_source(session.source),
+        "recent": [_absolute_source(recent) for recent in session.recent],
+        "tab": session.tab,
+        "theme": theme,
+        "settings": {tab: dict(values) for tab, values in session.settings.items()},
+        "views": {name: _view_to_dict(view) for name, view in session.views.items()},
+        "runs": {
+            "runs": list(map(_run_to_dict, runs)),
+            "count": runs.count,
+            "shown": 0 if runs.displayed is None else runs.displayed.number,
+            "baseline": 0 if runs.baseline is None else runs.baseline.number,
         },
-        "notes": dict(state.notes),
     }
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(f"{path.parent}: cannot be made a folder: {error.strerror}") from None
-    save_json(data, output_path(path, force=True))
+    runs_by_key = {f"{_RUN_PREFIX}{run.number}": run for run in runs}
+    results: dict[str, object] = {
+        key: stored
+        for key, stored in session.unread_results.items()
+        if key in runs_by_key or not key.startswith(_RUN_PREFIX)
+    }
+    results |= {key: run for key, run in runs_by_key.items() if run.result is not None}
+    # Results of studies that are displayed replace those that are not read yet.
+    return State(data, results | session.studies)
+
+
+def _run_to_dict(run: Run) -> dict[str, Any]:
+    # A run in progress will count as stopped. Runs that compare engines have an `edited_scene`,
+    # that of the form: their `scene` may have another method.
+    return {
+        "number": run.number,
+        "scene": scene_to_dict(run.scene),
+        "state": (RunState.STOPPED if run.state is RunState.RUNNING else run.state).value,
+        "message": run.message,
+        "edited": None if run.edited_scene is None else scene_to_dict(run.edited_scene),
+        "source": run.source,
+        "overlaid": run.overlaid,
+        "colour": run.style.colour,
+        "marker": run.style.marker,
+    }
+
+
+def _run_from_dict(data: Mapping[str, Any]) -> Run:
+    scene, state = scene_from_dict(data["scene"]), RunState(data["state"])
+    run = Run(int(data["number"]), scene, state, fraction=1.0)
+    run.message, run.source = str(data["message"]), str(data["source"])
+    run.edited_scene = None if data["edited"] is None else scene_from_dict(data["edited"])
+    run.overlaid = bool(data["overlaid"])
+    run.style = RunStyle(int(data["colour"]), int(data["marker"]))
+    return run
 
 
 def _view_to_dict(view: View) -> dict[str, Any]:
     return {
-        **{
-            name: None if axis is None else [axis.low, axis.high, axis.log]
-            for name, axis in (("x", view.x), ("y", view.y))
-        },
+        "x": None if view.x is None else list(astuple(view.x)),
+        "y": None if view.y is None else list(astuple(view.y)),
         "log_x": view.log_x,
         "log_y": view.log_y,
         # Indices of hidden traces.
@@ -150,23 +155,16 @@ def _view_to_dict(view: View) -> dict[str, Any]:
 
 def _view_from_dict(data: Mapping[str, Any]) -> View:
     x, y = (_axis_from_data(data[name], bool(data[f"log_{name}"])) for name in ("x", "y"))
-    hidden = {int(trace_index) for trace_index in data["hidden"]}
-    newest_run = int(data.get("since", 0))
-    return View(
-        x,
-        y,
-        bool(data["log_x"]),
-        bool(data["log_y"]),
-        hidden,
-        newest_run_when_zoomed=newest_run,
-    )
+    hidden, newest_run = set(map(int, data["hidden"])), int(data.get("since", 0))
+    log_x, log_y = bool(data["log_x"]), bool(data["log_y"])
+    return View(x, y, log_x, log_y, hidden, newest_run_when_zoomed=newest_run)
 
 
 def _axis_from_data(data: Any, log: bool) -> Axis | None:
     if data is None:
         return None
     axis = Axis(float(data[0]), float(data[1]), bool(data[2]))
-    is_ordered = math.isfinite(axis.low) and math.isfinite(axis.high) and axis.low < axis.high
+    is_ordered = -math.inf < axis.low < axis.high < math.inf
     if not is_ordered or axis.log is not log or (axis.log and axis.low <= 0.0):
         raise InputError(f"invalid limits of an axis: {data}")
     return axis
@@ -178,7 +176,22 @@ def _absolute_source(source: str) -> str:
     return str(path.absolute()) if path.suffix else source
 
 
-def load_state(path: Path) -> State | None:
+def save_state(
+    state: State, files: Mapping[str, StoredResult], notes: Mapping[str, str], path: Path
+) -> None:
+    """Write a session file atomically; raises `InputError` if it cannot be written.
+
+    `files` are the stored results by key, `notes` say why a result was not stored.
+    """
+    data = {**state.data, "results": to_data(files), "notes": dict(notes)}
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"{path.parent}: cannot be made a folder: {error.strerror}") from None
+    save_json(data, output_path(path, force=True))
+
+
+def load_session(path: Path) -> SavedSession | None:
     """Read a session file; None if it does not exist.
 
     Raises `DamagedSession` if it is damaged or too old, `InputError` if unreadable or too new.
@@ -192,46 +205,75 @@ def load_state(path: Path) -> State | None:
     try:
         data = json.loads(content)
         version = data[_VERSION_KEY]
-        state = _state_from_dict(data) if version == STATE_VERSION else None
+        if version == STATE_VERSION:
+            notes = from_data(data["notes"], dict[str, str])
+            return SavedSession(_session_from_dict(data), str(data["theme"]), notes)
     except InputError as error:
         raise DamagedSession(str(error)) from None
     except (ValueError, KeyError, TypeError, AttributeError, RecursionError, OverflowError):
         raise DamagedSession("damaged") from None
-    if state is not None:
-        return state
     if isinstance(version, int) and version > STATE_VERSION:
         raise InputError(f"version {version}, written by a newer fivtui, not {STATE_VERSION}")
     raise DamagedSession(f"version {version!r}, not {STATE_VERSION}")
 
 
-def _state_from_dict(data: Any) -> State:
-    loaded = scene_from_dict(data["scene"])
-    texts = {name: field.text_of(loaded) for name, field in FIELDS.items()}
-    texts |= {name: str(text) for name, text in data["texts"].items() if name in FIELDS}
-    over_time = loaded.over_time
+def _session_from_dict(data: Any) -> Session:
+    session = Session(scene_from_dict(data["scene"]), str(data["source"]))
+    texts = {name: str(text) for name, text in data["texts"].items() if name in FIELDS}
+    over_time = session.over_time
     if "over_time" in data:
         over_time = parse_over_time("over_time", data["over_time"])
-    runs = from_data(data["runs"], SavedRuns)
-    for run in runs.runs:
-        # Raise an error for a damaged scene here.
-        for scene in filter(None, (run.scene, run.edited)):
-            scene_from_dict(scene)
-    return State(
-        edit_state=EditState(texts, over_time, loaded, str(data["source"])),
-        recent=from_data(data["recent"], tuple[str, ...]),
-        tab=from_data(data["tab"], str),
-        theme=from_data(data["theme"], str),
-        settings=from_data(data["settings"], dict[str, dict[str, str]]),
-        views={name: _view_from_dict(view) for name, view in data["views"].items()},
-        runs=runs,
-        results={
-            key: from_data(stored, StoredResult)
-            for key, stored in data["results"].items()
-            if re.fullmatch(r"run-[1-9][0-9]*", key)
-            or (study_kind(key) in STUDIES and key != "run")
-        },
-        notes=from_data(data["notes"], dict[str, str]),
-    )
+    edit_state = EditState(session.texts | texts, over_time, session.loaded, session.source)
+    if edit_state != session.edit_state:
+        # Undo leads to the scene without edits.
+        session.restore(edit_state)
+    session.recent = from_data(data["recent"], tuple[str, ...])
+    session.tab = str(data["tab"])
+    session.settings = from_data(data["settings"], dict[str, dict[str, str]])
+    _rename_earlier_tabs(session)
+    session.views = {name: _view_from_dict(view) for name, view in data["views"].items()}
+    session.unread_results = {
+        key: from_data(stored, StoredResult)
+        for key, stored in data["results"].items()
+        if re.fullmatch(rf"{_RUN_PREFIX}[1-9][0-9]*", key)
+        or (study_kind(key) in STUDIES and key != "run")
+    }
+    runs = session.runs
+    runs.restore(map(_run_from_dict, data["runs"]["runs"]), int(data["runs"]["count"]))
+    for run in runs:
+        if run.state is RunState.DONE and f"{_RUN_PREFIX}{run.number}" not in data["results"]:
+            run.state = RunState.NOT_KEPT
+    runs.displayed = runs.find(int(data["runs"]["shown"]))
+    runs.baseline = runs.find(int(data["runs"]["baseline"]))
+    return session
+
+
+def _rename_earlier_tabs(session: Session) -> None:
+    # The numbers of a run were a tab, and maps of safety were values of the tab of maps.
+    if session.tab == "result":
+        session.tab = "transient"
+        session.settings.setdefault("transient", {})["view"] = "result"
+    map_settings = session.settings.get("map", {})
+    if map_settings.get("value") in SAFETY_MAPS:
+        if session.tab == "map":
+            session.tab = "safe-mu"
+        session.settings.setdefault("safe-mu", {})["value"] = map_settings.pop("value")
+
+
+def restore_results(session: Session, results: Mapping[str, Any]) -> None:
+    """Add results read from files to a session; a result is None if it could not be read."""
+    for key, result in results.items():
+        session.unread_results.pop(key, None)
+        if not key.startswith(_RUN_PREFIX):
+            # Keep a newer result that was computed since the start.
+            if result is not None:
+                session.studies.setdefault(study_key(key, result.value), result)
+            continue
+        # A run that was deleted while its file was read may be restored by undo.
+        run = session.runs.find_with_removed(int(key.removeprefix(_RUN_PREFIX)))
+        if run is not None:
+            run.result = result
+            run.state = RunState.DONE if result is not None else RunState.NOT_KEPT
 
 
 def rename_damaged(path: Path) -> str:

@@ -53,19 +53,23 @@ class Editing:
     """
 
     def __init__(self, scene: Scene | None = None, source: str = "") -> None:
+        self.begin(base_scene() if scene is None else scene, source)
+
+    def begin(self, scene: Scene, source: str = "") -> None:
+        """Begin with the texts of a scene and without undo steps."""
         self._undo_steps: list[EditState | Action] = []
         self._redo_steps: list[EditState | Action] = []
         self._step_kind = ""
-        self._apply(loaded_state(base_scene() if scene is None else scene, source))
+        self._apply(loaded_state(scene, source))
 
     def _apply(self, state: EditState) -> None:
         self.texts, self.over_time = dict(state.texts), state.over_time
-        self._loaded, self.source = state.loaded, state.source
+        self.loaded, self.source = state.loaded, state.source
 
     @property
     def edit_state(self) -> EditState:
         """The current texts, tables and loaded scene, as `restore` takes them."""
-        return EditState(dict(self.texts), self.over_time, self._loaded, self.source)
+        return EditState(dict(self.texts), self.over_time, self.loaded, self.source)
 
     def restore(self, state: EditState) -> None:
         """Replace texts, tables and loaded scene in one undo step."""
@@ -138,35 +142,25 @@ class Editing:
         for steps in (self._undo_steps, self._redo_steps):
             steps[:] = [
                 replace(step, loaded=scene, source=source)
-                if isinstance(step, EditState) and step.loaded is self._loaded
+                if isinstance(step, EditState) and step.loaded is self.loaded
                 else step
                 for step in steps
             ]
-        self._loaded, self.source = scene, source
-
-    @property
-    def loaded(self) -> Scene:
-        """The loaded scene, without edits."""
-        return self._loaded
+        self.loaded, self.source = scene, source
 
     @property
     def name(self) -> str:
         """Name of the loaded scene."""
-        return self._loaded.name
-
-    @property
-    def description(self) -> str:
-        """Description of the loaded scene."""
-        return self._loaded.description
+        return self.loaded.name
 
     @property
     def changed_fields(self) -> list[str]:
         """Names of the fields whose text or table over time differs from the loaded scene."""
-        tables, loaded = dict(self.over_time), dict(self._loaded.over_time)
+        tables, loaded = dict(self.over_time), dict(self.loaded.over_time)
         return [
             name
             for name, field in FIELDS.items()
-            if self.texts[name] != field.text_of(self._loaded)
+            if self.texts[name] != field.text_of(self.loaded)
             or tables.get(name) != loaded.get(name)
         ]
 
@@ -187,8 +181,8 @@ class Editing:
 
     def reset(self, name: str) -> None:
         """Reset a field, and its table over time, to the loaded scene."""
-        self._set_field(name, FIELDS[name].text_of(self._loaded), "reset")
-        table, tables = dict(self._loaded.over_time).get(name), dict(self.over_time)
+        self._set_field(name, FIELDS[name].text_of(self.loaded), "reset")
+        table, tables = dict(self.loaded.over_time).get(name), dict(self.over_time)
         if table is not None:
             tables[name] = table
         else:
@@ -198,4 +192,4 @@ class Editing:
 
     def reset_all(self) -> None:
         """Reset all fields to the loaded scene."""
-        self.load(self._loaded, self.source)
+        self.load(self.loaded, self.source)

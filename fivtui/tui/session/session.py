@@ -273,8 +273,8 @@ class Session(Editing):
             raise InputError(errors[0])
         settings: dict[str, Any] = {name: self._value(name) for name in SETTINGS}
         return dataclasses.replace(
-            self._loaded,
-            description="" if self.changed_fields else self._loaded.description,
+            self.loaded,
+            description="" if self.changed_fields else self.loaded.description,
             parameters=self.parameters(),
             over_time=self.over_time,
             **settings,
@@ -292,7 +292,7 @@ class Session(Editing):
         )
         state = loaded_state(scene, "")
         if with_fields == edited:
-            state = dataclasses.replace(state, loaded=self._loaded, source=self.source)
+            state = dataclasses.replace(state, loaded=self.loaded, source=self.source)
         self.restore(state)
 
     @property
@@ -331,7 +331,7 @@ class Session(Editing):
         """The loaded scene, and its preset or file."""
         from .command_lines import Origin
 
-        return Origin(self._loaded, self.source)
+        return Origin(self.loaded, self.source)
 
     def command_line(self) -> str:
         """The command for the edited transient; raises `InputError` if a field is invalid."""

@@ -12,7 +12,7 @@ from fivtui.scene import PRESETS
 from fivtui.tui.app import FivtuiApp
 from fivtui.tui.lab import live_control
 from fivtui.tui.lab.notices import NoticeView
-from fivtui.tui.persistence.snapshot import session_state
+from fivtui.tui.persistence.state_file import session_state
 from fivtui.tui.session import SCREEN_RESPONSE
 from fivtui.tui.session.jobs import Outcome
 from fivtui.tui.session.live import (
@@ -69,7 +69,7 @@ async def test_every_step_is_drawn_over_the_previous_curve_and_no_run_is_stored(
 ) -> None:
     await run_to_end(pilot)
     session, live = app_of(pilot).session, live_of(pilot)
-    saved_runs = session_state(session, theme="").runs
+    saved_runs = session_state(session, theme="").data["runs"]
     await focus(pilot, "m")
     await pilot.press("up")
     await until_live(pilot)
@@ -89,7 +89,7 @@ async def test_every_step_is_drawn_over_the_previous_curve_and_no_run_is_stored(
     await until_live(pilot)
     assert live.ghost is first_curve.result
     await until_shown(pilot, "● 1 off")
-    assert session_state(session, theme="").runs == saved_runs
+    assert session_state(session, theme="").data["runs"] == saved_runs
     # In every view; without a baseline the difference is taken from the previous curve.
     await click_view(pilot, "phase")
     await until(pilot, lambda: trace_names(pilot, "phase-x") == ["before", "live"])

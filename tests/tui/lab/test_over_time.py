@@ -8,8 +8,7 @@ from textual.widgets import Input
 
 from fivtui.model import InputError, time_table
 from fivtui.scene import PRESETS
-from fivtui.tui.persistence.snapshot import session_state
-from fivtui.tui.persistence.state_file import load_state, save_state
+from fivtui.tui.persistence.state_file import load_session, save_state, session_state
 from fivtui.tui.session import Session
 from fivtui.tui.session.scene_differences import differences, legend_names
 from tests.support.laboratory import (
@@ -98,12 +97,11 @@ async def test_tables_are_restored_and_distinguish_runs(tmp_path: Path) -> None:
     tables = (("F", time_table("F", [(0.0, 20.0), (4.0, 90.0)])),)
     session.set_text("mu", "0.5")
     session.set_tables(tables)
-    save_state(session_state(session, theme=""), session_path)
-    state = load_state(session_path)
-    assert state is not None
-    assert state.edit_state == session.edit_state
-    restored_session = Session(state.edit_state.loaded, state.edit_state.source)
-    restored_session.restore(state.edit_state)
+    save_state(session_state(session, theme=""), {}, {}, session_path)
+    saved = load_session(session_path)
+    assert saved is not None
+    restored_session = saved.session
+    assert restored_session.edit_state == session.edit_state
     assert restored_session.changed_fields == ["F", "mu"]
     scene_with_table = restored_session.scene()
     restored_session.set_tables(())

@@ -18,7 +18,6 @@ from fivtui.transient.result import Transient
 from fivtui.tui.app import FivtuiApp
 from fivtui.tui.chart.widget.chart_view import ChartView
 from fivtui.tui.lab.run_list import RunsTable
-from fivtui.tui.persistence.state_file import State, load_state, save_state
 from tests.support.laboratory import (
     answer,
     app_of,
@@ -216,17 +215,9 @@ async def test_a_damaged_session_is_renamed_and_a_scene_argument_keeps_the_store
         await until_notice(pilot, "the last session could not be restored (damaged)")
         assert (tmp_path / "session.damaged-1.json").read_text() == "{"
         assert "UNSTABLE" in flat_text_of(pilot)
-    stored_state = load_state(session_path)
-    assert stored_state is not None
-    save_state(
-        State(
-            stored_state.edit_state,
-            recent=(str(tmp_path / "old.toml"),),
-            tab="log",
-            theme="nord",
-        ),
-        session_path,
-    )
+    data = json.loads(session_path.read_text())
+    recent = [str(tmp_path / "old.toml")]
+    session_path.write_text(json.dumps({**data, "recent": recent, "tab": "log"}))
     second_app = FivtuiApp(PRESETS["linear"], "linear", state=session_path)
     assert second_app.session.name == "linear"
     assert second_app.session.recent == (str(tmp_path / "old.toml"),)

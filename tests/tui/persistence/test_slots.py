@@ -23,10 +23,9 @@ from fivtui.tui.app import FivtuiApp
 from fivtui.tui.lab.run_actions import RunActions
 from fivtui.tui.persistence.autosave import Autosave
 from fivtui.tui.persistence.slots import slot_of
-from fivtui.tui.persistence.snapshot import session_state
-from fivtui.tui.persistence.state_file import STATE_VERSION, State
+from fivtui.tui.persistence.state_file import STATE_VERSION, State, session_state
 from fivtui.tui.session.runs import MAX_RUNS
-from fivtui.tui.session.session import DisplayedStudy, Session, StoredResult
+from fivtui.tui.session.session import DisplayedStudy, Session
 from tests.support.laboratory import app_of, text_of, until, until_notice, until_shown
 
 BASE = PRESETS["base"]
@@ -53,21 +52,19 @@ def state_with_map(preload: str) -> State:
     return session_state(session, theme="")
 
 
-def load_session(path: Path) -> tuple[Autosave, State]:
+def load_session(path: Path) -> tuple[Autosave, Session]:
     autosave = Autosave(path)
-    state = autosave.load()
-    assert state is not None
+    saved = autosave.load()
+    assert saved is not None
     assert not autosave.notices
-    return autosave, state
+    return autosave, saved.session
 
 
-def check_map_and_read_preload(autosave: Autosave, state: State) -> str:
+def check_map_and_read_preload(autosave: Autosave, session: Session) -> str:
     """The preload F of a session whose map agrees with it and is complete."""
-    stored = state.results["map"]
-    assert isinstance(stored, StoredResult)
-    study = autosave.read_result("map", stored)
+    study = autosave.read_result("map", session.unread_results["map"])
     assert study.value.values.shape == (3, 2)
-    assert study.name == state.edit_state.texts["F"]
+    assert study.name == session.texts["F"]
     return str(study.name)
 
 
@@ -112,10 +109,10 @@ def test_two_simultaneous_instances_have_separate_sessions(tmp_path: Path) -> No
     os.utime(path, (1.0, 1.0))
     os.utime(path.with_name("session.lock"), (1.0, 1.0))
     # The system has released the lock; the session used last comes first.
-    latest_session, state = load_session(path)
-    assert check_map_and_read_preload(latest_session, state) == "23"
-    earlier_session, state = load_session(path)
-    assert check_map_and_read_preload(earlier_session, state) == "11"
+    latest_session, session = load_session(path)
+    assert check_map_and_read_preload(latest_session, session) == "23"
+    earlier_session, session = load_session(path)
+    assert check_map_and_read_preload(earlier_session, session) == "11"
     new_session = Autosave(path)
     assert new_session.load() is None
     assert new_session.number == 3
@@ -133,11 +130,12 @@ def test_the_last_used_session_is_restored_and_all_others_can_be_opened(tmp_path
         autosave.close(state_with_map(preload))
         for file in (slot.path, slot.lock_path):
             os.utime(file, (time, time))
-    autosave, state = load_session(path)
-    assert check_map_and_read_preload(autosave, state) == "22"
+    autosave, session = load_session(path)
+    assert check_map_and_read_preload(autosave, session) == "22"
     assert (autosave.number, [slot.number for slot in autosave.other_slots]) == (2, [1])
     opened = Autosave(path)
-    assert check_map_and_read_preload(opened, opened.open(autosave.other_slots[0].number)) == "11"
+    earlier_session = opened.open(autosave.other_slots[0].number).session
+    assert check_map_and_read_preload(opened, earlier_session) == "11"
     with pytest.raises(InputError, match="session 7 no longer exists"):
         Autosave(path).open(7)
 
@@ -151,8 +149,8 @@ def test_a_session_without_a_lock_file_is_restored_with_its_results(tmp_path: Pa
     store_session(path, "11", 100.0)
     path.with_name("session.lock").unlink()
     assert sorted(file.name for file in tmp_path.iterdir()) == ["results", "session.json"]
-    autosave, state = load_session(path)
-    assert (autosave.number, check_map_and_read_preload(autosave, state)) == (1, "11")
+    autosave, session = load_session(path)
+    assert (autosave.number, check_map_and_read_preload(autosave, session)) == (1, "11")
 
 
 @pytest.mark.parametrize("content", ["{", '{"fivtui_session": 1}'])
@@ -169,8 +167,8 @@ def test_the_results_of_a_renamed_session_stay(content: str, tmp_path: Path) -> 
     # After repair by hand everything is restored.
     (tmp_path / "session.damaged-1.json").write_text(original)
     (tmp_path / "session.damaged-1.json").replace(path)
-    repaired_session, state = load_session(path)
-    assert check_map_and_read_preload(repaired_session, state) == "11"
+    repaired_session, session = load_session(path)
+    assert check_map_and_read_preload(repaired_session, session) == "11"
 
 
 def test_a_session_of_a_newer_version_stays_unchanged(tmp_path: Path) -> None:
@@ -185,16 +183,16 @@ def test_a_session_of_a_newer_version_stays_unchanged(tmp_path: Path) -> None:
     assert autosave.number == 2
     (notice,) = autosave.notices
     assert "written by a newer fivtui" in notice
-    assert f"it stays in {path}, its results in {tmp_path / 'results'}" in notice
+    assert f"it stays in {path}, its results stay in {tmp_path / 'results'}" in notice
     autosave.save(state_with_map("22"))
     autosave.close(state_with_map("23"))
     assert path.read_text() == newer_content
     # Later starts of this program use its own session.
-    second_session, state = load_session(path)
-    assert check_map_and_read_preload(second_session, state) == "23"
+    second_session, session = load_session(path)
+    assert check_map_and_read_preload(second_session, session) == "23"
     path.write_text(content)
     newer_session = Autosave(path)
-    assert check_map_and_read_preload(newer_session, newer_session.open(1)) == "11"
+    assert check_map_and_read_preload(newer_session, newer_session.open(1).session) == "11"
 
 
 @pytest.mark.parametrize("number", [errno.EROFS, errno.ENOLCK])
@@ -211,14 +209,14 @@ def test_without_a_lock_a_session_is_read_and_not_changed(
 
     with monkeypatch.context() as patched:
         patched.setattr(writing, "lock_file", raise_os_error)
-        autosave, state = load_session(path)
+        autosave, session = load_session(path)
         assert os.strerror(number) in autosave.save_error
-        assert check_map_and_read_preload(autosave, state) == "11"
+        assert check_map_and_read_preload(autosave, session) == "11"
         result.write_bytes(b"PK")
         with pytest.raises(
             InputError, match=r"could not be restored \(not a map: not an NPZ file, or damaged\)$"
         ):
-            check_map_and_read_preload(autosave, state)
+            check_map_and_read_preload(autosave, session)
         result.write_bytes(contents[result])
         autosave.save(state_with_map("22"))
         assert os.strerror(number) in autosave.save_error
@@ -330,8 +328,8 @@ async def test_the_palette_opens_another_session_and_keeps_this_one(tmp_path: Pa
             await pilot.press("alt+1")
             await until_shown(pilot, "Run keeps it")
             assert len(app.screen_stack) == 1
-    autosave, state = load_session(path)
-    assert (autosave.number, check_map_and_read_preload(autosave, state)) == (1, "11")
+    autosave, session = load_session(path)
+    assert (autosave.number, check_map_and_read_preload(autosave, session)) == (1, "11")
     assert stored_preload(tmp_path / "session-2" / "session.json") == "22"
 
 

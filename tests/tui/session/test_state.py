@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from fivtui.charts import Axis, View
 from fivtui.model.errors import InputError
 from fivtui.model.parameters import Parameters
 from fivtui.scene.presets import PRESETS
@@ -15,18 +16,18 @@ from fivtui.simulation import simulate
 from fivtui.transient.files import save_trajectory
 from fivtui.tui.lab.file_control import load_run
 from fivtui.tui.persistence.autosave import Autosave
-from fivtui.tui.persistence.snapshot import restore_session
 from fivtui.tui.persistence.state_file import (
     STATE_VERSION,
     DamagedSession,
     State,
-    load_state,
+    load_session,
     save_state,
+    session_state,
     state_path,
 )
 from fivtui.tui.session.comparison import change_rows, changes, engine_difference_text, percent_text
 from fivtui.tui.session.jobs import Outcome
-from fivtui.tui.session.runs import MAX_RUNS, Run, Runs, default_style, execute
+from fivtui.tui.session.runs import MAX_RUNS, Run, Runs, RunState, default_style, execute
 from fivtui.tui.session.scene_differences import base_scene
 from fivtui.tui.session.session import MAX_RECENT, Session
 from fivtui.tui.tabs.requests.paper import paper_scenes
@@ -286,7 +287,13 @@ def test_every_figure_has_an_initial_scene() -> None:
 
 
 def state_of(session: Session) -> State:
-    return State(session.edit_state, session.recent, tab="transient", theme="nord")
+    return session_state(session, theme="nord")
+
+
+def loaded_state(path: Path) -> State:
+    saved = load_session(path)
+    assert saved is not None
+    return session_state(saved.session, saved.theme)
 
 
 def test_a_stored_session_is_restored_unchanged(tmp_path: Path) -> None:
@@ -294,11 +301,16 @@ def test_a_stored_session_is_restored_unchanged(tmp_path: Path) -> None:
     session = Session(PRESETS["stiff-contact"], "stiff-contact")
     session.set_text("F", "not yet a number")
     session.add_recent(str(tmp_path / "a.toml"))
-    save_state(state_of(session), path)
-    assert load_state(path) == state_of(session)
-    assert load_state(tmp_path / "none.json") is None
-    save_state(State(Session().edit_state), path)
-    assert load_state(path) == State(Session().edit_state)
+    session.tab = "transient"
+    session.runs.displayed = finish_run(session.runs)
+    session.views["plot-y"] = View(Axis(1.0, 2.0), Axis(0.1, 9.0, log=True), log_y=True, hidden={1})
+    save_state(state_of(session), {}, {}, path)
+    # The result of the run was not stored.
+    session.runs.displayed.state = RunState.NOT_KEPT
+    assert loaded_state(path).data == state_of(session).data
+    assert load_session(tmp_path / "none.json") is None
+    save_state(state_of(Session()), {}, {}, path)
+    assert loaded_state(path) == state_of(Session())
     assert [file.name for file in path.parent.iterdir()] == ["session.json"]
 
 
@@ -308,11 +320,11 @@ def test_stored_paths_are_valid_in_another_folder(
     monkeypatch.chdir(tmp_path)
     session = Session(base_scene(), "mine.toml")
     session.add_recent("mine.toml")
-    save_state(state_of(session), tmp_path / "session.json")
-    loaded = load_state(tmp_path / "session.json")
-    assert loaded is not None
-    assert loaded.edit_state.source == loaded.recent[0] == str(tmp_path / "mine.toml")
-    session.add_recent(loaded.recent[0])
+    save_state(state_of(session), {}, {}, tmp_path / "session.json")
+    saved = load_session(tmp_path / "session.json")
+    assert saved is not None
+    assert saved.session.source == saved.session.recent[0] == str(tmp_path / "mine.toml")
+    session.add_recent(saved.session.recent[0])
     assert len(session.recent) == 1
 
 
@@ -339,15 +351,15 @@ def test_an_unreadable_session_file_is_renamed(content: bytes, reason: str, tmp_
         assert damaged_path.read_bytes() == content
         assert not path.exists()
         autosave.close(state_of(Session()))
-        assert load_state(path) == state_of(Session())
+        assert loaded_state(path) == state_of(Session())
 
 
 def test_a_session_with_an_infinite_number_of_runs_is_damaged(tmp_path: Path) -> None:
     path = tmp_path / "session.json"
-    save_state(state_of(Session()), path)
+    save_state(state_of(Session()), {}, {}, path)
     path.write_text(path.read_text().replace('"count": 0', '"count": 1e999'))
     with pytest.raises(DamagedSession, match="damaged"):
-        load_state(path)
+        load_session(path)
 
 
 def test_an_autosave_writes_only_changes_and_reports_errors(tmp_path: Path) -> None:
@@ -398,14 +410,22 @@ def test_the_session_folder_follows_the_environment() -> None:
     assert state_path({}).parts[-2:] == ("fivtui", "session.json")
 
 
-def test_tabs_of_earlier_sessions_are_restored_as_the_tabs_that_replaced_them() -> None:
-    session = Session()
-    session.tab = "result"
-    restore_session(session, State(session.edit_state))
+def test_tabs_of_earlier_sessions_are_restored_as_the_tabs_that_replaced_them(
+    tmp_path: Path,
+) -> None:
+    path = tmp_path / "session.json"
+
+    def restored_session(tab: str, settings: dict[str, dict[str, str]]) -> Session:
+        session = Session()
+        session.tab, session.settings = tab, settings
+        save_state(state_of(session), {}, {}, path)
+        saved = load_session(path)
+        assert saved is not None
+        return saved.session
+
+    session = restored_session("result", {})
     assert (session.tab, session.settings) == ("transient", {"transient": {"view": "result"}})
-    session.tab = "map"
-    maps = {"map": {"value": "safe-mu", "over": "mu=0:1:5 F=5:9:3"}}
-    restore_session(session, State(session.edit_state, settings=maps))
+    session = restored_session("map", {"map": {"value": "safe-mu", "over": "mu=0:1:5 F=5:9:3"}})
     assert session.tab == "safe-mu"
     assert session.settings["safe-mu"] == {"value": "safe-mu"}
     assert session.settings["map"] == {"over": "mu=0:1:5 F=5:9:3"}

@@ -5,7 +5,7 @@ from textual.pilot import Pilot
 
 from fivtui.charts.axis import Axis
 from fivtui.tui.app import FivtuiApp
-from fivtui.tui.persistence.snapshot import session_state
+from fivtui.tui.persistence.state_file import session_state
 from tests.support.laboratory import (
     app_of,
     chart_of,
@@ -170,7 +170,7 @@ async def test_chosen_limits_persist_are_marked_and_name_a_new_run_outside_of_th
     assert "zoom" not in "".join(chart_lines(pilot, "plot-x"))
     # The state stores the run since which the limits hold.
     state = session_state(app_of(pilot).session, theme="")
-    assert state.views["plot-y"].newest_run_when_zoomed == 1
+    assert state.data["views"]["plot-y"]["since"] == 1
     # Limits chosen while the run is visible give no notice, unless all of it is outside.
     chart_view.focus()
     await pilot.press("shift+up")
