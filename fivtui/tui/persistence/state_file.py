@@ -13,7 +13,13 @@ from fivtui.charts import Axis, View
 from fivtui.io import output_path, save_json
 from fivtui.model import InputError
 from fivtui.results import from_data, to_data
-from fivtui.scene import over_time_to_dict, parse_over_time, scene_from_dict, scene_to_dict
+from fivtui.scene import (
+    Scene,
+    over_time_to_dict,
+    parse_over_time,
+    scene_from_dict,
+    scene_to_dict,
+)
 from fivtui.studies import STUDIES
 from fivtui.tui.session import (
     FIELDS,
@@ -44,11 +50,12 @@ class DamagedSession(InputError):
 class State:
     """A copy of a session to be saved: the `data` of its file, and its results.
 
-    Keys of results are such as ``run-1`` or ``sweep``. A result is a `Run`, a `DisplayedStudy`, or
-    a `StoredResult` if it is not read yet.
+    The data contain scenes and tables over time, converted to JSON only when they are saved. Keys
+    of results are such as ``run-1`` or ``sweep``; a result is a `Run`, a `DisplayedStudy`, or a
+    `StoredResult` if it is not read yet.
     """
 
-    data: Mapping[str, Any]
+    data: dict[str, Any]
     results: Mapping[str, object]
 
 
@@ -88,8 +95,8 @@ def session_state(session: Session, theme: str) -> State:
     data = {
         _VERSION_KEY: STATE_VERSION,
         "texts": dict(session.texts),
-        "scene": scene_to_dict(session.loaded),
-        "over_time": over_time_to_dict(session.over_time),
+        "scene": session.loaded,
+        "over_time": session.over_time,
         "source": _absolute_source(session.source),
         "recent": [_absolute_source(recent) for recent in session.recent],
         "tab": session.tab,
@@ -119,10 +126,10 @@ def _run_to_dict(run: Run) -> dict[str, Any]:
     # that of the form: their `scene` may have another method.
     return {
         "number": run.number,
-        "scene": scene_to_dict(run.scene),
+        "scene": run.scene,
         "state": (RunState.STOPPED if run.state is RunState.RUNNING else run.state).value,
         "message": run.message,
-        "edited": None if run.edited_scene is None else scene_to_dict(run.edited_scene),
+        "edited": run.edited_scene,
         "source": run.source,
         "overlaid": run.overlaid,
         "colour": run.style.colour,
@@ -183,12 +190,23 @@ def save_state(
 
     `files` are the stored results by key, `notes` say why a result was not stored.
     """
-    data = {**state.data, "results": to_data(files), "notes": dict(notes)}
+    data = {**_to_json(state.data), "results": to_data(files), "notes": dict(notes)}
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise InputError(f"{path.parent}: cannot be made a folder: {error.strerror}") from None
     save_json(data, output_path(path, force=True))
+
+
+def _to_json(value: Any) -> Any:
+    # Tuples are tables over time.
+    if isinstance(value, Scene):
+        return scene_to_dict(value)
+    if isinstance(value, tuple):
+        return over_time_to_dict(value)
+    if isinstance(value, dict):
+        return {key: _to_json(item) for key, item in value.items()}
+    return list(map(_to_json, value)) if isinstance(value, list) else value
 
 
 def load_session(path: Path) -> SavedSession | None:
