@@ -146,7 +146,7 @@ class FivtuiApp(App[None]):
         self.add_mode(self._mode, self.get_default_screen)
         self._state_file = state
         self._autosave = Autosave(state)
-        # The last reported reason why the session is not saved.
+        # The last reported error of saving.
         self._reported_error = ""
         self._save_timer: Timer | None = None
         self._is_first_start = False
@@ -398,11 +398,7 @@ class FivtuiApp(App[None]):
     def _save_session(self) -> None:
         if self._autosave.save_error != self._reported_error:
             self._reported_error = self._autosave.save_error
-            text = (
-                f"the session is not saved: {self._reported_error}"
-                if self._reported_error
-                else "the session is saved again"
-            )
+            text = self._reported_error or "the session is saved again"
             self.screen_stack[0].post_message(Reported(text, error=bool(self._reported_error)))
         autosave, state = self._autosave, self._session_state()
         if autosave.needs_save(state):

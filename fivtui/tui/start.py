@@ -50,7 +50,7 @@ def run(scene: "Scene | None" = None, source: str = "") -> None:
     except KeyboardInterrupt:
         os._exit(_INTERRUPTED_STATUS)
     if app.save_error:
-        sys.stderr.write(f"the session is not saved: {app.save_error}\n")
+        sys.stderr.write(f"{app.save_error}\n")
     if threads.busy:
         # A normal exit of Python would stop threads inside compiled code, which may crash.
         sys.stdout.flush()

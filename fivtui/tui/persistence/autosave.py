@@ -28,8 +28,8 @@ from .state_file import (
 class Autosave:
     """Restores a session, locks it against other processes, and saves its changes.
 
-    `path` is the file of session 1; None saves nothing. `save_error` says why the last save failed,
-    `notices` why sessions could not be restored.
+    `path` is the file of session 1; None saves nothing. `save_error` says what the last save could
+    not write, `notices` why sessions could not be restored.
     """
 
     def __init__(self, path: Path | None) -> None:
@@ -75,7 +75,7 @@ class Autosave:
                 if slot.signature is not None:
                     continue
                 # An empty slot that cannot be locked, for example in a read-only folder.
-                self.save_error = str(error)
+                self.save_error = f"the session is not saved: {error}"
                 return self._load_unlocked(self._first_path)
             try:
                 return self._load(slot)
@@ -146,7 +146,7 @@ class Autosave:
             files, reasons_not_stored = self._store.save(state.results)
             save_state(state, files, reasons_not_stored, slot.path)
         except InputError as error:
-            self.save_error = str(error)
+            self.save_error = f"the session is not saved: {error}"
         else:
             self._store.remove_unused(files)
             self.save_error = self._store.write_error

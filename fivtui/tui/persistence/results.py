@@ -72,7 +72,7 @@ class ResultStore:
                     kept = "" if stored is None else "; the previous result is kept"
                     reasons_not_stored[key] = f"{error}{kept}"
                     if not isinstance(error, (_NotStored, ComputationError)):
-                        self.write_error = str(error)
+                        self.write_error = f"{key} is not saved: {error}"
             if stored is not None:
                 files[key] = stored
         return files, reasons_not_stored

@@ -263,7 +263,8 @@ def test_a_result_that_cannot_be_written_is_reported_and_written_later(
     (tmp_path / "results").rename(tmp_path / "gone")
     (tmp_path / "results").write_text("in the way")
     autosave.save(state)
-    assert f"{tmp_path / 'results'}: cannot be made" in autosave.save_error
+    error = f"map is not saved: {tmp_path / 'results'}: cannot be made"
+    assert autosave.save_error.startswith(error)
     (tmp_path / "results").unlink()
     autosave.close(state)
     assert not autosave.save_error
