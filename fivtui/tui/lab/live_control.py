@@ -19,8 +19,8 @@ from fivtui.tui.session import (
     LiveRun,
     Outcome,
     Pace,
+    compute_scene,
     differences,
-    execute_live,
 )
 from fivtui.tui.tabs import compute_in_thread
 
@@ -116,7 +116,7 @@ class LiveController:
         self._job = job = LiveJob(scene=scene, pace=self._session.live.pace(scene))
 
         def compute() -> Outcome[Transient]:
-            outcome = execute_live(job)
+            outcome = compute_scene(scene, job)
             job.duration = job.elapsed
             return outcome
 

@@ -18,12 +18,10 @@ from textual.coordinate import Coordinate
 from textual.widgets import DataTable
 
 from fivtui.tui.session import (
-    HALF_RANGE_LABEL,
     LiveCurve,
     Run,
     Runs,
     base_scene,
-    changes,
     differences,
     percent_text,
     quantity_text,
@@ -158,9 +156,9 @@ def _cells(
     if runs.baseline is run:
         peak_change = half_range_change = "base"
     elif runs.baseline is not None and runs.baseline.result is not None:
-        by_label = {change.label: change for change in changes(result, runs.baseline.result)}
-        peak_change = percent_text(by_label["peak |y|"])
-        half_range_change = percent_text(by_label[HALF_RANGE_LABEL])
+        reference = runs.baseline.result
+        peak_change = percent_text(result.peak.y_abs, reference.peak.y_abs)
+        half_range_change = percent_text(result.steady.y_half_range, reference.steady.y_half_range)
     return (
         name,
         _plot_mark(run, runs, live),

@@ -4,10 +4,10 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from .command_lines import study_command
-    from .comparison import change_rows, changes, engine_difference_text, percent_text
+    from .comparison import change_rows, engine_difference_text, percent_text
     from .editing import EditState
     from .equations import replace_symbols, symbol_of
-    from .fields import FIELDS, FormField
+    from .fields import FIELDS, FormField, scene_texts
     from .help import field_help, general_help, welcome_text
     from .jobs import (
         FILE_WRITES,
@@ -19,9 +19,8 @@ if TYPE_CHECKING:
         crash_message,
         duration_text,
     )
-    from .live import MAX_IMMEDIATE_S, LiveCurve, LiveJob, LiveRun, Pace, execute_live
+    from .live import MAX_IMMEDIATE_S, LiveCurve, LiveJob, LiveRun, Pace
     from .report import (
-        HALF_RANGE_LABEL,
         Attractors,
         attractor_rows,
         late_separation_warning,
@@ -30,7 +29,17 @@ if TYPE_CHECKING:
         stability_summary,
         verdict_kind,
     )
-    from .runs import MAX_RUNS, NATIVE_ENGINE, Run, Runs, RunState, RunStyle, default_style, execute
+    from .runs import (
+        MAX_RUNS,
+        NATIVE_ENGINE,
+        Run,
+        Runs,
+        RunState,
+        RunStyle,
+        compute_scene,
+        default_style,
+        execute,
+    )
     from .scene_differences import base_scene, change_texts, differences, legend_names
     from .session import (
         SAFETY_MAPS,

@@ -1,7 +1,6 @@
 """Differences between the results of two runs. Imports no Textual."""
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from operator import attrgetter
 from typing import Final
 
 import numpy as np
@@ -9,68 +8,42 @@ import numpy as np
 from fivtui.results import Row
 from fivtui.transient import Transient
 
-from .report import HALF_RANGE_LABEL, quantity_text
+from .report import quantity_text
 from .runs import engine_of
 
-# Label, unit and value of the compared quantities.
-_QUANTITIES: Final[tuple[tuple[str, str, Callable[[Transient], float]], ...]] = (
-    ("peak |y|", "m", lambda run: run.peak.y_abs),
-    ("peak |x|", "m", lambda run: run.peak.x_abs),
-    (HALF_RANGE_LABEL, "m", lambda run: run.steady.y_half_range),
-    ("contact force max", "N", lambda run: run.contact_force.max),
-    ("separations", "", lambda run: float(run.events.separations)),
-    ("time off the belt", "s", lambda run: run.events.separated_time),
-    ("max ẋ", "m/s", lambda run: run.peak.vx_max),
-    ("final x", "m", lambda run: run.final.x),
-    ("final ẋ", "m/s", lambda run: run.final.vx),
-    ("final y", "m", lambda run: run.final.y),
-    ("final ẏ", "m/s", lambda run: run.final.vy),
+# Label, unit and attribute of the compared quantities, the most important first.
+_QUANTITIES: Final = (
+    ("peak |y|", "m", "peak.y_abs"),
+    ("peak |x|", "m", "peak.x_abs"),
+    ("±y, 2nd half of run", "m", "steady.y_half_range"),
+    ("contact force max", "N", "contact_force.max"),
+    ("separations", "", "events.separations"),
+    ("time off the belt", "s", "events.separated_time"),
+    ("max ẋ", "m/s", "peak.vx_max"),
+    ("final x", "m", "final.x"),
+    ("final ẋ", "m/s", "final.vx"),
+    ("final y", "m", "final.y"),
+    ("final ẏ", "m/s", "final.vy"),
 )
 
 
-@dataclass(frozen=True, slots=True)
-class Change:
-    """A quantity of a run and of its baseline."""
-
-    label: str
-    unit: str
-    value: float
-    baseline: float
-
-    @property
-    def difference(self) -> float:
-        """Value minus baseline."""
-        return self.value - self.baseline
-
-    @property
-    def percent(self) -> float | None:
-        """The difference in percent of the baseline; None if the baseline is zero."""
-        return 100.0 * self.difference / abs(self.baseline) if self.baseline else None
-
-
-def changes(run: Transient, baseline: Transient) -> list[Change]:
-    """The compared quantities, the most important first."""
-    return [Change(label, unit, read(run), read(baseline)) for label, unit, read in _QUANTITIES]
-
-
-def percent_text(change: Change) -> str:
-    """The difference in percent for a narrow column; a dash if undefined."""
-    percent = change.percent
-    if percent is None:
-        return "0" if change.difference == 0.0 else "–"
-    return f"{percent:+.3g}" if percent else "0"
+def percent_text(value: float, baseline: float) -> str:
+    """The difference in percent of the baseline, for a narrow column; a dash if undefined."""
+    if value == baseline:
+        return "0"
+    return f"{100.0 * (value - baseline) / abs(baseline):+.3g}" if baseline else "–"
 
 
 def change_rows(run: Transient, baseline: Transient) -> list[Row]:
     """A row per quantity: the difference as value, baseline and percentage as note."""
     rows = []
-    for change in changes(run, baseline):
-        percent = change.percent
-        percent_suffix = f" ({percent:+.3g} %)" if percent else ""
-        sign = "+" if change.difference > 0.0 else ""
-        value = f"{sign}{quantity_text(change.difference, change.unit)}"
-        note = f"from {quantity_text(change.baseline, change.unit)}{percent_suffix}"
-        rows.append(Row(change.label, value, note))
+    for label, unit, attribute in _QUANTITIES:
+        value, reference = map(attrgetter(attribute), (run, baseline))
+        difference = quantity_text(value - reference, unit)
+        is_percentage = reference and value != reference
+        percentage = f" ({percent_text(value, reference)} %)" if is_percentage else ""
+        note = f"from {quantity_text(reference, unit)}{percentage}"
+        rows.append(Row(label, f"{'+' if value > reference else ''}{difference}", note))
     return rows
 
 

@@ -8,7 +8,7 @@ from fivtui.model import TimeTable
 from fivtui.ranges import number_text
 from fivtui.scene import OverTime, Scene
 
-from .fields import FIELDS
+from .fields import FIELDS, scene_texts
 from .scene_differences import base_scene
 
 # Maximum number of undo steps, and of those that are an `Action`.
@@ -42,8 +42,7 @@ def initial_value_text(table: TimeTable) -> str:
 
 def loaded_state(scene: Scene, source: str) -> EditState:
     """The unedited state of a scene from a preset or file, `source`."""
-    texts = {name: field.text_of(scene) for name, field in FIELDS.items()}
-    return EditState(texts, scene.over_time, scene, source)
+    return EditState(scene_texts(scene), scene.over_time, scene, source)
 
 
 class Editing:
@@ -159,9 +158,8 @@ class Editing:
         tables, loaded = dict(self.over_time), dict(self.loaded.over_time)
         return [
             name
-            for name, field in FIELDS.items()
-            if self.texts[name] != field.text_of(self.loaded)
-            or tables.get(name) != loaded.get(name)
+            for name, text in scene_texts(self.loaded).items()
+            if self.texts[name] != text or tables.get(name) != loaded.get(name)
         ]
 
     def set_text(self, name: str, text: str) -> None:

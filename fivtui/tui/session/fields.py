@@ -55,43 +55,28 @@ def decade_step(value: float, direction: int, _fine: bool) -> float:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FormField:
-    """A text field of the form, for a parameter or a setting of the run.
-
-    Attributes
-    ----------
-    name, symbol, unit, meaning : str
-        Name of the parameter or setting, and its descriptions.
-    group : str
-        Heading above the field.
-    allowed, default, when_empty : str
-        Allowed values, default value, and meaning of an empty text.
-    check : callable
-        Converts a text to a value; raises `InputError` if it is invalid.
-    text_of : callable
-        Returns the text for a scene.
-    replace_commas : callable
-        Returns a typed text with points in place of decimal commas.
-    step_rule : callable, optional
-        Changes a number by a step.
-    choices : mapping of str to str, optional
-        The allowed texts and their meanings.
-    details : tuple of (label, text)
-        Further rows of help.
-    """
+    """A text field of the form, for a parameter or a setting of the run."""
 
     name: str
+    # Heading above the field.
     group: str
     symbol: str
     unit: str
     meaning: str
     allowed: str
     default: str
+    # Converts a text to a value; raises `InputError` if it is invalid.
     check: Callable[[str], object]
     text_of: Callable[[Scene], str]
+    # Returns a typed text with points in place of decimal commas.
     replace_commas: Callable[[str], str] = with_decimal_point
+    # Changes a number by a step; None if the field has no number.
     step_rule: StepRule | None = None
+    # Meaning of an empty text.
     when_empty: str = ""
+    # The allowed texts and their meanings.
     choices: Mapping[str, str] | None = None
+    # Labels and texts of further rows of help.
     details: tuple[tuple[str, str], ...] = ()
 
     def accepts(self, before: str, character: str) -> bool:
@@ -193,3 +178,8 @@ FIELDS: Final[Mapping[str, FormField]] = {
         *map(_setting_field, SETTINGS.values()),
     )
 }
+
+
+def scene_texts(scene: Scene) -> dict[str, str]:
+    """The texts of all fields for a scene, by name."""
+    return {name: field.text_of(scene) for name, field in FIELDS.items()}

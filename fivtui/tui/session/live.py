@@ -8,11 +8,10 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Final
 
-from fivtui.scene import Scene, scene_transient
+from fivtui.scene import Scene
 from fivtui.transient import METHODS, Transient
 
-from .jobs import Job, Outcome, compute_outcome, duration_text
-from .runs import sample_times
+from .jobs import Job, duration_text
 
 # Longest duration of a run that follows every edit, and of one that follows a pause, s.
 MAX_IMMEDIATE_S: Final = 0.1
@@ -134,14 +133,6 @@ class LiveCurve:
         seconds = self.expected_duration(scene)
         duration = "" if seconds is None else f", a run takes {duration_text(seconds)}"
         self.clear(f"live off{duration}; Run computes it")
-
-
-def execute_live(job: LiveJob) -> Outcome[Transient]:
-    """Compute the run of a live job in the calling thread."""
-    scene = job.scene
-    return compute_outcome(
-        lambda: scene_transient(scene, samples=sample_times(scene), progress=job.report).transient
-    )
 
 
 def _scene_kind(scene: Scene) -> Hashable:

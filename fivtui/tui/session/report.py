@@ -23,28 +23,17 @@ SEARCHING_TEXT: Final = "searching for limit cycles…"
 
 @dataclass(frozen=True, slots=True)
 class Attractors:
-    """Attractors besides the equilibrium, or the state of the search for them.
+    """Attractors besides the equilibrium, or the state of the search for them."""
 
-    Attributes
-    ----------
-    text, note : str
-        What coexists with a stable equilibrium, and a warning; empty if it is unstable.
-    coexists : bool
-        Whether another attractor was found beside a stable equilibrium.
-    searched : bool
-        Whether the search for limit cycles has ended.
-    safe : SafeFriction or None
-        The safe μ with its basis, if it was found.
-    complete : bool
-        Whether the search for the safe μ has ended, too.
-    """
-
+    # What coexists with a stable equilibrium, and a warning; empty if it is unstable.
     text: str = SEARCHING_TEXT
     note: str = ""
+    # Whether another attractor was found beside a stable equilibrium.
     coexists: bool = False
+    # Whether the search for limit cycles has ended, and that for the safe μ, too.
     searched: bool = False
-    safe: "SafeFriction | None" = None
     complete: bool = False
+    safe: "SafeFriction | None" = None
 
 
 # By kind of verdict, the tab that leads on after a run, and its question in a word.
@@ -77,15 +66,6 @@ def verdict_kind(result: Stability, attractors: Attractors | None) -> str:
     if attractors.coexists:
         return "coexisting"
     return "stable" if attractors.searched else "searching"
-
-
-# Label of the half range of y.
-HALF_RANGE_LABEL: Final = "±y, 2nd half of run"
-
-
-def _distinct_eigenvalues(result: Stability) -> list[complex]:
-    # One eigenvalue of each conjugate pair, and all real ones.
-    return [complex(value) for value in result.eigenvalues if value.imag >= 0.0]
 
 
 def _mode_text(eigenvalue: complex) -> str:
@@ -124,7 +104,8 @@ def _safe_mu_text(attractors: Attractors | None) -> str:
 
 def stability_summary(result: Stability, attractors: Attractors | None = None) -> list[str]:
     """The verdict in a few lines, the most important first."""
-    eigenvalues = _distinct_eigenvalues(result)
+    # One eigenvalue of each conjugate pair, and all real ones.
+    eigenvalues = [complex(value) for value in result.eigenvalues if value.imag >= 0.0]
     leading = max(eigenvalues, key=lambda value: value.real)
     frequency = f", {leading.imag / math.tau:.4g} Hz" if leading.imag else ""
     growth = f"growth rate {result.growth_rate:+.4g} 1/s{frequency}"

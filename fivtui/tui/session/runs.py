@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from fivtui.charts import series_role
 from fivtui.model import ComputationError, equilibrium, time_scale
 from fivtui.scene import Scene, scene_transient
-from fivtui.transient import FMU_FLAVOURS, Trajectory, Transient, uses_step
+from fivtui.transient import FMU_FLAVOURS, OnSamples, Trajectory, Transient, uses_step
 
 from .jobs import Job, Outcome, compute_outcome
 
@@ -84,10 +84,6 @@ class PartialTrajectory:
 
     def __init__(self) -> None:
         self._parts: list[Trajectory] = []
-        # The trajectory that was read last, the list it was joined from, and its number of parts.
-        self._joined: Trajectory | None = None
-        self._joined_parts: list[Trajectory] | None = None
-        self._joined_count = 0
 
     def append(self, part: Trajectory) -> None:
         """Append a part; a part that overlaps the last one starts a new trajectory."""
@@ -97,55 +93,33 @@ class PartialTrajectory:
 
     def trajectory(self) -> Trajectory | None:
         """The trajectory so far; None before the first part."""
-        # The computing thread may replace the list meanwhile.
+        # The computing thread may append to the list or replace it meanwhile.
         parts = self._parts
-        if parts is not self._joined_parts:
-            self._joined_parts, self._joined_count, self._joined = parts, 0, None
-        new_parts = parts[self._joined_count :]
-        if new_parts:
-            joined = [] if self._joined is None else [self._joined]
-            self._joined = Trajectory.joined([*joined, *new_parts])
-            self._joined_count += len(new_parts)
-        return self._joined
+        count = len(parts)
+        if count > 1:
+            parts[:count] = [Trajectory.joined(parts[:count])]
+        return parts[0] if parts else None
 
 
 @dataclass(eq=False, slots=True)
 class Run(Job):
-    """A transient of a session.
+    """A transient of a session."""
 
-    Attributes
-    ----------
-    number : int
-        Number of the run, from 1.
-    scene : Scene
-        The scene that is computed.
-    state : RunState
-        Whether it is running, and how it ended.
-    result : Transient or None
-        The result.
-    message : str
-        Error message of a failed run.
-    edited_scene : Scene or None
-        The scene of the form if engines are compared: `scene` may differ in method and step.
-    source : str
-        The file from which the run was read, or empty.
-    overlaid : bool
-        Whether the run is plotted beside the displayed one.
-    style : RunStyle
-        Colour and marker in plots and lists.
-    partial : PartialTrajectory
-        The trajectory so far.
-    """
-
+    # From 1.
     number: int
     scene: Scene
     state: RunState = RunState.RUNNING
     result: Transient | None = None
+    # Error message of a failed run.
     message: str = ""
+    # The scene of the form if engines are compared: `scene` may differ in method and step.
     edited_scene: Scene | None = None
+    # The file from which the run was read.
     source: str = ""
+    # Whether the run is plotted beside the displayed one.
     overlaid: bool = False
     style: RunStyle = field(init=False)
+    # The trajectory so far.
     partial: PartialTrajectory = field(default_factory=PartialTrajectory)
 
     def __post_init__(self) -> None:
@@ -218,14 +192,18 @@ def _round_interval(value: float, *, up: bool) -> Fraction:
 
 def execute(run: Run) -> Outcome[Transient]:
     """Compute a run in the calling thread; `Runs.finish` stores the outcome."""
-    scene = run.scene
+    return compute_scene(run.scene, run, run.partial.append)
+
+
+def compute_scene(
+    scene: Scene, job: Job, on_samples: OnSamples | None = None
+) -> Outcome[Transient]:
+    """Compute the transient of a scene in the calling thread, with its progress in a job."""
+    samples = sample_times(scene)
     return compute_outcome(
         lambda: (
             scene_transient(
-                scene,
-                samples=sample_times(scene),
-                progress=run.report,
-                on_samples=run.partial.append,
+                scene, samples=samples, progress=job.report, on_samples=on_samples
             ).transient
         )
     )

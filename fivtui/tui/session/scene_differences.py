@@ -10,7 +10,7 @@ from fivtui.scene import DEFAULT_PRESET, PRESETS, Scene
 from fivtui.transient import SETTINGS
 
 from .equations import symbol_of
-from .fields import FIELDS
+from .fields import FIELDS, scene_texts
 
 # Key and text of the tables over time, which have no field in the form.
 _TABLES_KEY: Final = "over_time"
@@ -39,10 +39,11 @@ class Difference:
 
 def differences(scene: Scene, origin: Scene) -> list[Difference]:
     """The fields in which `scene` differs from `origin`, then the tables over time."""
+    origin_texts = scene_texts(origin)
     fields = [
-        Difference(name, field.text_of(scene))
-        for name, field in FIELDS.items()
-        if field.text_of(scene) != field.text_of(origin)
+        Difference(name, text)
+        for name, text in scene_texts(scene).items()
+        if text != origin_texts[name]
     ]
     tables = dict(scene.over_time)
     if tables != dict(origin.over_time):
@@ -66,8 +67,7 @@ def change_texts(scene: Scene, edited: Scene) -> list[str]:
 
 
 def _texts(scene: Scene) -> dict[str, str]:
-    texts = {name: field.text_of(scene) for name, field in FIELDS.items()}
-    return texts | {name: _OVER_TIME_TEXT for name, _ in scene.over_time}
+    return scene_texts(scene) | {name: _OVER_TIME_TEXT for name, _ in scene.over_time}
 
 
 def legend_names(scenes: Mapping[int, Scene]) -> list[str]:

@@ -4,7 +4,7 @@ import dataclasses
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, Generic, TypeVar, cast
+from typing import TYPE_CHECKING, Any, Final, Generic, TypeVar
 
 from fivtui.charts import View
 from fivtui.equilibrium import Stability, stability
@@ -40,6 +40,10 @@ _LIVE: Final = "live"
 _ON: Final = "on"
 _OFF: Final = "off"
 _FIRST_METHOD: Final = next(iter(METHODS))
+
+# Fields that restrict the values of another one: static friction is at least the sliding friction,
+# the step depends on method and end time.
+_OTHER_FIELDS: Final = {"mu_s": ("mu",), "step": ("method", "t_end")}
 
 # Maps of safety by mapped value, with their titles: each is a result with a key of its own.
 SAFETY_MAPS: Final = {"safe-mu": "Safe μ", "coexistence": "Regions"}
@@ -140,31 +144,25 @@ class Session(Editing):
         table = dict(self.over_time).get(name)
         if table is not None and self.texts[name] != initial_value_text(table):
             return f"{name}: follows a table over time; must not be changed"
-        if name == "mu_s":
-            return self._friction_error()
-        return self._step_error() if name == "step" else ""
+        return self._conflict(name)
 
-    def _friction_error(self) -> str:
-        # Static friction must be at least the sliding friction.
+    def _conflict(self, name: str) -> str:
+        # The error of a value that is allowed with some values of other fields only.
+        others = _OTHER_FIELDS.get(name, ())
+        if not others or any(self.field_error(other) for other in others):
+            return ""
+        values: dict[str, Any] = {other: self._value(other) for other in (*others, name)}
         try:
-            Parameters(**{name: cast("Any", self._value(name)) for name in ("mu", "mu_s")})
+            if name == "step":
+                dataclasses.replace(base_scene(), **values)
+            else:
+                Parameters(**values)
         except InputError as error:
-            return "" if self.field_error("mu") else str(error)
+            return str(error)
         return ""
 
     def _value(self, name: str) -> object:
         return FIELDS[name].check(self.texts[name])
-
-    def _step_error(self) -> str:
-        # The step's range depends on method and end time, which must be valid.
-        if any(self.field_error(name) for name in ("method", "t_end")):
-            return ""
-        values: dict[str, Any] = {name: self._value(name) for name in ("t_end", "method", "step")}
-        try:
-            dataclasses.replace(base_scene(), **values)
-        except InputError as error:
-            return str(error)
-        return ""
 
     @property
     def errors(self) -> dict[str, str]:

@@ -8,12 +8,12 @@ import pytest
 from textual.pilot import Pilot
 
 from fivtui.model import InputError
-from fivtui.scene import PRESETS
+from fivtui.scene import PRESETS, Scene
 from fivtui.tui.app import FivtuiApp
 from fivtui.tui.lab import live_control
 from fivtui.tui.lab.notices import NoticeView
 from fivtui.tui.persistence.state_file import session_state
-from fivtui.tui.session import SCREEN_RESPONSE
+from fivtui.tui.session import SCREEN_RESPONSE, compute_scene
 from fivtui.tui.session.jobs import Outcome
 from fivtui.tui.session.live import (
     MAX_IMMEDIATE_S,
@@ -21,7 +21,6 @@ from fivtui.tui.session.live import (
     LiveCurve,
     LiveJob,
     Pace,
-    execute_live,
 )
 from fivtui.tui.tabs import SceneLoaded
 from fivtui.tui.tabs.exports.export import DATA, FIGURE
@@ -132,24 +131,24 @@ async def test_the_scene_is_drawn_at_the_start_and_without_live_curve_a_line_nam
 
 
 class PausableRuns:
-    """Replaces `execute_live`: a run ends once `may_end` is set or it is stopped."""
+    """Replaces `compute_scene`: a run ends once `may_end` is set or it is stopped."""
 
     def __init__(self) -> None:
         self.jobs: list[LiveJob] = []
         self.may_end = threading.Event()
 
-    def __call__(self, job: LiveJob) -> Outcome[Any]:
+    def __call__(self, scene: Scene, job: LiveJob) -> Outcome[Any]:
         self.jobs.append(job)
         while not self.may_end.wait(0.005):
             if job.stopped:
                 return Outcome()
-        return execute_live(job)
+        return compute_scene(scene, job)
 
 
 @pytest.fixture
 def pausable_runs(monkeypatch: pytest.MonkeyPatch) -> PausableRuns:
     runs = PausableRuns()
-    monkeypatch.setattr(live_control, "execute_live", runs)
+    monkeypatch.setattr(live_control, "compute_scene", runs)
     # Edits start runs at once, even on a slow machine.
     monkeypatch.setattr(live_control, "MAX_IMMEDIATE_S", HANG_S)
     # A pause lasts until `end_pause`.
@@ -259,7 +258,7 @@ async def test_an_error_is_one_line_above_the_previous_curve(
     assert trace_names(pilot) == ["before"]
     assert notices == ["grows"]
     # Unexpected exceptions are shown in the same way.
-    monkeypatch.setattr(live_control, "execute_live", lambda _: 1 / 0)
+    monkeypatch.setattr(live_control, "compute_scene", lambda *_: 1 / 0)
     await type_into(pilot, "t_end", "10")
     await until(pilot, lambda: "unexpected ZeroDivisionError" in live.error)
     assert notices == ["grows"]

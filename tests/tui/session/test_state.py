@@ -25,7 +25,7 @@ from fivtui.tui.persistence.state_file import (
     session_state,
     state_path,
 )
-from fivtui.tui.session.comparison import change_rows, changes, engine_difference_text, percent_text
+from fivtui.tui.session.comparison import change_rows, engine_difference_text, percent_text
 from fivtui.tui.session.jobs import Outcome
 from fivtui.tui.session.runs import MAX_RUNS, Run, Runs, RunState, default_style, execute
 from fivtui.tui.session.scene_differences import base_scene
@@ -159,14 +159,15 @@ def test_the_baseline_is_compared_by_difference_and_percent() -> None:
     base, second = finish_run(runs), finish_run(runs, F=100.0)
     assert base.result is not None
     assert second.result is not None
-    peak = changes(second.result, base.result)[0]
-    assert peak.difference == second.result.peak.y_abs - base.result.peak.y_abs
-    assert percent_text(peak) == f"{100.0 * peak.difference / base.result.peak.y_abs:+.3g}"
-    assert percent_text(changes(base.result, base.result)[0]) == "0"
+    peak, base_peak = second.result.peak.y_abs, base.result.peak.y_abs
+    percent = f"{100.0 * (peak - base_peak) / base_peak:+.3g}"
+    assert percent_text(peak, base_peak) == percent
+    assert (percent_text(peak, peak), percent_text(peak, 0.0)) == ("0", "–")
     row = change_rows(second.result, base.result)[0]
     assert row.label == "peak |y|"
-    assert row.value[0] in "+-"
-    assert "%" in row.note
+    assert row.value[0] == percent[0]
+    assert row.note.endswith(f"({percent} %)")
+    assert change_rows(base.result, base.result)[0][1:] == ("0 m", f"from {base_peak:#.4g} m")
 
 
 def test_the_displayed_run_is_drawn_last() -> None:

@@ -18,18 +18,18 @@ from fivtui.simulation import simulate
 from fivtui.sweeps import grid_chart, sweep_chart
 from fivtui.sweeps.rows import compute_rows
 from fivtui.tui.chart.picture import draw
+from fivtui.tui.session import scene_texts
 from fivtui.tui.tabs.requests.map import (
     map_request,
     mapped_values,
     point_text,
-    point_texts as map_point_texts,
+    point_texts,
 )
 from fivtui.tui.tabs.requests.sweep import (
     count_text,
     partial_sweep,
     point_scene,
     point_separation,
-    point_texts,
     sweep_parts,
     sweep_request,
 )
@@ -82,7 +82,7 @@ def test_a_sweep_agrees_with_single_runs() -> None:
     assert point_separation(study, peak_considered, edited_separation=False)
     assert point_scene(study, peak_considered, True).parameters == Parameters(F=60.0)
     assert not point_separation(study, half_range_ignored, edited_separation=True)
-    texts = point_texts(point_scene(study, half_range_ignored, False))
+    texts = scene_texts(point_scene(study, half_range_ignored, False))
     assert (texts["F"], texts["separation"], texts["t_end"]) == ("60", "ignored", "100")
 
 
@@ -155,7 +155,7 @@ def test_a_map_is_drawn_with_its_boundary_and_point() -> None:
     view = View(cursors=Cursors((80.0, 0.7)))
     (point,) = points_at(swapped_chart, view, view.cursors.first)
     result = stability_map(Parameters(), swapped_axes)
-    texts = map_point_texts(result, point)
+    texts = point_texts(result, point)
     assert (texts["F"], texts["mu"], texts["k1"]) == ("80", "0.7", "100")
     assert point_text(result, point) == "F = 80, μ = 0.7"
 

@@ -11,7 +11,7 @@ from fivtui.charts import NearestPoint
 from fivtui.model import ALL_PARAMETERS, InputError, System
 from fivtui.scene import Scene
 from fivtui.transient import START_SPECS, resolve_start
-from fivtui.tui.session import FIELDS, base_scene, check_drawable, replace_symbols
+from fivtui.tui.session import base_scene, check_drawable, replace_symbols
 
 if TYPE_CHECKING:
     from fivtui.sweeps import Rows, Study, Sweep
@@ -108,11 +108,6 @@ def point_scene(study: "Study", point: NearestPoint, separation: bool) -> Scene:
         t_end=study.t_end,
         tol=study.tol,
     )
-
-
-def point_texts(scene: Scene) -> dict[str, str]:
-    """The texts of the form's fields for a scene, by name."""
-    return {name: field.text_of(scene) for name, field in FIELDS.items()}
 
 
 def count_text(result: "Sweep") -> str:

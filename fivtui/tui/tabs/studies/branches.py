@@ -19,9 +19,8 @@ from fivtui.orbits import CycleBranch, CyclePoint, branch_chart, branch_extents,
 from fivtui.ranges import parse_ends
 from fivtui.scene import Scene
 from fivtui.tui.chart import ChartView
-from fivtui.tui.session import DisplayedStudy, Job, base_scene, replace_symbols
+from fivtui.tui.session import DisplayedStudy, Job, base_scene, replace_symbols, scene_texts
 from fivtui.tui.tabs.preview import Sketch
-from fivtui.tui.tabs.requests.sweep import point_texts
 
 from .study_pane import StudyPane, with_inputs
 
@@ -124,7 +123,7 @@ class BranchesPane(StudyPane):
         cycle = nearest_cycle(result, point.x, point.y)
         kind = "stable" if cycle.stable else "unstable"
         text = f"the {kind} limit cycle at {result.name} = {cycle.value:.6g}, period "
-        return point_texts(orbit_scene(result, cycle)), f"{text}{cycle.period:.5g} s"
+        return scene_texts(orbit_scene(result, cycle)), f"{text}{cycle.period:.5g} s"
 
     def heading(self, result: CycleBranch) -> Heading:
         """All parameters except the one along the branch."""

@@ -18,10 +18,9 @@ from fivtui.scene import Scene
 from fivtui.studies import study
 from fivtui.transient import START_SPECS
 from fivtui.tui.chart import ChartView
-from fivtui.tui.session import DisplayedStudy, Job, Session, replace_symbols, symbol_of
+from fivtui.tui.session import DisplayedStudy, Job, Session, replace_symbols, scene_texts, symbol_of
 from fivtui.tui.tabs.messages import PointRunRequested
 from fivtui.tui.tabs.preview import FILE_FORMAT, MEASURED_SKETCH, Sketch
-from fivtui.tui.tabs.requests.sweep import point_texts
 from fivtui.tui.tabs.tables import RowsView
 
 from .study_pane import StudyPane, with_inputs
@@ -118,7 +117,7 @@ class IdentificationPane(StudyPane):
         if self.displayed is not None:
             result: Identification = self.displayed.value
             report = f"opened the fit; {self.result_status(self.displayed)}"
-            self.post_message(PointRunRequested(point_texts(result.scene), report))
+            self.post_message(PointRunRequested(scene_texts(result.scene), report))
 
     def heading(self, result: "Identification") -> Heading:
         """The fitted parameters."""

@@ -13,7 +13,7 @@ from fivtui.charts import Heading, NearestPoint, scale_text
 from fivtui.model import InputError
 from fivtui.scene import Scene
 from fivtui.tui.chart import ChartView
-from fivtui.tui.session import DisplayedStudy, Job, Session, symbol_of
+from fivtui.tui.session import DisplayedStudy, Job, Session, scene_texts, symbol_of
 from fivtui.tui.tabs.exports.export import Export
 from fivtui.tui.tabs.messages import Reported
 from fivtui.tui.tabs.preview import Sketch, about
@@ -24,7 +24,6 @@ from fivtui.tui.tabs.requests.sweep import (
     partial_sweep,
     point_scene,
     point_separation,
-    point_texts,
     sweep_parts,
     sweep_request,
 )
@@ -141,7 +140,7 @@ class SweepPane(StudyPane):
     def read_point(self, result: "Sweep", point: NearestPoint) -> tuple[dict[str, str], str]:
         """Field texts of a member."""
         separation = point_separation(result.study, point, self.session.separation)
-        texts = point_texts(point_scene(result.study, point, separation))
+        texts = scene_texts(point_scene(result.study, point, separation))
         values = zip(result.study.design.axes, (point.x, point.y), strict=False)
         description = ", ".join(f"{symbol_of(name)} = {value:g}" for name, value in values)
         return texts, f"{description}, separation {texts['separation']}"
