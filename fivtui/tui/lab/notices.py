@@ -63,9 +63,9 @@ class NoticeView(Widget):
         return styled_lines
 
     def render(self) -> Content:
-        """The lines of all messages, each with a coloured edge: red for an error."""
+        """The lines of all messages, each with a coloured edge: that of warnings for an error."""
         return Content("\n").join(
-            Content.assemble((_LEFT_EDGE, "$error" if notice.error else "$success"), line, " ")
+            Content.assemble((_LEFT_EDGE, "$warning" if notice.error else "$success"), line, " ")
             for line, notice in self._wrapped_lines()
         )
 

@@ -222,8 +222,11 @@ class LabScreen(EditActions, RunActions):
             stable = verdict(result) == "STABLE"
             attractors = self._search.attractors(result.system, stable=stable)
             self.session.attractors = attractors
-            # A high screen has room for two gauges.
-            gauges = self._gauges.gauges(result, attractors, both=self.has_class("-tall"))
+            # A high screen has room for two gauges; on a lower one, the second replaces the facts.
+            both = self.has_class("-tall") or (
+                self.has_class("-middle") and self._gauges.second_is_focused
+            )
+            gauges = self._gauges.gauges(result, attractors, both=both)
             lines = stability_summary(result, attractors)
             if self.session.over_time:
                 lines[0] = f"at t = 0: {lines[0]}"

@@ -8,7 +8,7 @@ if TYPE_CHECKING:
     from .editing import EditState
     from .equations import replace_symbols, symbol_of
     from .fields import FIELDS, FormField, scene_texts
-    from .help import field_help, general_help, welcome_text
+    from .help import equation_rows, field_help, general_help, welcome_text
     from .jobs import (
         FILE_WRITES,
         SCREEN_RESPONSE,

@@ -51,13 +51,17 @@ def welcome_text(key_names: Mapping[str, str]) -> str:
     )
 
 
-def general_help() -> list[Row]:
-    """Rows of hints that the list of keys does not give, and of the equations."""
-    equations = [
+def equation_rows() -> list[Row]:
+    """Rows of the equations."""
+    return [
         Row(label=f"Eq. {equation.number}", value=equation.text, note=equation.subject)
         for equation in EQUATIONS
     ]
-    return [*HINTS, Row("", ""), *equations]
+
+
+def general_help() -> list[Row]:
+    """Rows of hints that the list of keys does not give, and of the equations."""
+    return [*HINTS, Row("", ""), *equation_rows()]
 
 
 def field_help(field: FormField) -> list[Row]:

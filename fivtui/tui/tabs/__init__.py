@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from .studies.study_pane import StudyPane
     from .tab_book import TABS, TabBook, TabSpec
     from .tab_line import TabLine
-    from .tables import ListTable, RowsView, flow_facts, shorten
+    from .tables import ListTable, RowsView, flow_facts, rows_table, shorten
     from .views_pane import ViewsPane
 else:
     from fivtui.lazy import lazy_exports

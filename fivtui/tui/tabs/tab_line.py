@@ -12,9 +12,15 @@ from textual.widget import Widget
 
 from .tab_book import TabSpec
 
-# What the line shows, from the widest to the narrowest.
+# What the line shows, from the widest to the narrowest, and the blanks between titles.
 _TITLES, _KEYS, _GROUPS = "titles", "keys", "groups"
-_PARTS: Final = ({_TITLES, _KEYS, _GROUPS}, {_TITLES, _KEYS}, {_TITLES}, {_KEYS})
+_VARIANTS: Final = (
+    ({_TITLES, _KEYS, _GROUPS}, 2),
+    ({_TITLES, _KEYS, _GROUPS}, 1),
+    ({_TITLES, _KEYS}, 1),
+    ({_TITLES}, 1),
+    ({_KEYS}, 1),
+)
 
 
 class TabLine(Widget, can_focus=True):
@@ -38,22 +44,24 @@ class TabLine(Widget, can_focus=True):
 
     def render(self) -> Content:
         """All titles, with their keys and the names of groups if they fit."""
-        lines = [self._line(parts) for parts in _PARTS]
+        lines = [self._line(*variant) for variant in _VARIANTS]
         return next((line for line in lines if line.cell_length <= self.size.width), lines[-1])
 
-    def _line(self, parts: set[str]) -> Content:
-        line, active_span = Content(" "), (0, 0)
+    def _line(self, parts: set[str], blank_count: int) -> Content:
+        blanks, active_span = " " * blank_count, (0, 0)
+        line = Content(" ")
         for group, specs in groupby(self._specs, key=lambda spec: spec.group):
             if len(line) > 1:
-                line += Content.styled("│ ", "$foreground 30%")
+                line += Content.styled("│", "$foreground 30%") + blanks
             if _GROUPS in parts and group:
-                line += Content.styled(group, "$foreground 60% italic") + " "
+                line += Content.styled(group, "$foreground 60% italic") + blanks
             for spec in specs:
                 title = self._title(spec, parts)
                 if spec.id == self.active:
-                    # The blanks around a title belong to it.
-                    active_span = len(line) - 1, len(line) + len(title) + 1
-                line += title + " "
+                    # One blank at least separates the active title from its neighbours.
+                    margin = blank_count - 1
+                    active_span = len(line) - margin, len(line) + len(title) + margin
+                line += title + blanks
         style = "bold reverse $text-accent" if self.has_focus else "bold reverse"
         return line.stylize(style, *active_span)
 

@@ -216,13 +216,39 @@ async def test_the_gauge_follows_the_edited_field(
     search_may_end.set()
     await until_screen(pilot, lambda text: " safe " in gauge_line(text))
     initial_column = gauge_line(text_of(pilot)).index("●")
-    await pilot.press(*["down"] * 5)
+    await pilot.press(*["down"] * 3)
     await until_screen(pilot, lambda text: gauge_line(text).index("●") < initial_column)
     monkeypatch.setattr("fivtui.safety.safety_zones", linear_zones)
+    # The gauge of μ stays; where there is room, that of the parameter edited last is below it.
     await focus(pilot, "F")
-    await until_screen(pilot, lambda text: "F (N) " in gauge_line(text))
+    await pilot.pause()
+    assert gauge_line(text_of(pilot)).startswith("│ μ ")
+    assert "F (N) " not in text_of(pilot)
+    await pilot.resize_terminal(80, 30)
+    await until_screen(pilot, lambda text: "F (N) " in text)
+    assert gauge_line(text_of(pilot)).startswith("│ μ ")
+    # Elsewhere the facts are in its place, and on a high screen it is below them.
+    assert "μ_c 0.4" not in text_of(pilot)
     await focus(pilot, "t_end")
-    await until_screen(pilot, lambda text: gauge_line(text).startswith("│ μ "))
+    await until_screen(pilot, lambda text: "μ_c 0.4" in text and "F (N) " not in text)
+    await pilot.resize_terminal(80, 36)
+    await until_screen(pilot, lambda text: "μ_c 0.4" in text and "F (N) " in text)
+
+
+def test_ranges_follow_from_the_scene_and_the_value_alone() -> None:
+    def ranges(*texts: str) -> list[tuple[float, float]]:
+        session = Session()
+        controller = GaugeController(Mock(spec=LabScreen, session=session))
+        gauges: list[Gauge | str] = []
+        for text in texts:
+            for name in ("F", "mu"):
+                session.set_text(name, text)
+            gauges = controller.gauges(session.stability(), Attractors(), both=True)
+        bounds = [gauge.zones.bounds for gauge in gauges if isinstance(gauge, Gauge)]
+        return [(low, high) for low, *_, high in bounds]
+
+    for path in (("0.7", "50", "4"), ("1", "4"), ("4.4", "2", "4")):
+        assert ranges(*path) == ranges("4") == [(0.0, 7.5), (0.0, 10.0)][::-1], path
 
 
 async def test_the_mouse_drags_the_value_in_one_undo_step(pilot: Pilot[None]) -> None:
@@ -254,11 +280,13 @@ async def test_the_mouse_drags_the_value_in_one_undo_step(pilot: Pilot[None]) ->
 async def test_the_range_stays_while_the_marker_is_dragged(pilot: Pilot[None]) -> None:
     def last_number() -> str:
         lines = text_of(pilot).splitlines()
-        return lines[lines.index(gauge_line(text_of(pilot))) + 1].strip("│ ").split()[-1]
+        (row,) = (row for row, line in enumerate(lines) if "F (N) " in line)
+        return lines[row + 1].strip("│ ").split()[-1]
 
+    await pilot.resize_terminal(80, 30)
     await focus(pilot, "F")
-    await until_screen(pilot, lambda text: "F (N) " in gauge_line(text))
-    gauge = pilot.app.screen.query_one(GaugeView)
+    await until_screen(pilot, lambda text: "F (N) " in text)
+    gauge = pilot.app.screen.query_one("#gauge-beside", GaugeView)
     await pilot.mouse_down(gauge, offset=(20, 0))
     await pilot.hover(gauge, offset=(8, 0))
     await until(pilot, lambda: app_of(pilot).session.texts["F"] == "4")
@@ -279,36 +307,45 @@ def gauge_line(text: str) -> str:
 def test_a_search_over_mu_that_contradicts_continuation_leaves_no_preload_safe(
     confirmed_to: float | None, zone: Zone
 ) -> None:
-    # At μ = 0.2 continuation finds F = 60 to 100 N safe. A search at F = 80 N that confirms only
+    # At μ = 0.2 continuation finds F = 75 to 100 N safe. A search at F = 80 N that confirms only
     # μ up to 0.05 as safe contradicts it.
     session = Session()
     session.set_text("mu", "0.2")
     controller = GaugeController(Mock(spec=LabScreen, session=session))
     controller.focus("F")
-    safe = None if confirmed_to is None else Mock(spec=SafeFriction, safe_to=confirmed_to)
+    safe = (
+        None
+        if confirmed_to is None
+        else Mock(
+            spec=SafeFriction,
+            system=session.stability().system,
+            safe_to=confirmed_to,
+            others=(),
+            critical_mu=0.4,
+        )
+    )
     # State of that search: `complete` if it has ended.
     attractors = Attractors(safe=safe, complete=safe is not None)
-    # Not `both`: the gauge of the edited F alone, without that of μ.
-    (eigenvalue_gauge,) = controller.gauges(session.stability(), attractors, both=False)
+    _, eigenvalue_gauge = controller.gauges(session.stability(), attractors, both=True)
     assert isinstance(eigenvalue_gauge, Gauge)
     # Eigenvalues alone do not show that a value is safe.
     assert eigenvalue_gauge.searching
     assert eigenvalue_gauge.zones.at(80.0) is Zone.SMALL
-    (gauge_range,) = controller._queue
+    gauge_range = controller._queue[-1]
     continuation_zones = Zones(
         "F",
-        (gauge_range.low, 60.0, 100.0, gauge_range.high),
+        (gauge_range.low, 75.0, 100.0, gauge_range.high),
         (Zone.KNOCK, Zone.SAFE, Zone.SQUEALS),
     )
     controller.store(gauge_range, continuation_zones)
-    (gauge,) = controller.gauges(session.stability(), attractors, both=False)
+    _, gauge = controller.gauges(session.stability(), attractors, both=True)
     assert isinstance(gauge, Gauge)
-    assert [gauge.zones.at(F) for F in (50.0, 80.0, 120.0)] == [Zone.KNOCK, zone, Zone.SQUEALS]
-    # Continuation finds F = 50 unsafe, so the search does not contradict it.
-    session.set_text("F", "50")
-    (gauge_at_50,) = controller.gauges(session.stability(), attractors, both=False)
-    assert isinstance(gauge_at_50, Gauge)
-    assert gauge_at_50.zones.at(80.0) is Zone.SAFE
+    assert [gauge.zones.at(F) for F in (70.0, 80.0, 120.0)] == [Zone.KNOCK, zone, Zone.SQUEALS]
+    # Continuation finds F = 70 unsafe, so the search does not contradict it.
+    session.set_text("F", "70")
+    _, gauge_at_70 = controller.gauges(session.stability(), attractors, both=True)
+    assert isinstance(gauge_at_70, Gauge)
+    assert gauge_at_70.zones.at(80.0) is Zone.SAFE
 
 
 async def test_a_scene_with_tables_over_time_has_no_zones(pilot: Pilot[None]) -> None:
@@ -320,17 +357,17 @@ async def test_a_scene_with_tables_over_time_has_no_zones(pilot: Pilot[None]) ->
 
 
 async def test_static_friction_bounds_the_gauge(pilot: Pilot[None]) -> None:
-    def end_numbers(text: str) -> list[str]:
-        lines = text.splitlines()
-        numbers = lines[lines.index(gauge_line(text)) + 1].strip("│ ").split()
+    def end_numbers(label: str) -> list[str]:
+        lines = text_of(pilot).splitlines()
+        row = next(row for row, line in enumerate(lines) if line.startswith(f"│ {label} "))
+        numbers = lines[row + 1].strip("│ ").split()
         return [numbers[0], numbers[-1]]
 
     # Static friction acts only on a belt of finite speed.
+    await pilot.resize_terminal(80, 30)
     for name, text in (("v_belt", "1"), ("mu_s", "0.9")):
         await type_into(pilot, name, text)
     # Static friction is at least the sliding friction.
-    await until_screen(pilot, lambda text: "μ_s " in gauge_line(text))
-    assert end_numbers(text_of(pilot))[0] == "0.7"
-    await focus(pilot, "mu")
-    await until_screen(pilot, lambda text: "μ " in gauge_line(text))
-    assert end_numbers(text_of(pilot)) == ["0", "0.9"]
+    await until_shown(pilot, "│ μ_s ")
+    assert end_numbers("μ_s")[0] == "0.7"
+    assert end_numbers("μ") == ["0", "0.9"]

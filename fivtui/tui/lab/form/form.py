@@ -2,21 +2,26 @@
 
 from collections.abc import Collection, Mapping, Sequence
 from itertools import groupby
-from typing import ClassVar
+from typing import ClassVar, Final
 
 from rich.cells import cell_len
 from textual import on
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import Vertical, VerticalScroll
+from textual.events import Resize
 from textual.widget import Widget
 from textual.widgets import Label, Static
 
 from fivtui.model import BELT_PARAMETERS
-from fivtui.tui.session import FIELDS, FormField
-from fivtui.tui.tabs import FieldFocused, FieldStepped, SearchableList
+from fivtui.results import Row
+from fivtui.tui.session import FIELDS, FormField, equation_rows, field_help
+from fivtui.tui.tabs import FieldFocused, FieldStepped, SearchableList, rows_table
 
 from .rows import FieldRow
+
+# Lines that a row of help takes on average.
+_LINES_PER_ROW: Final = 1.5
 
 
 class FieldList(VerticalScroll, SearchableList):
@@ -108,6 +113,7 @@ class Form(Vertical):
     def __init__(self, texts: Mapping[str, str], *, reset_key: str) -> None:
         super().__init__(id="form")
         self.border_subtitle = f"↑↓ step  {reset_key} reset"
+        self._focused_field = FIELDS["mu"]
         self._rows = {name: FieldRow(field, texts[name]) for name, field in FIELDS.items()}
         for name in BELT_PARAMETERS:
             self._rows[name].display = bool(texts[name])
@@ -150,13 +156,28 @@ class Form(Vertical):
             self._rows[name].display = False
 
     @on(FieldFocused)
-    def _show_hint(self, event: FieldFocused) -> None:
-        field = FIELDS[event.name]
-        view = self.query_one("#hint", Static)
+    def _show_help(self, event: FieldFocused) -> None:
+        self._focused_field = FIELDS[event.name]
+        self._fit_hint()
+
+    @on(Resize)
+    def _handle_resize(self) -> None:
+        self.call_after_refresh(self._fit_hint)
+
+    def _fit_hint(self) -> None:
+        # All help on the focused field if there is room, else its meaning and range.
+        field, view = self._focused_field, self.query_one("#hint", Static)
+        width, height = view.content_size
+        equations = equation_rows()
+        labels = {row.label for row in equations}
+        rows = [row for row in field_help(field) if row.label not in labels]
+        rows += [Row("", ""), *equations]
+        if height >= _LINES_PER_ROW * len(rows):
+            view.update(rows_table(rows), layout=False)
+            return
         # On two lines, or on one that wraps if the meaning is longer than a line.
-        fits = cell_len(field.meaning) <= view.content_size.width
-        hint = ("\n" if fits else "; ").join((field.meaning, field.allowed))
-        view.update(hint, layout=False)
+        separator = "\n" if cell_len(field.meaning) <= width else "; "
+        view.update(separator.join((field.meaning, field.allowed)), layout=False)
 
     def take_focus(self) -> None:
         """Focus the field at the list's cursor."""

@@ -112,7 +112,7 @@ class FieldRow(Widget):
         if meaning_width:
             parts.append((f" {shorten(field.meaning, meaning_width - 1)}", "$foreground 60%"))
         line = Content.assemble(*parts)
-        style = "$text-error" if self._error else "$text-muted"
+        style = "$text-warning" if self._error else "$text-muted"
         lines_below = (Content.styled(_INDENT + line, style) for line in self._lines_below(width))
         return Content("\n").join([line.truncate(width), *lines_below])
 

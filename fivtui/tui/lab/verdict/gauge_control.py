@@ -24,9 +24,6 @@ _MU: Final = "mu"
 _STATIC_FRICTION: Final = "mu_s"
 # The parameter of the second gauge, until a parameter other than μ is edited.
 _DEFAULT_SECOND: Final = "F"
-# A gauge keeps its range while an edited value needs at least this share of it, so that the gauge
-# does not jump.
-_MIN_USED_SHARE: Final = 0.4
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,26 +41,26 @@ class GaugeController:
 
     def __init__(self, screen: "LabScreen") -> None:
         self._screen, self._session = screen, screen.session
-        self._focused, self._second = _MU, _DEFAULT_SECOND
+        self._second, self.second_is_focused = _DEFAULT_SECOND, False
         # Zones that were computed; None if the computation failed.
         self._cache: OrderedDict[_GaugeRange, Zones | None] = OrderedDict()
-        # Lower and upper end of the displayed ranges by parameter.
+        # Lower and upper end of the displayed ranges by parameter; they stay during a drag.
         self._ranges: dict[str, tuple[float, float]] = {}
         self._queue: list[_GaugeRange] = []
         self._running: tuple[_GaugeRange, Job] | None = None
-        # Whether the mouse drags the marker of a gauge: ranges then stay.
+        # Whether the mouse drags the marker of a gauge.
         self.is_dragged = False
 
     def focus(self, name: str) -> None:
-        """Show the gauge of a focused field, or that of μ if the field is no parameter."""
-        self._focused = name if name in ALL_PARAMETERS else _MU
-        if self._focused != _MU:
-            self._second = self._focused
+        """Make the parameter of a focused field that of the second gauge."""
+        self.second_is_focused = name in ALL_PARAMETERS and name != _MU
+        if self.second_is_focused:
+            self._second = name
 
     def gauges(
         self, stability: Stability, attractors: Attractors, *, both: bool
     ) -> list[Gauge | str]:
-        """The gauge of the edited parameter, or if `both`, of μ and of the second parameter.
+        """The gauge of μ, and if `both`, that of the parameter edited last.
 
         A text replaces a gauge that cannot be drawn.
         """
@@ -75,11 +72,9 @@ class GaugeController:
         # Optional parameters, such as the belt speed, may have no value.
         values = stability.parameters.as_dict()
         second = _DEFAULT_SECOND if values.get(self._second) is None else self._second
-        focused = _MU if values.get(self._focused) is None else self._focused
-        names = [_MU, second] if both else [focused]
         self._queue = []
         gauges = [
-            self._gauge_or_error(name, stability, attractors) for name in dict.fromkeys(names)
+            self._gauge_or_error(name, stability, attractors) for name in (_MU, second)[: 1 + both]
         ]
         self._start_next()
         return gauges
@@ -117,16 +112,13 @@ class GaugeController:
 
     def _gauge_range(self, name: str, value: float, stability: Stability) -> _GaugeRange:
         parameters, spec = stability.parameters, ALL_PARAMETERS[name]
-        if name == _MU:
-            low, high = 0.0, mu_scan_end(stability)
-        else:
-            low, high = round_range(value, spec.lower, spec.upper)
-        # Keep a range that is wide enough but not too wide, and that of a dragged marker.
-        old_low, old_high = self._ranges.get(name, (low, high))
-        is_similar = old_low <= low and _MIN_USED_SHARE * old_high <= high <= old_high
-        if is_similar or (self.is_dragged and old_low <= value <= old_high):
-            low, high = old_low, old_high
-        self._ranges[name] = low, high
+        if not self.is_dragged or name not in self._ranges:
+            self._ranges[name] = (
+                (0.0, mu_scan_end(stability))
+                if name == _MU
+                else round_range(value, spec.lower, spec.upper)
+            )
+        low, high = self._ranges[name]
         # Static friction is at least the sliding friction.
         if name == _MU and parameters.mu_s is not None:
             high = min(high, parameters.mu_s)

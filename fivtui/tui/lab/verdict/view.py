@@ -1,6 +1,6 @@
 """The stability verdict above the tabs."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from typing import Final
 
 from rich.cells import cell_len
@@ -50,13 +50,13 @@ class VerdictView(Vertical):
         yield GaugeView(id="gauge")
         yield GaugeView(id="gauge-beside")
 
-    def show(self, kind: str, lines: Sequence[str], gauges: Iterable[Gauge | str] = ()) -> None:
+    def show(self, kind: str, lines: Sequence[str], gauges: Sequence[Gauge | str] = ()) -> None:
         """Display the headline, then the facts in `lines`, and up to two gauges.
 
         A text replaces a gauge that cannot be drawn. `kind` is one of `VERDICT_KINDS`.
         """
-        gauges = [*gauges, "", ""]
-        for view, gauge in zip(self.query(GaugeView), gauges, strict=False):
+        self.set_class(len(gauges) > 1, "-beside")
+        for view, gauge in zip(self.query(GaugeView), (*gauges, "", ""), strict=False):
             view.show(gauge)
         bases = (gauge.basis for gauge in gauges if isinstance(gauge, Gauge))
         self.border_subtitle = next(bases, "")
