@@ -64,8 +64,6 @@ async def test_a_finished_run_fills_plots_summary_and_tabs(
 
     plot = chart_of(pilot, "plot-y")
     pilot.app.screen.query_one("#plot-P").focus()
-    await until(pilot, lambda: "+ -" in text_of(pilot).splitlines()[-1])
-    assert text_of(pilot).splitlines()[-1].startswith("F5 Run F1 Help")
     await pilot.press("G")
     await until_shown(pilot, "90 95 100")
     contact_strip = next(line for line in text_of(pilot).splitlines() if "off belt" in line)

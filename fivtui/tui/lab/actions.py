@@ -186,6 +186,16 @@ class LabActions(Screen[None]):
         else:
             self.tab_book.when_ready(lambda pane: pane.focus_content(bar_first=part == "bar"))
 
+    def action_ask_part(self) -> None:
+        """Focus the part of the screen that the next key names."""
+        from .dialogs import PartKey
+
+        def focus_part(part: str | None) -> None:
+            if part:
+                self.action_focus_part(part)
+
+        self.app.push_screen(PartKey(), focus_part)
+
     def focus_field(self, name: str) -> None:
         """Focus a field of the form."""
         self.query_one(Form).focus_field(name)

@@ -3,12 +3,13 @@
 import asyncio
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import ClassVar
+from typing import ClassVar, Final
 
 from textual import on
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import Horizontal, Vertical
+from textual.events import Key
 from textual.screen import ModalScreen
 from textual.widgets import Button, Input, Label, Static
 
@@ -17,6 +18,14 @@ from fivtui.model import InputError
 from fivtui.results import Row
 from fivtui.tui.chart import TextInput
 from fivtui.tui.tabs import RowsView
+
+# Parts of the screen by the vi keys of their directions.
+_PARTS: Final = {"h": "fields", "l": "plot", "k": "tabs", "j": "runs"} | {
+    "left": "fields",
+    "right": "plot",
+    "up": "tabs",
+    "down": "runs",
+}
 
 
 class PathDialog(ModalScreen[Path | None]):
@@ -145,3 +154,13 @@ class HelpDialog(ModalScreen[None]):
     def action_close(self) -> None:
         """Close the help."""
         self.dismiss()
+
+
+class PartKey(ModalScreen[str]):
+    """Waits for the key of a part of the screen: vi's keys, by where the part is."""
+
+    def on_key(self, event: Key) -> None:
+        """Return the part, or nothing for another key."""
+        event.stop()
+        key = event.key.removeprefix("ctrl+")
+        self.dismiss(_PARTS.get(key, ""))

@@ -15,7 +15,7 @@ from textual.widgets import Input
 from fivtui.results import Row
 from fivtui.tui.tabs import TABS
 
-_ENGINE_TOOLTIP: Final = "Next engine: native solver, Python FMU, native FMU"
+_ENGINES: Final = "Next engine: native solver, Python FMU, native FMU"
 
 
 def _key(
@@ -47,6 +47,14 @@ LAB_KEYS: Final = (
     _key("run", "f5,ctrl+r", "run", "Run", label="F5", tooltip="Run the scene and keep the run"),
     _key("stop", "f5,ctrl+r", "stop", "Stop", label="F5", tooltip="Stop the run"),
     _key(
+        "compute",
+        "f10,ctrl+g",
+        "toggle_computation",
+        "Compute",
+        label="F10",
+        tooltip="Compute in the tab, or stop",
+    ),
+    _key(
         "help",
         "f1,question_mark",
         "help",
@@ -58,11 +66,10 @@ LAB_KEYS: Final = (
     _key("next-tab", "f2", "switch_tab(1)", "Tab", label="F2", tooltip="Next tab"),
     _key("previous-tab", "shift+f2", "switch_tab(-1)", "Previous tab"),
     _key("runs", "f3", "toggle_runs", "Runs", label="F3", tooltip="Go to the run list, or back"),
-    _key("engine", "f4", "switch_engine", "Engine", label="F4", tooltip=_ENGINE_TOOLTIP),
+    _key("figure", "f6", "export('figure')", "Figure", label="F6", tooltip="Write the figure"),
+    _key("data", "f7", "export('data')", "Data", label="F7", tooltip="Write the data"),
+    _key("engine", "f4", "switch_engine", _ENGINES),
     _key("both", "f9", "compare_engines", "Compare with the FMU"),
-    _key("compute", "f10,ctrl+g", "toggle_computation", "Compute in the tab, or stop"),
-    _key("figure", "f6", "export('figure')", "Figure…", label="F6", tooltip="Write the figure"),
-    _key("data", "f7", "export('data')", "Data…", label="F7", tooltip="Write the data"),
     # The live curve is the motion of the edited scene, run in the background after every edit.
     _key("live", "alt+l", "switch_live", "Live curve on or off", priority=True),
     _key("reset", "f8", "reset", "Reset the field"),
@@ -82,6 +89,7 @@ LAB_KEYS: Final = (
     _key("go-bar", "alt+i", "focus_part('bar')", "Go to the action and ranges", priority=True),
     _key("go-plot", "alt+p", "focus_part('plot')", "Go to the plot or table", priority=True),
     _key("go-runs", "alt+r", "focus_part('runs')", "Go to the run list", priority=True),
+    _key("go", "ctrl+w", "ask_part", "Then h: fields, l: plot, k: titles of the tabs, j: runs"),
     *(
         _key(f"tab-{tab.id}", tab.key, f"show_tab('{tab.id}')", f"Tab {tab.title}", priority=True)
         for tab in TABS

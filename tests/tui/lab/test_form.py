@@ -28,14 +28,14 @@ SIZE = (80, 24)
 
 
 async def test_the_first_screen_has_scene_fields_verdict_and_keys(pilot: Pilot[None]) -> None:
-    await until_shown(pilot, "F5 Run F1 Help")
+    await until_shown(pilot, "F5 Run F10 Compute F1 Help")
     screen_text = text_of(pilot)
     assert "UNSTABLE: growth rate +0.6304 1/s, 0.9186 Hz" in screen_text
     assert "0 0.439 0.7 1.5" in flat_text_of(pilot)
     # The motion is drawn without a key.
     await until_shown(pilot, "peak |y| 10.50 m")
     assert "no run yet" not in text_of(pilot)
-    assert screen_text.splitlines()[-1].startswith("F5 Run F1 Help")
+    assert screen_text.splitlines()[-1].startswith("F5 Run F10 Compute F1 Help")
     lines = [" ".join(line.strip("│").split()) for line in screen_text.splitlines()]
     for label in ("k_nl 100 − + N/m^3", "μ 0.7 − +", "c1 0.32 − + N s/m", "t_end 100 − + s"):
         assert any(line.startswith(label) for line in lines), label

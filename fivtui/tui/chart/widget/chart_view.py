@@ -22,8 +22,6 @@ from fivtui.tui.chart.cursor_moves import cursor_position, move_cursor, step_cur
 from .drawn_chart import Control, DrawnChart
 from .limits_dialog import LimitsDialog
 
-_ZOOM: Final = Binding.Group("Zoom")
-_PAN: Final = Binding.Group("Pan")
 # Factors by which a key and the wheel change the visible part.
 _ZOOM_FACTOR: Final = 0.7
 _WHEEL_FACTOR: Final = 0.85
@@ -45,12 +43,12 @@ class ChartView(DrawnChart, can_focus=True):
     """
 
     BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("plus,equals_sign", "zoom(-1)", "Zoom in", key_display="+", group=_ZOOM),
-        Binding("minus", "zoom(1)", "Zoom out", key_display="-", group=_ZOOM),
+        Binding("plus,equals_sign", "zoom(-1)", "Zoom", key_display="+ -", tooltip="Zoom in"),
+        Binding("minus", "zoom(1)", "Zoom out", show=False),
         Binding("shift+up,K", "zoom_y(-1)", "Zoom in along y", show=False),
         Binding("shift+down,J", "zoom_y(1)", "Zoom out along y", show=False),
-        Binding("left,h", "step(-1, 0)", "Left", key_display="←", group=_PAN),
-        Binding("right,l", "step(1, 0)", "Right", key_display="→", group=_PAN),
+        Binding("left,h", "step(-1, 0)", "Pan", key_display="← →", tooltip="Left"),
+        Binding("right,l", "step(1, 0)", "Right", show=False),
         Binding("up,k", "step(0, 1)", "Up", show=False),
         Binding("down,j", "step(0, -1)", "Down", show=False),
         Binding("shift+left,H", f"step(-{_FAR_STEPS}, 0)", "Far left", show=False),
