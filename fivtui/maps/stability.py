@@ -155,7 +155,7 @@ def compute_map(
 def check_two_parameters(names: Collection[str]) -> None:
     """Raise `InputError` unless a map is over two parameters."""
     if len(names) != 2:
-        raise InputError(f"over: {len(names)} parameters given; must be two different ones")
+        raise InputError(f"over: {', '.join(names)}; must be two different parameters")
 
 
 def check_map(value: str, names: Sequence[str]) -> None:

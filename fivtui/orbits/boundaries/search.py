@@ -137,7 +137,7 @@ def _check_plane(
     if kind not in BOUNDARIES:
         raise InputError(f"kind = {kind!r}: must be one of {', '.join(BOUNDARIES)}")
     if len(over) != 2:
-        raise InputError(f"over: {len(over)} parameters are given; must be two")
+        raise InputError(f"over: {', '.join(over)}; must be two parameters")
     if kind == "touch" and not separation:
         raise InputError("touch: separation must be considered")
     if not separation and p.k_nl == 0.0 and "k_nl" not in over and kind != "hopf":

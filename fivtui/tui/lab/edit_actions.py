@@ -8,7 +8,7 @@ from textual import on
 from fivtui.io import describe_files
 from fivtui.model import BELT_PARAMETERS
 from fivtui.ranges import number_text
-from fivtui.scene import PRESETS, OverTime, Scene
+from fivtui.scene import OverTime, Scene, scene_file
 from fivtui.tui.tabs import FieldEdited, FieldStepped, RunsChanged, SceneLoaded
 
 from .actions import LabActions
@@ -118,5 +118,5 @@ class EditActions(LabActions):
             self.app.bell()
 
     def _add_recent(self, source: str) -> None:
-        if source and source not in PRESETS:
+        if scene_file(source) is not None:
             self.session.add_recent(source)

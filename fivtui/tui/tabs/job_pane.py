@@ -4,6 +4,7 @@ from collections.abc import Callable
 from functools import partial
 from typing import Any, ClassVar, Final, TypeVar
 
+from rich.cells import cell_len
 from textual import on
 from textual.app import ComposeResult
 from textual.containers import Horizontal
@@ -26,6 +27,8 @@ from .tables import shorten
 from .views_pane import ViewsPane
 
 _POLL_INTERVAL_S: Final = 0.1
+# Separates the facts of a status.
+_FACT_SEPARATOR: Final = " · "
 
 T = TypeVar("T")
 
@@ -49,7 +52,7 @@ def compute_in_thread(
 
 
 class JobStatus(Static):
-    """A status in one line, with the full text as tooltip; error messages are wrapped."""
+    """Facts in one line, with the full text as tooltip; error messages are wrapped."""
 
     def __init__(self, text: str) -> None:
         super().__init__(text, classes="job-status", markup=False)
@@ -66,7 +69,12 @@ class JobStatus(Static):
 
     @on(Resize)
     def _fit_text(self) -> None:
-        text = self._full_text if self._is_error else shorten(self._full_text, self.size.width)
+        text, width = self._full_text, self.size.width
+        if not self._is_error:
+            # Facts that do not fit are omitted from the last on.
+            while 0 < width < cell_len(text) and _FACT_SEPARATOR in text:
+                text = text.rpartition(_FACT_SEPARATOR)[0]
+            text = shorten(text, width)
         self.update(text, layout=False)
         self.tooltip = self._full_text if text != self._full_text else None
 

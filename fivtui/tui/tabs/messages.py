@@ -37,7 +37,7 @@ class FieldFocused(Message):
 
 @dataclass
 class TabKeyPressed(Message):
-    """The user pressed a key of the current tab in a field that does not accept it as text."""
+    """The user pressed a key that a field does not accept as text; it may be one of the tab."""
 
     key: str
 

@@ -1,7 +1,7 @@
 """The base class of tabs."""
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, ClassVar, Final
 
 from textual.containers import Vertical
 from textual.timer import Timer
@@ -12,6 +12,9 @@ from fivtui.tui.session import Run, Session
 
 if TYPE_CHECKING:
     from .exports.export import Export
+
+# Prefixes of actions that change only what a tab displays.
+_DISPLAY_ACTIONS: Final = ("next_", "show_")
 
 
 class Pane(Vertical):
@@ -69,9 +72,10 @@ class Pane(Vertical):
         self.screen.set_focus(focusable[0] if focusable else None)
 
     async def run_key(self, key: str) -> None:
-        """Run the action of a key of this tab."""
+        """Run the action of a key of this tab if it changes only what is displayed."""
         for binding in self._bindings.key_to_bindings.get(key, ()):
-            await self.run_action(binding.action)
+            if binding.action.startswith(_DISPLAY_ACTIONS):
+                await self.run_action(binding.action)
 
     def key_hints(self) -> list[str]:
         """Keys of the tab with their effects, displayed in the border."""

@@ -230,7 +230,7 @@ def test_a_belt_of_finite_speed_is_refused() -> None:
     ("kind", "over", "separation", "message"),
     [
         ("torus", NARROW, True, "must be one of hopf, fold, touch"),
-        ("fold", {"F": (1.0, 2.0)}, True, "1 parameters are given; must be two"),
+        ("fold", {"F": (1.0, 2.0)}, True, "over: F; must be two parameters"),
         ("fold", {"F": (2.0, 1.0), "mu": None}, True, "must be a range of ascending values"),
         ("fold", {"f": (1.0, 2.0), "mu": None}, True, "unknown parameter 'f'"),
         ("touch", NARROW, False, "separation must be considered"),

@@ -14,9 +14,6 @@ from fivtui.tui.chart import TextInput
 from fivtui.tui.session import FormField
 from fivtui.tui.tabs import FieldEdited, FieldStepped, TabKeyPressed
 
-# Keys of the current tab that work from a field of a number: they only change what is displayed.
-_TAB_KEYS: Final = frozenset("vn")
-
 
 class TextEditor(TextInput):
     """Edits a field as text; the up and down keys change a number by a step."""
@@ -60,8 +57,7 @@ class TextEditor(TextInput):
             # The base class would type the character.
             event.stop()
             event.prevent_default()
-            if event.key in _TAB_KEYS:
-                self.post_message(TabKeyPressed(event.key))
+            self.post_message(TabKeyPressed(event.key))
 
     def action_step(self, direction: int, fine: bool = False) -> None:
         """Increase or decrease by a step."""
