@@ -2,6 +2,7 @@
 
 from textual.binding import ActiveBinding
 from textual.content import Content
+from textual.events import Click
 from textual.screen import Screen
 from textual.style import Style
 from textual.widget import Widget
@@ -46,4 +47,9 @@ class KeyBar(Widget):
             (self.app.get_key_display(binding), "bold $footer-key-foreground"),
             (f" {binding.description} ", "$footer-description-foreground"),
         )
-        return key.stylize(Style.from_meta({"@click": f"app.simulate_key('{binding.key}')"}))
+        return key.stylize(Style.from_meta({"key": binding.key}))
+
+    def on_click(self, event: Click) -> None:
+        """Press the clicked key."""
+        if key := event.style.meta.get("key"):
+            self.app.simulate_key(key)
