@@ -22,9 +22,8 @@ if TYPE_CHECKING:
         Trace,
         View,
         VisibleCharts,
+        column_edges,
         guide_style,
-        reduce_trace,
-        trace_band,
         trace_mark,
         trace_style,
     )
@@ -50,12 +49,13 @@ if TYPE_CHECKING:
         parameter_text,
         value_label,
     )
-    from .plot_data import covered_shares, shade_text
+    from .plot_data import covered_shares, dense_band, envelope, shade_text
     from .readout import (
         CURSOR_SIGNS,
         NearestPoint,
         Span,
         crosshair,
+        cursor_points,
         cursor_texts,
         has_long_heading,
         heading_spans,

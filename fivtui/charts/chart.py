@@ -16,7 +16,6 @@ from fivtui.model import Parameters
 
 from .axis import Axis, axis_for
 from .colours import series_role
-from .plot_data import dense_band, envelope
 from .shades import ColourScale, Shades
 
 FloatArray = NDArray[np.float64]
@@ -33,6 +32,9 @@ MAX_JOINED_SAMPLES: Final = 16_384
 _GUIDE_COLOURS: Final = {"critical": "danger", "safe": "safe", "belt": "belt"}
 # Limits of x show all data if they are shorter than the data by at most this fraction.
 _LENGTH_TOLERANCE: Final = 1e-6
+# Limits of y include a line without label or role if it is at most this fraction of their length
+# outside those of the data.
+_GUIDE_REACH: Final = 0.3
 # Part of the data that is shown at their start or end if the limits showed all data.
 _END_SHARE: Final = 0.1
 # Dashes and colours of runs with separation considered (True) and ignored (False).
@@ -113,7 +115,8 @@ class Guide:
     vertical : bool
         Whether the line is at a value of x.
     role : str
-        Key of `ROLES`, the styles in figures; ``"floor"`` shades the area below the line.
+        Key of `ROLES`, the styles in figures; ``"floor"`` shades the area below the line. Limits
+        that fit the data include horizontal lines that have a role or a label.
     """
 
     value: float
@@ -336,6 +339,8 @@ class View:
         The cursors.
     newest_run_when_zoomed : int
         Greatest number of a displayed run when the limits were chosen; later runs may lie outside.
+    rows : int
+        Rows of characters of the plot, for ticks of y that are whole rows apart; 0 in figures.
     """
 
     x: Axis | None = None
@@ -345,6 +350,7 @@ class View:
     hidden: set[int] = field(default_factory=set)
     cursors: Cursors = field(default_factory=Cursors)
     newest_run_when_zoomed: int = 0
+    rows: int = 0
 
     def visible_traces(self, chart: Chart) -> Iterator[tuple[int, Trace]]:
         """The indices and traces of the chart that are not hidden."""
@@ -369,16 +375,24 @@ class View:
         return axis_for(parts, log=self.log_x, tight=not chart.x_margins)
 
     def _fitted_y(self, chart: Chart, x: Axis) -> Axis:
+        rows = 0 if chart.to_scale else self.rows
         if chart.y_range is not None and not self.log_y:
-            return Axis(*chart.y_range)
+            return axis_for([chart.y_range], tight=True, rows=rows)
         parts = [
             values_within(trace, x) if trace.ordered else trace.y
             for _, trace in self.visible_traces(chart)
         ]
         if chart.backdrop is not None:
-            return axis_for([*parts, chart.backdrop.y], log=self.log_y, tight=True)
-        parts += [np.array([guide.value]) for guide in chart.guides if not guide.vertical]
-        return axis_for(parts, log=self.log_y)
+            return axis_for([*parts, chart.backdrop.y], log=self.log_y, tight=True, rows=rows)
+        if chart.stacked and parts:
+            parts = [np.zeros(1), np.sum(parts, axis=0)]
+        for guide in chart.guides:
+            if not guide.vertical:
+                data = axis_for(parts, log=self.log_y)
+                is_near = -_GUIDE_REACH <= data.positions(guide.value) <= 1.0 + _GUIDE_REACH
+                if guide.label or guide.role or is_near:
+                    parts.append(np.array([guide.value]))
+        return axis_for(parts, log=self.log_y, rows=rows)
 
     def set_limits(self, chart: Chart, x: Axis | None, y: Axis | None) -> None:
         """Set the limits of both axes; None fits an axis to the data."""
@@ -463,20 +477,9 @@ def values_within(trace: Trace, x: Axis) -> FloatArray:
     return trace.y[max(int(first) - 1, 0) : int(stop) + 1]
 
 
-def reduce_trace(trace: Trace, x: Axis, columns: int) -> tuple[FloatArray, FloatArray]:
-    """Reduce an ordered trace to the points that `columns` columns can resolve."""
-    if not trace.ordered:
-        return trace.x, trace.y
-    return envelope(trace.x, trace.y, _column_edges(x, columns))
-
-
-def trace_band(trace: Trace, x: Axis, columns: int) -> tuple[FloatArray, FloatArray]:
-    """Lower and upper edge of an ordered trace in each column; NaN where it is not dense."""
-    return dense_band(trace.x, trace.y, _column_edges(x, columns))
-
-
-def _column_edges(x: Axis, columns: int) -> FloatArray:
-    return np.array([x.value(position) for position in np.linspace(0.0, 1.0, columns + 1).tolist()])
+def column_edges(x: Axis, columns: int) -> FloatArray:
+    """The values of x at the edges of columns of equal width."""
+    return x.values(np.linspace(0.0, 1.0, columns + 1))
 
 
 def trace_style(trace: Trace, index: int) -> str:

@@ -38,7 +38,7 @@ from .chart import (
 from .colours import PlotColours, figure_colour, grey, mix, screen_colours
 from .figure_style import STYLE, drawing_settings, shade_times
 from .labels import parameter_text
-from .readout import NearestPoint, crosshair, cursor_texts, points_at, readout_spans
+from .readout import crosshair, cursor_points, cursor_texts, readout_spans
 from .sheet import draw_chart, sheet_figure
 
 # Heights, inches: of a row, of a figure at least, and of a row of charts side by side.
@@ -176,7 +176,6 @@ def _displayed_chart(chart: Chart, view: View) -> Chart:
         backdrop=backdrop,
         colour_scale=None,
         y_names=(),
-        stacked=False,
         x_margins=True,
         log="x" * x.log + "y" * y.log,
         linear_within=0.0,
@@ -189,6 +188,8 @@ def _displayed_chart(chart: Chart, view: View) -> Chart:
 def _styled_trace(chart: Chart, index: int) -> Trace:
     """A trace with the colour, dashes and marker that distinguish it in its chart."""
     trace = chart.traces[index]
+    if chart.stacked:
+        return replace(trace, name=str(trace.name))
     style = _trace_style(trace, index, several=len(chart.traces) > 1)
     if trace.number:
         # Draw runs of a smaller range on top: those of a greater range would hide them.
@@ -278,16 +279,9 @@ def _draw_guide(axes: Axes, guide: Guide, row: int) -> None:
         )
 
 
-def _cursor_points(chart: Chart, view: View) -> list[list[NearestPoint]]:
-    """The points at the first cursor and at the second."""
-    return [
-        points_at(chart, view, position) for position in (view.cursors.first, view.cursors.second)
-    ]
-
-
 def _cursor_text(chart: Chart, view: View, *, first: bool) -> str:
     """Values at the cursors; for the first chart, also the distance between the cursors."""
-    texts = [text.strip() for text, _ in readout_spans(chart, view, *_cursor_points(chart, view))]
+    texts = [text.strip() for text, _ in readout_spans(chart, view)]
     if not texts:
         return ""
     label, start, end = chart.cursor_label, view.cursors.first, view.cursors.second
@@ -300,7 +294,7 @@ def _draw_cursors(axes: Axes, chart: Chart, view: View) -> None:
     """Draw the cursors and the points at them."""
     positions = (view.cursors.first, view.cursors.second)
     for position, points, (line_style, lightness) in zip(
-        positions, _cursor_points(chart, view), _CURSOR_STYLES, strict=True
+        positions, cursor_points(chart, view), _CURSOR_STYLES, strict=True
     ):
         if position is None:
             continue

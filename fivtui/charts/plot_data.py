@@ -20,12 +20,17 @@ _MAX_DENSE_PERIOD: Final = 5
 _SHADE_CHARACTERS: Final = " ░▒▓█"
 # Share above which a column counts as fully covered: the shares have rounding errors.
 _FULL_SHARE: Final = 1.0 - 1e-12
-# Margin of an axis on each side, relative to the range of the data.
-_RELATIVE_MARGIN: Final = 0.05
 # A signal with a smaller relative range is drawn as constant.
 _MIN_RANGE: Final = 1e-9
+# Least number of rows between ticks, usual number of ticks, and the cost of another number relative
+# to that of a longer axis.
+_MIN_ROWS_PER_TICK: Final = 2
+_USUAL_TICKS: Final = 6.0
+_TICKS_COST: Final = 0.2
 # Maximum number of significant digits of a tick label.
-_MAX_TICK_DIGITS: Final = 7
+_MAX_TICK_DIGITS: Final = 12
+# Up to this number of digits, labels have no exponent.
+_USUAL_DIGITS: Final = 6
 
 
 def envelope(x: FloatArray, values: FloatArray, edges: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -130,7 +135,7 @@ def shade_text(shares: FloatArray) -> str:
     return "".join(_SHADE_CHARACTERS[int(index)] for index in indices)
 
 
-def axis_limits(low: float, high: float) -> tuple[float, float]:
+def axis_limits(low: float, high: float, relative_margin: float) -> tuple[float, float]:
     """Limits with a margin around a range; they are distinct even if the range is empty."""
     min_length = max(_MIN_RANGE * max(abs(low), abs(high)), 1e-300)
     if high - low < min_length:
@@ -139,8 +144,36 @@ def axis_limits(low: float, high: float) -> tuple[float, float]:
         # A constant signal is drawn in the middle, with 5 % of its value on each side.
         middle, half_length = 0.5 * (low + high), max(0.05 * abs(high), 0.5 * min_length)
         return middle - half_length, middle + half_length
-    margin = _RELATIVE_MARGIN * (high - low)
+    margin = relative_margin * (high - low)
     return low - margin, high + margin
+
+
+def align_limits(
+    low: float, high: float, rows: int, *, max_stretch: float, whole: bool
+) -> tuple[float, float, float]:
+    """Limits around a range, and the spacing of ticks, so that ticks are whole rows apart.
+
+    The spacing is a round number, if `whole` an integer, and ticks are in the middle of rows. Of
+    these limits, choose those that fit the range best with a usual number of ticks. If all stretch
+    the axis by more than a factor of `max_stretch`, return the range with a spacing of 0.
+    """
+    best, best_cost = (low, high, 0.0), math.inf
+    min_height = (high - low) / rows
+    usual_rows = max(_MIN_ROWS_PER_TICK, rows / _USUAL_TICKS)
+    for rows_per_tick in range(_MIN_ROWS_PER_TICK, rows // 2 + 1):
+        decade = 10.0 ** math.floor(math.log10(min_height * rows_per_tick))
+        for spacing in (factor * decade for factor in (1.0, 2.0, 2.5, 5.0, 10.0, 20.0)):
+            height = spacing / rows_per_tick
+            bottom = math.floor(low / height + 0.5)
+            unused_rows = math.floor(bottom - 0.5 + rows - high / height)
+            stretch = height / min_height
+            if unused_rows < 0 or stretch > max_stretch or (whole and spacing % 1.0):
+                continue
+            cost = stretch + _TICKS_COST * abs(math.log(rows_per_tick / usual_rows))
+            if cost < best_cost:
+                aligned_low = (bottom - unused_rows // 2 - 0.5) * height
+                best, best_cost = (aligned_low, aligned_low + rows * height, spacing), cost
+    return best
 
 
 def round_ticks(low: float, high: float, max_count: int) -> list[float]:
@@ -149,10 +182,16 @@ def round_ticks(low: float, high: float, max_count: int) -> list[float]:
     # A factor of 10 gives few enough ticks, except by rounding; then 20 does.
     for factor in (1.0, 2.0, 5.0, 10.0, 20.0):
         spacing = factor * decade
-        first_multiple, last_multiple = math.ceil(low / spacing), math.floor(high / spacing)
-        if last_multiple - first_multiple < max_count:
+        ticks = spaced_ticks(low, high, spacing)
+        if len(ticks) <= max_count:
             break
-    return [multiple * spacing for multiple in range(first_multiple, last_multiple + 1)]
+    return ticks
+
+
+def spaced_ticks(low: float, high: float, spacing: float) -> list[float]:
+    """The multiples of `spacing` within limits."""
+    multiples = range(math.ceil(low / spacing), math.floor(high / spacing) + 1)
+    return [multiple * spacing for multiple in multiples]
 
 
 def tick_labels(ticks: Sequence[float]) -> list[str]:
@@ -166,5 +205,6 @@ def tick_labels(ticks: Sequence[float]) -> list[str]:
             abs(rounded - tick) <= 0.01 * spacing
             for rounded, tick in zip(rounded_ticks, ticks, strict=True)
         ):
-            return [f"{rounded:g}" for rounded in rounded_ticks]
+            shown_digits = max(digits, _USUAL_DIGITS)
+            return [f"{rounded:.{shown_digits}g}" for rounded in rounded_ticks]
     return [f"{tick:.{_MAX_TICK_DIGITS}g}" for tick in ticks]

@@ -164,15 +164,13 @@ def _nearest_xy(
 # Heading
 
 
-def heading_spans(
-    chart: Chart, view: View, first: Sequence[NearestPoint], second: Sequence[NearestPoint]
-) -> tuple[list[Span], int]:
+def heading_spans(chart: Chart, view: View) -> tuple[list[Span], int]:
     """The texts above a plot, and the number of leading texts that must not be omitted.
 
     The label; values at the points of both cursors, or else note and legend; notes on the limits.
     """
     limit_spans = [*_outside_spans(chart, view), *_zoom_spans(chart, view)]
-    if values := readout_spans(chart, view, first, second):
+    if values := readout_spans(chart, view):
         title = [(f"{chart.y_label} ", "label"), *values]
         return [*title, *limit_spans], len(title)
     notes = [f" {part}" for part in _NOTE_SEPARATOR.split(chart.note) if part]
@@ -260,10 +258,14 @@ def cursor_texts(label: str, first: float, second: float) -> list[str]:
     return phrases
 
 
-def readout_spans(
-    chart: Chart, view: View, first: Sequence[NearestPoint], second: Sequence[NearestPoint]
-) -> list[Span]:
+def cursor_points(chart: Chart, view: View) -> tuple[list[NearestPoint], list[NearestPoint]]:
+    """The points at the first cursor and at the second."""
+    return points_at(chart, view, view.cursors.first), points_at(chart, view, view.cursors.second)
+
+
+def readout_spans(chart: Chart, view: View) -> list[Span]:
     """The values at the points of both cursors; empty without points."""
+    first, second = cursor_points(chart, view)
     if not (first or second):
         return []
     at_cursors = (first, second)

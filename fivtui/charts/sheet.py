@@ -33,7 +33,7 @@ from .chart import (
     Guide,
     Sheet,
     Trace,
-    reduce_trace,
+    column_edges,
 )
 from .colours import STRONG, figure_colour, grey, series_role
 from .figure_style import (
@@ -45,6 +45,7 @@ from .figure_style import (
     shade_times,
 )
 from .labels import Label
+from .plot_data import envelope
 from .shades import ColourScale
 
 # Font sizes, pt.
@@ -456,7 +457,7 @@ def _drawn_points(trace: Trace, chart: Chart) -> tuple[FloatArray, FloatArray]:
         trace.x[-1] if high is None else high,
         log="x" in chart.log,
     )
-    return reduce_trace(trace, x_axis, _REDUCED_COLUMNS)
+    return envelope(trace.x, trace.y, column_edges(x_axis, _REDUCED_COLUMNS))
 
 
 def _draw_bars(axes: Axes, trace: Trace, properties: Mapping[str, Any]) -> None:
@@ -482,7 +483,7 @@ def _draw_stacked_areas(axes: Axes, traces: Sequence[Trace]) -> None:
             bottom,
             top,
             label=_math(trace.name),
-            facecolor=ROLES[trace.role]["color"],
+            facecolor=figure_colour(trace.colour, _AREA_STRENGTH),
             hatch=_HATCHES[trace.role],
             edgecolor="0.35",
             linewidth=0.2,

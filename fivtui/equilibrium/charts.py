@@ -34,7 +34,9 @@ _MODES: Final = ("mode 1", "mode 2")
 def growth_chart(scan: ModeScan, p: Parameters, result: Stability) -> Chart:
     """Growth rates of the modes over μ, with μ and every μ_c marked."""
     label = Label("Re λ (1/s)", "Growth rate Re $λ$ (1/s)")
-    guides = (Guide(0.0, vertical=False), *_mu_guides(p, result))
+    # Growth rates are compared with 0, however far it is.
+    zero = Guide(0.0, vertical=False, role="stability limit")
+    guides = (zero, *_mu_guides(p, result))
     return _mode_chart(scan, label, scan.eigenvalues[:, :2].real, guides)
 
 

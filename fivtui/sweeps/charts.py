@@ -33,7 +33,7 @@ from .run import Sweep
 from .study import OUTPUTS, VIBRATES, Study
 
 _SIZE: Final = (FIGURE_WIDTH, 3.2)
-_CASE_NAMES: Final = {True: "separation considered", False: "separation ignored"}
+_CASE_NAMES: Final = {True: "considered", False: "ignored"}
 # Outputs that curves show if they were computed: labels in the terminal, and roles in figures. With
 # the case, such as "peak, considered", a role names the style of a curve or guide.
 _AMPLITUDES: Final = {"y_abs": "peak", "y_half_range": "±y 2nd half"}
@@ -88,7 +88,7 @@ def sweep_chart(result: Sweep, present: float | None = None) -> Chart:
             Trace(
                 Label(
                     f"{_AMPLITUDES.get(output, output)}, {_CASE_NAMES[case]}",
-                    f"{OUTPUTS[output].meaning}, {_CASE_NAMES[case]}",
+                    f"{OUTPUTS[output].meaning}, separation {_CASE_NAMES[case]}",
                 ),
                 rows.numbers[name][members],
                 rows.numbers[output][members],
@@ -102,7 +102,7 @@ def sweep_chart(result: Sweep, present: float | None = None) -> Chart:
         # The belt speed from which on the slider never reaches the belt's speed.
         row = result.fast_belt(case)
         if row is not None:
-            belt_text = f"always faster, {_CASE_NAMES[case]}"
+            belt_text = f"always faster, separation {_CASE_NAMES[case]}"
             value = float(rows.numbers[outputs[0]][row])
             label = Label(belt_text, f"belt that is {belt_text}")
             guides.append(Guide(value, label, vertical=False, role=_role("limit", case)))
@@ -162,8 +162,8 @@ def grid_chart(result: Sweep, case: bool, present: tuple[float, float] | None = 
         tuple(traces),
         backdrop=backdrop,
         colour_scale=None if backdrop is not None else colour_scale_of(label, results),
-        note=f"{label}, {_CASE_NAMES[shown_case]}",
-        title=_CASE_NAMES[shown_case],
+        note=f"{label}, separation {_CASE_NAMES[shown_case]}",
+        title=f"separation {_CASE_NAMES[shown_case]}",
         log=_log_axes(study, x=first, y=second),
     )
 

@@ -83,13 +83,13 @@ def test_a_separation_shorter_than_a_column_stays_visible() -> None:
 
 @given(FINITE_FLOATS, FINITE_FLOATS)
 def test_axis_limits_include_the_range_and_are_distinct(a: float, b: float) -> None:
-    low, high = axis_limits(min(a, b), max(a, b))
+    low, high = axis_limits(min(a, b), max(a, b), 0.05)
     assert low < high
     assert low <= min(a, b) <= max(a, b) <= high
 
 
 def test_rounding_noise_is_drawn_as_a_constant() -> None:
-    low, high = axis_limits(56.37, 56.37 * (1.0 + 1e-14))
+    low, high = axis_limits(56.37, 56.37 * (1.0 + 1e-14), 0.05)
     assert high - low > 1.0
 
 

@@ -20,37 +20,43 @@ from fivtui.charts import (
     AxisTicks,
     Backdrop,
     Chart,
-    NearestPoint,
-    Position,
     Span,
     Trace,
     View,
+    column_edges,
     covered_shares,
     crosshair,
+    cursor_points,
+    dense_band,
+    envelope,
     guide_style,
     heading_spans,
-    points_at,
-    reduce_trace,
     shade_text,
-    trace_band,
     trace_mark,
     trace_style,
 )
 
 from .raster import DOTS_X, Raster
 
-# Columns left of the plot area, with the tick labels of y.
+# Least number of columns left of the plot area, with the tick labels of y.
 MARGIN: Final = 8
-_COLUMNS_PER_TICK: Final = 8
 _ROWS_PER_TICK: Final = 2
+# Least columns per tick of x, greatest number of these ticks, and least gap between their labels.
+_COLUMNS_PER_TICK: Final = 6
+_MAX_X_TICKS: Final = 12
+_LABEL_GAP: Final = 2
 # Rows of the plot for which lines of a heading are omitted: more for a legend, fewer for texts that
 # are needed, such as values at cursors.
-_MIN_ROWS_BELOW_LEGEND: Final = 7
+_MIN_ROWS_BELOW_LEGEND: Final = 8
 _MIN_ROWS_BELOW_NEEDED: Final = 2
+# Columns from a mark on a line to the next.
+_MARK_DISTANCE: Final = 8
 # Where traces share cells, each is drawn in stripes of this many columns.
 _STRIPE_WIDTH: Final = 2
 # Bits of the Braille dots that fill a cell inside a dense trace.
 _FILLING_MASK: Final = 0b10010101
+# The same of stacked areas, from the lowest.
+_AREA_MASKS: Final = (0b01000010, 0b10010101, 0b11111111)
 _ALL_DOTS: Final = 0b11111111
 _BLANK: Final = ord(" ")
 _VERTICAL: Final = ord("│")
@@ -90,66 +96,84 @@ class Picture:
 def draw(chart: Chart, view: View, width: int, height: int, *, reserved: int = 0) -> Picture:
     """Draw a chart in `width` by `height` characters; `reserved` columns of line 1 stay blank."""
     bottom_rows = len(chart.strips) + int(chart.x_axis)
-    x_axis, y_axis = view.axes(chart)
-    cursors = (view.cursors.first, view.cursors.second)
-    cursor_points = [points_at(chart, view, position) for position in cursors]
-    lines, needed_lines = _wrap_spans(*heading_spans(chart, view, *cursor_points), width, reserved)
+    spans, needed_spans = heading_spans(chart, view)
+    if len(chart.x_label) > MARGIN:
+        # The name of the x axis does not fit beside its ticks.
+        spans.insert(1, (f" over {chart.x_label}", "label"))
+        needed_spans += 1
+    lines, needed_lines = _wrap_spans(spans, needed_spans, width, reserved)
     # A long heading loses its last lines, to leave a few rows for the plot.
     free_rows = height - bottom_rows
     needed_rows = min(needed_lines, free_rows - _MIN_ROWS_BELOW_NEEDED)
     heading_rows = max(needed_rows, free_rows - _MIN_ROWS_BELOW_LEGEND, 1)
     del lines[heading_rows:]
     top_row = len(lines)
-    columns, rows = max(width - MARGIN, 1), max(height - top_row - bottom_rows, 1)
-    canvas = _Canvas(columns, rows, x_axis, y_axis)
-    if chart.backdrop is not None:
-        canvas.draw_backdrop(chart.backdrop)
-    canvas.draw_guides(chart)
-    canvas.draw_curves(list(view.visible_traces(chart)))
-    for index, trace in view.visible_traces(chart):
-        canvas.draw_points(index, trace)
-    canvas.draw_guide_labels()
-    if len(chart.traces) > 1:
-        canvas.draw_trace_numbers(chart, view)
-    # The first cursor is drawn over the second.
-    for index in (1, 0):
-        canvas.draw_cursor(index, chart, cursors[index], cursor_points[index])
-    margin = _row_labels(y_axis, *y_axis.ticks(_tick_counts(columns, rows)[1]), rows)
-    for label, row in zip(margin, canvas.rows(), strict=True):
-        lines.append([(label, "tick"), *row])
+    view.rows = rows = max(height - top_row - bottom_rows, 1)
+    x_axis, y_axis = view.axes(chart)
+    margins = _margins(y_axis, rows)
+    margin = len(margins[0])
+    columns = max(width - margin, 1)
+    canvas = _Canvas(chart, view, columns, rows)
+    canvas.draw()
+    lines += [[(text, "tick"), *row] for text, row in zip(margins, canvas.lines(), strict=True)]
     for strip in chart.strips:
         shares = covered_shares(strip.intervals, (x_axis.low, x_axis.high), columns)
-        label_span = (strip.label[:MARGIN].rjust(MARGIN), "tick")
-        lines.append([label_span, *canvas.strip_spans(shade_text(shares), chart, cursors)])
+        label_span = (strip.label[:margin].rjust(margin), "tick")
+        lines.append([label_span, *canvas.strip_spans(shade_text(shares))])
     if chart.x_axis:
-        lines.append(_column_labels(x_axis, chart.x_label, columns))
-    return Picture(lines[:height], PlotArea(MARGIN, top_row, columns, rows))
+        lines.append(_x_axis_line(x_axis, chart.x_label, margin, columns))
+    return Picture(lines[:height], PlotArea(margin, top_row, columns, rows))
 
 
 def axis_ticks(x_axis: Axis, y_axis: Axis, columns: int, rows: int) -> AxisTicks:
     """The ticks of both axes of a plot."""
-    x_count, y_count = _tick_counts(columns, rows)
-    return x_axis.ticks(x_count)[0], y_axis.ticks(y_count)[0]
+    x_ticks = [tick for tick, _, _ in _x_labels(x_axis, columns)]
+    return x_ticks, y_axis.ticks(_max_y_ticks(rows))[0]
 
 
-def _tick_counts(columns: int, rows: int) -> tuple[int, int]:
-    # Greatest numbers of ticks of x and y.
-    return max(columns // _COLUMNS_PER_TICK, 2), max(rows // _ROWS_PER_TICK, 2)
+def _max_y_ticks(rows: int) -> int:
+    return max(rows // _ROWS_PER_TICK, 2)
 
 
 class _Canvas:
     # The cells of the plot area: code points of characters, and indices of style names.
 
-    def __init__(self, columns: int, rows: int, x_axis: Axis, y_axis: Axis) -> None:
-        self._columns, self._rows = columns, rows
-        self._x_axis, self._y_axis = x_axis, y_axis
+    def __init__(self, chart: Chart, view: View, columns: int, rows: int) -> None:
+        self._chart, self._columns, self._rows = chart, columns, rows
+        self._traces = list(view.visible_traces(chart))
+        self._x_axis, self._y_axis = view.axes(chart)
+        # Edges of the columns of dots.
+        self._x_edges = column_edges(self._x_axis, DOTS_X * columns)
+        self._cursors = (view.cursors.first, view.cursors.second)
+        self._cursor_points = cursor_points(chart, view)
         self._characters = np.full((rows, columns), _BLANK, dtype=np.uint32)
         self._styles = np.zeros((rows, columns), dtype=np.intp)
         self._style_names = ["plot"]
         # Bits of the dots at the edges of each trace with lines or dots, by its index.
         self._edges: dict[int, NDArray[np.uint32]] = {}
-        # Row, first column, text and style of the labels of guides.
-        self._guide_labels: list[tuple[int, int, str, int]] = []
+
+    def draw(self) -> None:
+        # Draw from the back to the front.
+        chart = self._chart
+        if chart.backdrop is not None:
+            self._draw_shades(chart.backdrop)
+        guide_labels = self._draw_guides()
+        if chart.stacked:
+            self._draw_areas()
+        else:
+            self._draw_curves()
+        if chart.backdrop is not None:
+            self._draw_plateau_labels(chart.backdrop)
+        for index, trace in self._traces:
+            if trace.look in ("points", "marked"):
+                self._draw_marks(index, trace)
+        for row, column, label, style in guide_labels:
+            self._write(row, column, label, style)
+        if len(chart.traces) > 1 and not chart.stacked:
+            self._draw_trace_numbers()
+        # The first cursor is drawn over the second.
+        self._draw_cursor(1)
+        self._draw_cursor(0)
 
     def _style_id(self, name: str) -> int:
         # Index of a style; a new style is appended.
@@ -157,33 +181,35 @@ class _Canvas:
             self._style_names.append(name)
         return self._style_names.index(name)
 
-    def draw_backdrop(self, backdrop: Backdrop) -> None:
+    def _draw_shades(self, backdrop: Backdrop) -> None:
         # Coordinates of the middle of the columns and rows.
-        x_positions = (np.arange(self._columns) + 0.5) / self._columns
-        y_positions = 1.0 - (np.arange(self._rows) + 0.5) / self._rows
-        cell_x = np.array([self._x_axis.value(position) for position in x_positions.tolist()])
-        cell_y = np.array([self._y_axis.value(position) for position in y_positions.tolist()])
+        cell_x = self._x_axis.values((np.arange(self._columns) + 0.5) / self._columns)
+        cell_y = self._y_axis.values(1.0 - (np.arange(self._rows) + 0.5) / self._rows)
         x_indices, y_indices = _nearest(backdrop.x, cell_x), _nearest(backdrop.y, cell_y)
         levels = backdrop.levels[x_indices[None, :], y_indices[:, None]]
         shades = [(ord(shade.character), self._style_id(shade.style)) for shade in backdrop.shades]
         characters, styles = np.array(shades, dtype=np.intp).T
-        outside_x = (cell_x < backdrop.x[0]) | (cell_x > backdrop.x[-1])
-        outside_y = (cell_y < backdrop.y[0]) | (cell_y > backdrop.y[-1])
-        inside = ~(outside_x[None, :] | outside_y[:, None])
+        inside_x = (cell_x >= backdrop.x[0]) & (cell_x <= backdrop.x[-1])
+        inside_y = (cell_y >= backdrop.y[0]) & (cell_y <= backdrop.y[-1])
+        inside = inside_x[None, :] & inside_y[:, None]
         self._characters[inside] = characters[levels][inside]
         self._styles[inside] = styles[levels][inside]
-        for x, y, text in backdrop.labels:
-            column, row = self._column_at(x), self._row_at(y)
-            if column is not None and row is not None:
-                padded = f" {text} "
-                self._write(row, column - len(padded) // 2, padded, self._style_id("plot"))
 
-    def draw_guides(self, chart: Chart) -> None:
-        labels = self._guide_labels
-        for guide in chart.guides:
+    def _draw_plateau_labels(self, backdrop: Backdrop) -> None:
+        for x, y, text in backdrop.labels:
+            cell = self._cell_at(x, y)
+            if cell is not None:
+                padded = f" {text} "
+                column = cell[1] - len(padded) // 2
+                self._write(cell[0], column, padded, self._style_id("plot"))
+
+    def _draw_guides(self) -> list[tuple[int, int, str, int]]:
+        # Returns row, first column, text and style of the labels.
+        labels: list[tuple[int, int, str, int]] = []
+        for guide in self._chart.guides:
             style = self._style_id(guide_style(guide))
             axis = self._x_axis if guide.vertical else self._y_axis
-            position = float(axis.positions([guide.value])[0])
+            position = float(axis.positions(guide.value))
             if not 0.0 <= position <= 1.0:
                 continue
             if guide.vertical:
@@ -197,10 +223,7 @@ class _Canvas:
                 self._draw_line(self._characters[row], _HORIZONTAL, _VERTICAL)
                 self._styles[row] = style
                 labels.append((row, self._columns - len(guide.label), guide.label, style))
-
-    def draw_guide_labels(self) -> None:
-        for row, column, label, style in self._guide_labels:
-            self._write(row, column, label, style)
+        return labels
 
     @staticmethod
     def _draw_line(cells: NDArray[np.uint32], line: int, crossed_line: int) -> None:
@@ -212,18 +235,13 @@ class _Canvas:
         self._characters[row, column : column + len(text)] = [ord(character) for character in text]
         self._styles[row, column : column + len(text)] = style
 
-    def _trace_positions(self, trace: Trace) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        # Axis positions (0 to 1) of the points, reduced to the resolution of the plot.
-        x, y = reduce_trace(trace, self._x_axis, DOTS_X * self._columns)
-        return self._x_axis.positions(x), self._y_axis.positions(y)
-
-    def draw_curves(self, traces: Sequence[tuple[int, Trace]]) -> None:
-        """Draw lines and dots; of several traces only the top one is filled where it is dense."""
-        lines = [(index, trace) for index, trace in reversed(traces) if trace.look != "points"]
+    def _draw_curves(self) -> None:
+        # Draw lines and dots; of several traces only the top one is filled where it is dense.
+        lines = [pair for pair in reversed(self._traces) if pair[1].look != "points"]
         if not lines:
             return
         # The topmost trace is first. Bits of its dots by row and column, all and inside.
-        rasters = [self._raster(trace, *self._trace_positions(trace)) for _, trace in lines]
+        rasters = [self._raster(trace) for _, trace in lines]
         cells = np.array([raster.cells for raster in rasters])
         inner_cells = np.array([raster.inner_cells for raster in rasters])
         styles = np.array([self._style_id(trace_style(trace, index)) for index, trace in lines])
@@ -247,23 +265,47 @@ class _Canvas:
         self._styles[is_drawn] = styles[is_shown.argmax(axis=0)][is_drawn]
         self._edges = {index: edge for (index, _), edge in zip(lines, dots, strict=True)}
 
-    def draw_points(self, index: int, trace: Trace) -> None:
-        """Draw the marks of a trace."""
-        if trace.look in ("points", "marked"):
-            x, y = self._trace_positions(trace)
-            style = self._style_id(trace_style(trace, index))
-            inside = (x >= 0.0) & (x <= 1.0) & (y >= 0.0) & (y <= 1.0)
-            cells = self._cells_at(x[inside], y[inside])
-            self._characters[cells] = ord(trace_mark(trace, index))
-            self._styles[cells] = style
+    def _draw_areas(self) -> None:
+        # Fill the areas of traces over the same x, each on top of those before it.
+        edges = self._x_edges
+        middles, bottom = 0.5 * (edges[1:] + edges[:-1]), np.zeros(edges.size - 1)
+        dots = np.zeros_like(self._characters)
+        counts = np.zeros(dots.shape, dtype=np.intp)
+        for index, trace in self._traces:
+            top = bottom + np.interp(middles, trace.x, trace.y, 0.0, 0.0)
+            raster = Raster(self._columns, self._rows)
+            limits = (self._y_axis.positions(values) for values in (bottom, top))
+            raster.fill_columns(*(np.where(top > bottom, edge, np.nan) for edge in limits))
+            dots |= raster.cells & _AREA_MASKS[index % len(_AREA_MASKS)]
+            # A cell has the colour of the area with most dots.
+            dot_counts = np.bitwise_count(raster.cells).astype(np.intp)
+            self._styles[dot_counts > counts] = self._style_id(trace_style(trace, index))
+            counts, bottom = np.maximum(counts, dot_counts), top
+        self._characters[dots > 0] = Raster.BLANK + dots[dots > 0]
 
-    def _raster(self, trace: Trace, x: NDArray[np.float64], y: NDArray[np.float64]) -> Raster:
+    def _draw_marks(self, index: int, trace: Trace) -> None:
+        x, y = self._x_axis.positions(trace.x), self._y_axis.positions(trace.y)
+        inside = (x >= 0.0) & (x <= 1.0) & (y >= 0.0) & (y <= 1.0)
+        rows, columns = self._cells_at(x[inside], y[inside])
+        # The marks on a line have gaps, and those of another trace are in other columns.
+        step = 1
+        if trace.look == "marked" and trace.ordered and columns.size > 1:
+            step = max(1, int(_MARK_DISTANCE * columns.size / (1 + np.ptp(columns))))
+        marked = slice(step * (2 * index + 1) // _MARK_DISTANCE % step, None, step)
+        self._characters[rows[marked], columns[marked]] = ord(trace_mark(trace, index))
+        self._styles[rows[marked], columns[marked]] = self._style_id(trace_style(trace, index))
+
+    def _raster(self, trace: Trace) -> Raster:
         raster = Raster(self._columns, self._rows)
+        x, y = trace.x, trace.y
+        if trace.ordered:
+            x, y = envelope(x, y, self._x_edges)
+        x, y = self._x_axis.positions(x), self._y_axis.positions(y)
         if trace.look == "dots":
             raster.draw_dots(x, y)
         elif trace.ordered:
             raster.draw_lines(x, y)
-            band = trace_band(trace, self._x_axis, DOTS_X * self._columns)
+            band = dense_band(trace.x, trace.y, self._x_edges)
             raster.fill_columns(*map(self._y_axis.positions, band))
         else:
             # Unordered traces are not reduced to what the plot resolves. To limit the time, lines
@@ -281,30 +323,41 @@ class _Canvas:
         rows = self._rows - 1 - np.minimum((y * self._rows).astype(np.intp), self._rows - 1)
         return rows, columns
 
-    def draw_trace_numbers(self, chart: Chart, view: View) -> None:
+    def _cell_at(self, x: float, y: float) -> tuple[int, int] | None:
+        # Row and column of a point; None if it is outside the plot.
+        column, row = self._column_at(x), self._row_at(y)
+        return None if column is None or row is None else (row, column)
+
+    def _column_at(self, x: float) -> int | None:
+        position = float(self._x_axis.positions(x))
+        return _cell_index(position, self._columns) if 0.0 <= position <= 1.0 else None
+
+    def _row_at(self, y: float) -> int | None:
+        height = float(self._y_axis.positions(y))
+        return self._rows - 1 - _cell_index(height, self._rows) if 0.0 <= height <= 1.0 else None
+
+    def _draw_trace_numbers(self) -> None:
         # Numbers distinguish lines without colour. They stand at evenly spaced x, or at the end of
         # an unordered trace.
-        count = len(chart.traces)
-        for index, trace in view.visible_traces(chart):
+        count = len(self._chart.traces)
+        for index, trace in self._traces:
             if trace.look != "line" or not trace.x.size:
                 continue
             target_x = self._x_axis.value((index + 0.5) / count)
             sample = int(np.searchsorted(trace.x, target_x)) if trace.ordered else trace.x.size - 1
             sample = min(sample, trace.x.size - 1)
-            x = float(self._x_axis.positions([trace.x[sample]])[0])
-            y = float(self._y_axis.positions([trace.y[sample]])[0])
-            if 0.0 <= x <= 1.0 and 0.0 <= y <= 1.0:
-                (row,), (column,) = self._cells_at(np.array([x]), np.array([y]))
+            cell = self._cell_at(float(trace.x[sample]), float(trace.y[sample]))
+            if cell is not None:
+                row, column = cell
                 # A dense trace has its number at its nearest edge.
                 edge_rows = np.flatnonzero(self._edges[index][:, column])
                 if edge_rows.size:
-                    row = edge_rows[np.abs(edge_rows - row).argmin()]
-                self._characters[row, column] = ord(trace_mark(trace, index))
-                self._styles[row, column] = self._style_id(trace_style(trace, index))
+                    row = int(edge_rows[np.abs(edge_rows - row).argmin()])
+                style = self._style_id(trace_style(trace, index))
+                self._write(row, column, trace_mark(trace, index), style)
 
-    def draw_cursor(
-        self, index: int, chart: Chart, position: Position | None, points: Sequence[NearestPoint]
-    ) -> None:
+    def _draw_cursor(self, index: int) -> None:
+        chart, position, points = self._chart, self._cursors[index], self._cursor_points[index]
         if position is None:
             return
         vertical, style_name = _CURSORS[index]
@@ -319,35 +372,25 @@ class _Canvas:
             cells = self._characters[row]
             cells[cells == _BLANK] = _HORIZONTAL
             self._styles[row] = style
-        for point in points:
-            column, row = self._column_at(point.x), self._row_at(point.y)
-            if column is not None and row is not None:
-                self._characters[row, column] = ord(CURSOR_SIGNS[index])
-                self._styles[row, column] = style
+        # Points of stacked areas are above those below them.
+        for point in points if not chart.stacked else ():
+            cell = self._cell_at(point.x, point.y)
+            if cell is not None:
+                self._write(*cell, CURSOR_SIGNS[index], style)
 
-    def _column_at(self, x: float) -> int | None:
-        position = float(self._x_axis.positions([x])[0])
-        return _cell_index(position, self._columns) if 0.0 <= position <= 1.0 else None
-
-    def _row_at(self, y: float) -> int | None:
-        height = float(self._y_axis.positions([y])[0])
-        return self._rows - 1 - _cell_index(height, self._rows) if 0.0 <= height <= 1.0 else None
-
-    def strip_spans(
-        self, shades: str, chart: Chart, cursors: Sequence[Position | None]
-    ) -> Iterator[Span]:
+    def strip_spans(self, shades: str) -> Iterator[Span]:
         """The shades of a row below the plot, with the cursors."""
         styles, characters = ["strip"] * len(shades), list(shades)
         for index in (1, 0):
-            position = cursors[index]
-            column = None if position is None or chart.is_plane else self._column_at(position[0])
+            position, is_plane = self._cursors[index], self._chart.is_plane
+            column = None if position is None or is_plane else self._column_at(position[0])
             if column is not None:
                 line, styles[column] = _CURSORS[index]
                 characters[column] = chr(line)
         for style, group in groupby(zip(characters, styles, strict=True), key=itemgetter(1)):
             yield "".join(character for character, _ in group), style
 
-    def rows(self) -> Iterator[list[Span]]:
+    def lines(self) -> Iterator[list[Span]]:
         """The rows from the top, split into runs of one style."""
         for characters, styles in zip(self._characters, self._styles, strict=True):
             text = "".join(map(chr, characters.tolist()))
@@ -359,8 +402,8 @@ class _Canvas:
 
 
 def _cell_index(position: float, cells: int) -> int:
-    # Index of the cell at an axis position; position 1 is in the last cell.
-    return min(int(position * cells), cells - 1)
+    # Index of the cell at an axis position from 0 to 1, but for rounding errors.
+    return min(max(int(position * cells), 0), cells - 1)
 
 
 def _nearest(axis: NDArray[np.float64], values: NDArray[np.float64]) -> NDArray[np.intp]:
@@ -370,30 +413,41 @@ def _nearest(axis: NDArray[np.float64], values: NDArray[np.float64]) -> NDArray[
     return upper - lower_is_nearer.astype(np.intp)
 
 
-def _row_labels(axis: Axis, ticks: Sequence[float], labels: Sequence[str], rows: int) -> list[str]:
-    # The margin of every row: the line of the axis, with a tick and its label.
-    margin = ["│".rjust(MARGIN)] * rows
-    for tick, label in zip(ticks, labels, strict=True):
-        row = rows - 1 - _cell_index(float(axis.positions([tick])[0]), rows)
-        if 0 <= row < rows:
-            margin[row] = label[: MARGIN - 1].rjust(MARGIN - 1) + "┤"
-    return margin
+def _margins(axis: Axis, rows: int) -> list[str]:
+    # The margin of every row: the line of the axis, with ticks and their labels.
+    ticks, labels = axis.ticks(_max_y_ticks(rows))
+    width = max(MARGIN, *(len(label) + 1 for label in labels))
+    margins = ["│".rjust(width)] * rows
+    for position, label in zip(axis.positions(ticks).tolist(), labels, strict=True):
+        margins[rows - 1 - _cell_index(position, rows)] = label.rjust(width - 1) + "┤"
+    return margins
 
 
-def _column_labels(axis: Axis, label: str, columns: int) -> list[Span]:
-    # The line of tick labels of x. The name of the axis is left of it, or if long, at its end.
-    ticks, labels = axis.ticks(_tick_counts(columns, 0)[0])
-    left_label = label if len(label) < MARGIN else ""
-    end_label = "" if left_label else label[:columns]
-    line = [" "] * (columns - len(end_label))
-    free_column = 0
-    for tick, text in zip(ticks, labels, strict=True):
-        tick_column = _cell_index(float(axis.positions([tick])[0]), columns)
-        start = max(min(tick_column - len(text) // 2, columns - len(text)), 0)
-        if start >= free_column and start + len(text) <= len(line) - bool(end_label):
-            line[start : start + len(text)] = text
-            free_column = start + len(text) + 1
-    return [(left_label.ljust(MARGIN), "label"), ("".join(line), "tick"), (end_label, "label")]
+def _x_labels(axis: Axis, columns: int) -> list[tuple[float, int, str]]:
+    # The ticks of x, the first columns of their labels, and the labels: as many as have gaps.
+    max_count = min(columns // _COLUMNS_PER_TICK, _MAX_X_TICKS)
+    for count in range(max(max_count, 2), 0, -1):
+        labels, end = [], -_LABEL_GAP
+        for tick, text in zip(*axis.ticks(count), strict=True):
+            middle = _cell_index(float(axis.positions([tick])[0]), columns)
+            start = max(min(middle - len(text) // 2, columns - len(text)), 0)
+            has_gap = start >= end + _LABEL_GAP
+            end = start + len(text)
+            labels.append((tick, start, text))
+            if not has_gap:
+                break
+        else:
+            return labels
+    return labels[:1]
+
+
+def _x_axis_line(axis: Axis, label: str, margin: int, columns: int) -> list[Span]:
+    # The name of the axis, if it is short, and the labels of the ticks.
+    line = [" "] * columns
+    for _, start, text in _x_labels(axis, columns):
+        line[start : start + len(text)] = text
+    name = label if len(label) <= MARGIN else ""
+    return [(name.ljust(margin), "label"), ("".join(line), "tick")]
 
 
 def _wrap_spans(

@@ -2,7 +2,9 @@
 
 import dataclasses
 import itertools
+from dataclasses import replace
 from functools import partial
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -221,6 +223,100 @@ def test_guides_shades_and_marks_are_drawn() -> None:
     assert all("▒" not in line[:18] and line.endswith("▒") for line in plot_area)
     heading = draw(chart, View(cursors=Cursors((2.9, 0.2))), 48, 12).text()
     assert heading.startswith("F (N) μ 3  F 0 N  growth 1 1/s")
+
+
+@given(st.floats(-1e3, 1e3), st.floats(1e-4, 1e4), st.integers(8, 50), st.booleans())
+def test_ticks_of_y_are_whole_rows_apart_and_all_have_their_values(
+    low: float, span: float, height: int, log: bool
+) -> None:
+    low = abs(low) + 1e-3 if log else low
+    values = np.array([low, low * (1e3 + span) if log else low + span])
+    chart = Chart("t (s)", "y (m)", (Trace("", np.array([0.0, 1.0]), values),))
+    view = View(log_y=log)
+    picture = draw(chart, view, 60, height)
+    column, top, _, rows = picture.plot_area
+    margins = [line[:column] for line in picture.text().splitlines()[top : top + rows]]
+    ticks = [(row, float(text[:-1])) for row, text in enumerate(margins) if text[-1] == "┤"]
+    assert len(ticks) > 1
+    (distance,) = {lower[0] - upper[0] for upper, lower in pairwise(ticks)}
+    assert distance >= 2
+    axis = view.axes(chart)[1]
+    assert axis.low <= values[0] < values[1] <= axis.high
+    for row, value in ticks:
+        assert axis.positions(value) == pytest.approx(1.0 - (row + 0.5) / rows, abs=1e-3)
+
+
+@pytest.mark.parametrize("end", [1.0, 7.3, 120.0, 5e-7, 3e8])
+def test_no_label_of_a_tick_of_x_is_missing(end: float) -> None:
+    chart = Chart("t (s)", "y", (Trace("", np.array([0.0, end]), np.array([0.0, 1.0])),))
+    for width in range(30, 200, 7):
+        picture = draw(chart, View(), width, 12)
+        labels = [float(text) for text in picture.text().splitlines()[-1].split()[2:]]
+        steps = np.diff(labels)
+        assert labels[0] == 0.0
+        assert steps == pytest.approx(np.full(len(labels) - 1, steps[0]))
+        assert end - labels[-1] < 1.0001 * steps[0]
+        # A long name of the axis is in the heading.
+        heading, *_, last = draw(replace(chart, x_label="CPU time (s)"), View(), width, 12).lines
+        assert heading[1][0] == " over CPU time (s)"
+        assert [float(text) for text in "".join(text for text, _ in last).split()] == labels
+
+
+def test_a_line_at_zero_is_shown_near_the_data_or_with_a_meaning() -> None:
+    t = np.linspace(0.0, 1.0, 100)
+    trace = Trace("", t, -0.63 + 0.01 * np.sin(60.0 * t))
+    far, near = (replace(trace, y=trace.y + shift) for shift in (0.0, 0.615))
+    zero = Guide(0.0, vertical=False)
+    for guide, data, is_shown in (
+        (zero, far, False),
+        (zero, near, True),
+        (replace(zero, label="belt"), far, True),
+        (replace(zero, role="stability limit"), far, True),
+    ):
+        _, axis = View().axes(Chart("t (s)", "y (m)", (data,), guides=(guide,)))
+        assert (axis.low <= 0.0 <= axis.high) is is_shown
+
+
+def test_labels_of_plateaus_are_drawn_over_boundaries() -> None:
+    x = np.linspace(0.0, 10.0, 21)
+    levels = np.zeros((21, 21), dtype=np.intp)
+    shades = (Shade("░", "plot"),)
+    labels = ((5.0, 5.0, "0.278"),)
+    backdrop = Backdrop(x, x, levels, shades, levels.astype(float), "μ", labels=labels)
+    boundary = Trace("boundary", np.linspace(0.0, 10.0, 200), np.full(200, 5.0), ordered=False)
+    chart = Chart("F (N)", "k (N/m)", (boundary,), backdrop=backdrop)
+    assert " 0.278 " in draw(chart, View(), 60, 16).text()
+
+
+def test_stacked_areas_add_up_and_have_patterns_of_their_own() -> None:
+    x = np.linspace(0.0, 1.0, 50)
+    traces = tuple(
+        Trace(role, x, np.full(50, share), colour=role)
+        for role, share in (("safe", 0.1), ("warning", 0.2), ("danger", 0.3))
+    )
+    chart = Chart("μ", "share", traces, stacked=True)
+    view = View()
+    picture = draw(chart, view, 60, 20)
+    column, top, _, rows = picture.plot_area
+    cells = [line[column + 5] for line in picture.text().splitlines()[top : top + rows]]
+    values = [float(view.axes(chart)[1].value(1.0 - (row + 0.5) / rows)) for row in range(rows)]
+    by_value = dict(zip(values, cells, strict=True))
+    full = {
+        role: {cell for value, cell in by_value.items() if low + 0.03 < value < high - 0.03}
+        for role, low, high in (("safe", 0.0, 0.1), ("warning", 0.1, 0.3), ("danger", 0.3, 0.6))
+    }
+    assert [len(cells) for cells in full.values()] == [1, 1, 1]
+    assert len(set.union(*full.values())) == 3
+    assert {cell for value, cell in by_value.items() if value > 0.65} <= {" "}
+
+
+def test_marks_on_a_dense_line_have_gaps_and_those_of_a_sparse_one_are_complete() -> None:
+    x = np.linspace(0.0, 1.0, 200)
+    for size, expected in ((200, range(3, 9)), (4, range(4, 5))):
+        points = x[:: 200 // size][:size]
+        trace = Trace("peak", points, np.full(size, 0.5), look="marked", mark="●")
+        text = draw(Chart("F (N)", "y (m)", (trace,)), View(), 48, 12).text()
+        assert text.count("●") in expected
 
 
 @pytest.mark.parametrize(

@@ -57,6 +57,8 @@ def test_a_cursor_crosses_at_the_nearest_point_and_each_key_moves_it_to_another(
     chart = branch_chart(BRANCH, None)
     columns, rows = (60, 15)
     view = View()
+    # The limits of y depend on the rows of the plot.
+    draw(chart, view, 90, 25)
 
     def read_cursor() -> tuple[float, float]:
         (point,) = points_at(chart, view, view.cursors.first)

@@ -219,7 +219,7 @@ def test_a_sweep_chart_names_every_output_and_case() -> None:
     # The outputs about y in two cases; x_abs is not drawn.
     assert len({trace.mark for trace in chart.traces}) == len(chart.traces) == 4
     for index, trace in enumerate(chart.traces):
-        quantity, case = trace.name.split(", separation ")
+        quantity, case = trace.name.split(", ")
         output = outputs.index("y_abs" if quantity == "peak" else "y_half_range")
         assert trace.x.tolist() == [20.0, 50.0, 80.0]
         # `output_value`: the invented values, different functions of F for each output and case.

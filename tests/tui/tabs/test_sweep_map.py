@@ -68,10 +68,10 @@ def test_a_sweep_agrees_with_single_runs() -> None:
     assert half_ranges.y[5] == pytest.approx(run.steady.y_half_range)
     names = [trace.name for trace in chart.traces]
     assert names == [
-        "peak, separation considered",
-        "±y 2nd half, separation considered",
-        "peak, separation ignored",
-        "±y 2nd half, separation ignored",
+        "peak, considered",
+        "±y 2nd half, considered",
+        "peak, ignored",
+        "±y 2nd half, ignored",
     ]
     picture = draw(chart, View(), 80, 20).text()
     assert all(mark in picture for mark in "●◆◇")
@@ -208,7 +208,7 @@ async def test_a_sweep_can_be_started_and_stopped_and_its_points_opened(
     range_input.value = "F=60:100:21"
     await pilot.press("enter")
     await until_shown(pilot, "42 transients")
-    assert "peak, separation considered" in text_of(pilot)
+    assert "peak, considered" in text_of(pilot)
     chart_view = chart_of(pilot, "sweep-chart")
     chart_view.focus()
     await pilot.press("c", "shift+right", "enter")
