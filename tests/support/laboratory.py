@@ -306,7 +306,8 @@ def endless_simulate(*_: object, progress: Callable[[float], bool], **__: object
 async def show_all_quantities(pilot: Pilot[None]) -> None:
     """Draw all quantities over time, also on a low screen."""
     pane = lab_of(pilot).query_one(TransientPane)
-    pane.store_setting("quantity", "all")
+    pane.store_setting("chart-time", "all")
+    pane.fit_charts()
     pane.draw()
     await pilot.pause()
 

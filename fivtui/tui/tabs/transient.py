@@ -34,7 +34,7 @@ from fivtui.transient import (
     time_chart,
     transient_rows,
 )
-from fivtui.tui.chart import ChartView, Control
+from fivtui.tui.chart import ChartView
 from fivtui.tui.session import (
     NATIVE_ENGINE,
     Run,
@@ -59,25 +59,12 @@ if TYPE_CHECKING:
     from .exports.export import Export
 
 # Quantities of the time histories from the top.
-_QUANTITIES: Final = ("y", "x", "P")
-# What the time histories show in turn, and the stored setting of the choice.
-_ALL: Final = "all"
-_CHOICES: Final = ("y", "P", "x", _ALL)
-_CHOICE: Final = "quantity"
-# Rows of each quantity from which all can be chosen, and from which all are shown at first.
-_MIN_CHART_ROWS: Final = 4
-_GOOD_CHART_ROWS: Final = 6
-# Other rows: status, strip, time axis and summary.
-_OTHER_ROWS: Final = 5
-# Minimum columns for three phase portraits side by side.
-_WIDE_COLUMNS: Final = 120
+_QUANTITIES: Final = ("y", "P", "x")
 # Mark and colour of the ghost, the live curve before an edit.
 _GHOST_STYLE: Final = ("·", "ghost")
 _LIVE_OFF: Final = "The live curve is off: press Run, or switch it on in the palette."
 # Charts that display a text while there is no curve, the first ones of their views.
 _FIRST_CHARTS: Final = ("plot-y", "phase-y", "plot-spectrum", "belt-picture")
-# The key that shows another quantity over time; a click on it does the same.
-_CONTROLS: Final = (Control("next_quantity", "n: y P x all", "n:yPx"),)
 _NO_SPECTRUM: Final = "no chart to export: too few samples in its time window"
 _NO_BASELINE: Final = "no difference: set another run as baseline (b in the run list)"
 _NO_EXPORT: Final = "this view of the live curve has no export: press Run first"
@@ -106,7 +93,6 @@ class TransientPane(ActionPane):
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("g,home", "show_end(False)", "Start of the run", show=False),
         Binding("G,end", "show_end(True)", "End of the run", show=False),
-        Binding("n", "next_quantity", "Next quantity"),
     ]
 
     def __init__(self, session: Session) -> None:
@@ -127,7 +113,7 @@ class TransientPane(ActionPane):
         """Time histories, phase portraits, spectrum, difference, belt, measured data, numbers."""
         with Vertical(id="time"):
             for quantity in _QUANTITIES:
-                yield ChartView(f"plot-{quantity}", controls=_CONTROLS)
+                yield ChartView(f"plot-{quantity}")
         with Horizontal(id="phase"):
             yield ChartView("phase-y")
             yield ChartView("phase-x")
@@ -253,10 +239,7 @@ class TransientPane(ActionPane):
 
     def draw(self) -> None:
         """Draw the current view."""
-        shown = self._shown_quantities
-        for name in _QUANTITIES:
-            self.query_one(f"#plot-{name}").display = name in shown
-        self.query_one("#phase-path").display = self.view_switcher.size.width >= _WIDE_COLUMNS
+        self.set_class(self.view == "measured", "-measured")
         if not self._plotted:
             return
         draw = {
@@ -271,7 +254,7 @@ class TransientPane(ActionPane):
         draw[self.view]()
 
     def _draw_time(self) -> None:
-        shown = self._shown_quantities
+        shown = [name for name in _QUANTITIES if self.query_one(f"#plot-{name}").display]
         for quantity in shown:
             # The strip of separations is shown once, and so is the time axis.
             strip, x_axis = quantity == shown[0], quantity == shown[-1]
@@ -282,9 +265,7 @@ class TransientPane(ActionPane):
         for quantity in ("y", "x"):
             chart = self.query_one(f"#phase-{quantity}", ChartView)
             chart.show(phase_chart(quantity, self._plotted, self._window))
-        path = self.query_one("#phase-path", ChartView)
-        if path.display:
-            path.show(path_chart(self._plotted, self._window))
+        self.query_one("#phase-path", ChartView).show(path_chart(self._plotted, self._window))
 
     def _draw_spectrum(self) -> None:
         view = self.query_one("#plot-spectrum", ChartView)
@@ -421,35 +402,6 @@ class TransientPane(ActionPane):
     @on(Resize)
     def _fit(self) -> None:
         self._show_summary(self._facts)
-        self.draw()
-
-    @property
-    def _shown_quantities(self) -> Sequence[str]:
-        # The chosen quantities over time, or else those that fit.
-        choice = self.stored_setting(_CHOICE, _ALL if self._has_rows(_GOOD_CHART_ROWS) else "y")
-        shows_all = choice == _ALL and bool(self._plotted) and self._has_rows(_MIN_CHART_ROWS)
-        return _QUANTITIES if shows_all else (choice if choice in _QUANTITIES else "y",)
-
-    def _has_rows(self, chart_rows: int) -> bool:
-        # Whether all quantities have this many rows.
-        return self.size.height >= len(_QUANTITIES) * chart_rows + _OTHER_ROWS
-
-    def key_hints(self) -> list[str]:
-        """Keys of the tab, among them the one that shows another quantity."""
-        return ["n y, P, x, all", *super().key_hints()]
-
-    def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
-        """Whether an action is available: the next quantity in the view over time."""
-        if action == "next_quantity":
-            return self.view == "time"
-        return super().check_action(action, parameters)
-
-    def action_next_quantity(self) -> None:
-        """Show another quantity over time, or all of them if they fit."""
-        shown = self._shown_quantities
-        current = shown[0] if len(shown) == 1 else _ALL
-        choices = _CHOICES if self._has_rows(_MIN_CHART_ROWS) else _CHOICES[:-1]
-        self.store_setting(_CHOICE, choices[(choices.index(current) + 1) % len(choices)])
         self.draw()
 
     def action_show_end(self, at_end: bool) -> None:

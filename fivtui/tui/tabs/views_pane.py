@@ -18,7 +18,7 @@ from textual.widget import Widget
 from textual.widgets import ContentSwitcher, Static
 
 from fivtui.charts import Cursors, View, VisibleCharts, cursor_texts
-from fivtui.tui.chart import ChartView
+from fivtui.tui.chart import ChartView, Control
 
 from .pane import Pane
 
@@ -29,6 +29,14 @@ _CORNERS: Final = 6
 _CURRENT_STYLE: Final = "reverse"
 _HIDDEN_STYLE: Final = "not bold $foreground 80%"
 _NOTE_STYLE: Final = "bold $text-warning"
+# Rows of each of several charts from which all can be shown, and from which all are shown at first.
+_MIN_CHART_ROWS: Final = 5
+_GOOD_CHART_ROWS: Final = 10
+# Least columns of charts side by side.
+_MIN_CHART_COLUMNS: Final = 40
+# The key that shows another chart; a click on it does the same.
+_NEXT_CHART: Final = Control("next_chart", "n: next chart", "n:next")
+_ALL: Final = "all"
 # Columns beside the values that cursors read.
 _PADDING: Final = 2
 _CURSOR_KEYS: Final = ("C: second cursor", "← →: move", "Esc: off")
@@ -55,7 +63,10 @@ class ViewsPane(Pane):
     VIEW_SETTING: ClassVar[str] = "view"
     LOG_AXES: ClassVar[Mapping[str, str]] = {}
     COMMON_X_LIMITS: ClassVar[Sequence[Sequence[str]]] = ()
-    BINDINGS: ClassVar[list[BindingType]] = [Binding("v", "next_view", "View")]
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("v", "next_view", "View"),
+        Binding("n", "next_chart", "Chart", tooltip="Next chart, or all charts"),
+    ]
 
     def compose(self) -> ComposeResult:
         """The views, and the values that cursors read."""
@@ -79,6 +90,7 @@ class ViewsPane(Pane):
     @on(Resize)
     def _fit_titles(self) -> None:
         self.show_titles()
+        self.fit_charts()
         if self.has_class("-cursors"):
             self._show_cursors()
 
@@ -148,8 +160,9 @@ class ViewsPane(Pane):
             chart.redraw()
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:  # noqa: ARG002
-        """Whether an action is available: the next view needs several views."""
-        return action != "next_view" or len(self.VIEWS) > 1
+        """Whether an action is available: the next view and chart need several of them."""
+        items = {"next_view": self.VIEWS, "next_chart": self._stacked_charts}
+        return len(items.get(action, "any")) > 1
 
     def key_hints(self) -> list[str]:
         """Keys of the tab; the first focus the plot and show the next view."""
@@ -210,11 +223,63 @@ class ViewsPane(Pane):
         is_row = isinstance(self.page, Horizontal)
         return VisibleCharts(panels, side_by_side=is_row) if panels else None
 
+    # Several charts in a page
+
+    @property
+    def _stacked_charts(self) -> list[ChartView]:
+        # The charts of the page; empty if they are side by side.
+        is_row = self.page.layout.name == "horizontal"
+        return [] if is_row else list(self.page.query(ChartView))
+
+    def fit_charts(self) -> None:
+        """Show the chosen chart of the page, or all charts if they have enough rows or columns."""
+        page_charts, stacked = list(self.page.query(ChartView)), self._stacked_charts
+        shown = page_charts[: max(self.view_switcher.size.width // _MIN_CHART_COLUMNS, 1)]
+        if stacked:
+            rows = self._chart_rows
+            default = _ALL if rows >= _GOOD_CHART_ROWS else ""
+            choice = self.stored_setting(self._choice_setting, default)
+            shows_all = choice == _ALL and rows >= _MIN_CHART_ROWS
+            chosen = [chart for chart in stacked if shows_all or chart.id == choice]
+            shown = chosen or stacked[:1]
+        for chart in page_charts:
+            chart.extra_controls = (_NEXT_CHART,) if len(stacked) > 1 else ()
+            chart.display = chart in shown
+            if chart in shown:
+                # Rules of a style sheet may still hide it.
+                chart.styles.inline.clear_rule("display")
+
+    @property
+    def _chart_rows(self) -> int:
+        # Rows of each chart if all are shown; whatever is beside them has one row.
+        children = [child for child in self.page.children if child.display]
+        others = [child for child in children if not isinstance(child, ChartView)]
+        return (self.view_switcher.size.height - len(others)) // len(self._stacked_charts)
+
+    @property
+    def _choice_setting(self) -> str:
+        return f"chart-{self.page.id}"
+
+    def action_next_chart(self) -> None:
+        """Show the next chart of the page, or all charts if they fit."""
+        charts = self._stacked_charts
+        choices = [str(chart.id) for chart in charts]
+        shown = [str(chart.id) for chart in charts if chart.display]
+        index = choices.index(shown[0]) if len(shown) == 1 else -1
+        if index >= 0 and self._chart_rows >= _MIN_CHART_ROWS:
+            choices.append(_ALL)
+        self.store_setting(self._choice_setting, choices[(index + 1) % len(choices)])
+        self.fit_charts()
+        self.draw()
+        if self.screen.focused in charts:
+            self.focus_within(self.page)
+
     def show_view(self, name: str) -> None:
         """Show a view by its identifier."""
         self.store_setting(self.VIEW_SETTING, name)
         self.view_switcher.current = self.page_of(name)
         self.show_titles()
+        self.fit_charts()
         self.draw()
         self._show_cursors()
         self.focus_within(self.page)

@@ -75,6 +75,8 @@ async def test_two_cursors_are_on_all_plots_with_differences_and_units(
     assert chart_of(pilot, "phase-x").view.cursors is cursors
     index = int(abs(motion.t - cursors.first[0]).argmin())
     assert f"y ◆{motion.y[index]:.5g} " in flat_text_of(pilot)
+    await pilot.press("n")
+    await until_shown(pilot, "ẋ ◆")
     assert f"ẋ ◆{motion.vx[index]:.5g} " in flat_text_of(pilot)
     old_position = cursors.first
     await pilot.press("left")

@@ -85,7 +85,7 @@ async def test_a_fit_is_shown_beside_its_residuals_and_enter_runs_the_fitted_val
         computed, measured = signals.chart.traces
         (deviation,) = residuals.chart.traces
         np.testing.assert_array_equal(measured.y - computed.y, deviation.y)
-        await pilot.press("alt+p", "n")
+        await pilot.press("alt+p", "s")
     assert labels == ["y (m)", "x (m)", "y (m)"]
     await pilot.press("v")
     await until_shown(pilot, f"{result.fit['mu'].value:.6g} 95 %: {result.fit['mu'].low:.6g} to")

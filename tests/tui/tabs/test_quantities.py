@@ -1,9 +1,8 @@
-"""The quantities over time: one large chart, another by a key, and all where they fit."""
+"""Charts below each other: one large chart, another by a key, and all where they fit."""
 
 from textual.pilot import Pilot
 
 from fivtui.tui.app import FivtuiApp
-from fivtui.tui.tabs.transient import TransientPane
 from tests.support.laboratory import app_of, chart_of, show_tab, text_of, until, until_shown
 
 SIZE = (80, 24)
@@ -22,8 +21,8 @@ async def until_drawn(pilot: Pilot[None]) -> None:
 async def test_a_key_or_a_click_shows_each_quantity_and_all_of_them(pilot: Pilot[None]) -> None:
     await until_drawn(pilot)
     assert quantities(pilot) == ["y"]
-    # The heading and the hints of the tab name the key.
-    await until_shown(pilot, "n:yPx")
+    # The heading names the key.
+    await until_shown(pilot, "n:next")
     await pilot.press("alt+p", "n")
     await until(pilot, lambda: quantities(pilot) == ["P"])
     await until_shown(pilot, "P (N)")
@@ -32,17 +31,17 @@ async def test_a_key_or_a_click_shows_each_quantity_and_all_of_them(pilot: Pilot
     await pilot.press("n")
     await until(pilot, lambda: quantities(pilot) == ["y", "x", "P"])
     # The time axis and the strip of separations are drawn once.
-    texts = [chart_of(pilot, f"plot-{name}").text() for name in ("y", "x", "P")]
+    texts = [chart_of(pilot, f"plot-{name}").text() for name in ("y", "P", "x")]
     assert ["off belt" in text for text in texts] == [True, False, False]
     assert ["t (s)" in text for text in texts] == [False, False, True]
     (row, column), *_ = (
-        (row, line.index("n:yPx"))
+        (row, line.index("n:next"))
         for row, line in enumerate(text_of(pilot).splitlines())
-        if "n:yPx" in line
+        if "n:next" in line
     )
     await pilot.click(offset=(column, row))
     await until(pilot, lambda: quantities(pilot) == ["y"])
-    assert app_of(pilot).session.settings["transient"]["quantity"] == "y"
+    assert app_of(pilot).session.settings["transient"]["chart-time"] == "plot-y"
 
 
 async def test_high_screens_show_all_quantities() -> None:
@@ -51,7 +50,6 @@ async def test_high_screens_show_all_quantities() -> None:
         await until(pilot, lambda: quantities(pilot) == ["y", "x", "P"])
         heights = [chart_of(pilot, f"plot-{name}").size.height for name in ("y", "x", "P")]
         assert min(heights) >= 6
-        assert pilot.app.screen.query_one(TransientPane).key_hints()[0] == "n y, P, x, all"
         # Cursors move no axis.
         await pilot.press("alt+p", "c")
         await until_shown(pilot, "C: second cursor")
@@ -60,3 +58,19 @@ async def test_high_screens_show_all_quantities() -> None:
         # A choice holds also where all would fit.
         await pilot.press("n")
         await until(pilot, lambda: quantities(pilot) == ["y"])
+
+
+async def test_low_screens_show_one_chart_of_a_page_at_a_time(pilot: Pilot[None]) -> None:
+    await show_tab(pilot, "alt+2")
+    await until(pilot, lambda: chart_of(pilot, "growth").chart is not None)
+    growth, frequency = chart_of(pilot, "growth"), chart_of(pilot, "frequency")
+    assert (growth.is_on_screen, frequency.is_on_screen) == (True, False)
+    picture = growth.current_picture()
+    assert picture is not None
+    assert picture.plot_area.rows >= 8
+    # The focus follows the visible chart.
+    await pilot.press("alt+p", "n")
+    await until(pilot, lambda: frequency.is_on_screen and not growth.is_on_screen)
+    assert pilot.app.focused is frequency
+    await pilot.press("n")
+    await until(pilot, lambda: frequency.is_on_screen and growth.is_on_screen)

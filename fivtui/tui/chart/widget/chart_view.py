@@ -19,7 +19,7 @@ from textual.message import Message
 from fivtui.charts import INKS, NearestPoint, Position, Span, View, points_at
 from fivtui.tui.chart.cursor_moves import cursor_position, move_cursor, step_cursor, switch_cursor
 
-from .drawn_chart import Control, DrawnChart
+from .drawn_chart import DrawnChart
 from .limits_dialog import LimitsDialog
 
 # Factors by which a key and the wheel change the visible part.
@@ -95,10 +95,9 @@ class ChartView(DrawnChart, can_focus=True):
         id: str,  # noqa: A002
         *,
         empty_text: str = "",
-        controls: Sequence[Control] = (),
         runs_points: bool = False,
     ) -> None:
-        super().__init__(id, empty_text=empty_text, controls=controls)
+        super().__init__(id, empty_text=empty_text)
         self._runs_points = runs_points
         # Last column and row of the pointer while the mouse is dragged.
         self._drag_position: tuple[int, int] | None = None

@@ -80,10 +80,10 @@ class DrawnChart(Widget):
         id: str,  # noqa: A002
         *,
         empty_text: str = "",
-        controls: Sequence[Control] = (),
     ) -> None:
         super().__init__(id=id)
-        self._all_controls = (*controls, *_CONTROLS)
+        # Controls of the widgets around the chart, before its own.
+        self.extra_controls: Sequence[Control] = ()
         self.view = View()
         # Cursors by the quantity along which they move, which charts may share; cursors of a plane
         # by the identifier of its chart.
@@ -209,15 +209,14 @@ class DrawnChart(Widget):
 
     def _control_spans(self, width: int) -> list[Span]:
         is_wide = width >= _WIDE_COLUMNS
-        texts = [
-            control.label if is_wide else control.short_label for control in self._all_controls
-        ]
+        controls = (*self.extra_controls, *_CONTROLS)
+        texts = [control.label if is_wide else control.short_label for control in controls]
         view = self.view
         has_limits = view.x is not None or view.y is not None
         is_on = {"log('x')": view.log_x, "log('y')": view.log_y, "fit": has_limits}
         column = width - sum(len(text) + 1 for text in texts)
         spans: list[Span] = []
-        for control, text in zip(self._all_controls, texts, strict=True):
+        for control, text in zip(controls, texts, strict=True):
             style = "control-on" if is_on.get(control.action) else "control"
             spans += [(" ", "plot"), (text, style)]
             first, stop = column + 1, column + 1 + len(text)

@@ -54,8 +54,6 @@ _TOLERANCES: Final = ("band", "share", "frequency", "amplitude")
 _NUMERIC: Final = (*_NUMBERS, "shift", *_TOLERANCES)
 _PREFIX: Final = "measured-"
 _NO_DATA: Final = "no measured data: name a file above, Enter reads it"
-# Minimum rows for both plots; with fewer rows, only the plot over time is displayed.
-_MIN_ROWS_FOR_BOTH: Final = 14
 
 
 class MeasuredView(Vertical):
@@ -125,7 +123,7 @@ class MeasuredView(Vertical):
         spectrum_view.show(None if validation is None else overlay_spectra(validation))
         if validation is not None:
             self._result_text = _comparison_text(validation)
-        self.query_one("#overlay-text", Static).update(self._result_text)
+        self._update_text(self._result_text)
 
     @property
     def texts(self) -> dict[str, str]:
@@ -148,13 +146,19 @@ class MeasuredView(Vertical):
 
     @on(DescendantFocus)
     @on(DescendantBlur)
-    def _show_text(self) -> None:
+    def _show_help(self) -> None:
         # The meaning of the focused input, or else the result.
         focused = self.screen.focused
         name = "" if focused is None else str(focused.id).removeprefix(_PREFIX)
         _, meaning = _INPUTS.get(name, ("", ""))
         text = meaning or self._result_text
-        self.query_one("#overlay-text", Static).update(self._input_error(name) or text)
+        self._update_text(self._input_error(name) or text)
+
+    def _update_text(self, text: str) -> None:
+        self.query_one("#overlay-text", Static).update(text)
+        # A result without warning has one line where rows are few.
+        is_plain = self._validation is not None and not self._validation.warning
+        self.set_class(is_plain and text == self._result_text, "-brief")
 
     def _input_error(self, name: str) -> str:
         try:
@@ -163,17 +167,13 @@ class MeasuredView(Vertical):
             return str(error)
         return ""
 
-    def on_resize(self) -> None:
-        """Show the spectra if both plots fit."""
-        self.query_one("#overlay-spectrum").display = self.size.height >= _MIN_ROWS_FOR_BOTH
-
     @on(Input.Changed)
     def _store_input(self, event: Input.Changed) -> None:
         event.stop()
         name = str(event.input.id).removeprefix(_PREFIX)
         self._store_text(name, event.value)
         event.input.set_class(bool(self._input_error(name)), "-invalid")
-        self._show_text()
+        self._show_help()
 
     @on(Input.Submitted)
     def _compare_inputs(self, event: Input.Submitted) -> None:
@@ -200,11 +200,11 @@ def _check_input(name: str, text: str) -> None:
 
 def _comparison_text(result: Validation) -> str:
     """The compared quantities and the deviation."""
-    warning = f"WARNING: {result.warning}; " if result.warning else ""
+    warning, unit = f"WARNING: {result.warning}; " if result.warning else "", result.unit
     return (
-        f"{warning}{result.measurement.signal!r} as {result.quantity}, {result.t.size} samples, "
-        f"shift {result.shift:.5g} s, "
-        f"rms {result.rms:.4g} {result.unit}, at most {result.greatest:.4g} {result.unit}"
+        f"{warning}rms {result.rms:.4g} {unit}, at most {result.greatest:.4g} {unit}; "
+        f"{result.measurement.signal!r} as {result.quantity}, {result.t.size} samples, "
+        f"shift {result.shift:.5g} s"
     )
 
 

@@ -49,7 +49,7 @@ class IdentificationPane(StudyPane):
     COMMON_X_LIMITS: ClassVar[Sequence[Sequence[str]]] = (("fit-signals", "fit-residuals"),)
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("enter", "apply_values", "Apply", key_display="⏎", tooltip="Run the fitted values"),
-        Binding("n", "next_signal", "Next signal"),
+        Binding("s", "next_signal", "Next signal"),
     ]
 
     def __init__(self, session: Session) -> None:
