@@ -25,7 +25,7 @@ async def test_panes_are_complete_and_titles_uncut_at_any_size() -> None:
             await pilot.resize_terminal(*size)
             await until(pilot, lambda: pilot.app.size == size)  # noqa: B023
             await show_tab(pilot, "alt+2")
-            await until_shown(pilot, "Im λ/(2π) (Hz)")
+            await until_shown(pilot, "Re λ (1/s)")
             check_panes(pilot, size)
             # The buttons measure errors and times of methods, or check the claims of the paper.
             for key, phrase in (

@@ -114,7 +114,7 @@ async def test_after_a_run_a_line_leads_on_until_its_tab_has_a_result(pilot: Pil
     await run_to_end(pilot)
     # In a narrow window the end of the status is cut.
     await pilot.resize_terminal(*SIZE)
-    await until_shown(pilot, "run 1 done · Alt+4 Branches: safe?…")
+    await until_shown(pilot, "run 1 done · Alt+4 Branches: safe?")
     await pilot.resize_terminal(140, 40)
     await until_shown(pilot, "Alt+4 Branches: safe? · in 0.0")
     await pilot.press("alt+4")

@@ -48,7 +48,7 @@ SIZE = (110, 30)
 
 async def test_stability_is_shown_live_over_mu_and_in_the_plane(pilot: Pilot[None]) -> None:
     await pilot.press("alt+2")
-    await until_shown(pilot, "Im λ/(2π) (Hz)")
+    await until_shown(pilot, "Re λ (1/s)")
     assert "μ_c 0.4394" in text_of(pilot)
     assert "μ 0.7" in text_of(pilot)
     await type_into(pilot, "k_nl", "50")
