@@ -15,6 +15,7 @@ from textual.app import App
 from textual.binding import Binding, BindingType
 from textual.command import Provider
 from textual.driver import Driver
+from textual.drivers._writer_thread import WriterThread
 from textual.events import CursorPosition, Event, InputEvent, Key, MouseMove, Paste
 from textual.geometry import Region
 from textual.screen import Screen
@@ -304,6 +305,21 @@ class FivtuiApp(App[None]):
             for number in _TERMINATION_SIGNALS:
                 asyncio.get_running_loop().add_signal_handler(number, self._terminate, number)
 
+    def _end_without_terminal(self) -> None:
+        # A program that does not control its terminal gets no signal when the terminal is closed.
+        # The thread that writes to it fails, and the program would wait for that thread for ever.
+        report_error, loop = threading.excepthook, asyncio.get_running_loop()
+
+        def end(error: threading.ExceptHookArgs) -> None:
+            if not isinstance(error.thread, WriterThread):
+                report_error(error)
+                return
+            loop.call_soon_threadsafe(self._terminate, _TERMINATION_SIGNALS[-1])
+            while True:
+                error.thread._queue.get()
+
+        threading.excepthook = end
+
     def _terminate(self, number: signal.Signals) -> None:
         """Save the session, restore the terminal and quit because of a signal."""
         status = SIGNAL_STATUS_BASE + number
@@ -330,6 +346,7 @@ class FivtuiApp(App[None]):
             self._save_timer = self.set_interval(_SAVE_INTERVAL_S, self._save_session)
         if not self.is_headless:
             self._install_signal_handlers()
+            self._end_without_terminal()
             self._line.open()
         self._start_screen()
 

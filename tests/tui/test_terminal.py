@@ -1,11 +1,14 @@
 """The program in a real terminal: tmux sends keys and returns the screen."""
 
 import os
+import pty
 import shutil
 import signal
 import subprocess
 import sys
+import termios
 import time
+import tty
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -152,3 +155,27 @@ def test_a_closed_terminal_saves_the_session(terminal: Terminal, tmp_path: Path)
     while Path(f"/proc/{program_id}").exists():
         time.sleep(POLL_INTERVAL_S)
     assert '"mu": "0.72"' in (tmp_path / "fivtui" / "session.json").read_text()
+
+
+@pytest.mark.host
+def test_a_program_whose_terminal_is_closed_without_a_signal_ends(tmp_path: Path) -> None:
+    controller, terminal = pty.openpty()
+    tty.setraw(terminal)
+    termios.tcsetwinsize(terminal, (24, 80))
+    process = subprocess.Popen(
+        [sys.executable, "-m", "fivtui"],
+        stdin=terminal,
+        stdout=terminal,
+        stderr=terminal,
+        # In a session of its own it does not control the terminal.
+        start_new_session=True,
+        env=os.environ | {"XDG_STATE_HOME": str(tmp_path), "TERM": "xterm-256color"},
+    )
+    os.close(terminal)
+    output = b""
+    while b"UNSTABLE" not in output:
+        output += os.read(controller, 65536)
+    os.close(controller)
+    # It writes the live run, or the cursor's next blink.
+    assert process.wait(HANG_S) == 128 + signal.SIGHUP
+    assert (tmp_path / "fivtui" / "session.json").is_file()
