@@ -511,11 +511,14 @@ class Heading:
         Parameters that the heading omits, because they vary along an axis.
     ignores_separation : bool
         Whether all traces ignore separation.
+    text : str
+        What the charts show in words or numbers, in a line before the parameters.
     """
 
     parameters: Sequence[Parameters]
     omitted: Sequence[str] = ()
     ignores_separation: bool = False
+    text: str = ""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -159,7 +159,9 @@ def _heading_text(heading: Heading) -> str:
         if any(getattr(p, name) != value for p in rest)
     ]
     text = parameter_text(first, [*heading.omitted, *varied])
-    return f"{text}, separation ignored" if heading.ignores_separation else text
+    if heading.ignores_separation:
+        text = f"{text}, separation ignored"
+    return f"{heading.text}\n{text}" if heading.text else text
 
 
 def _displayed_chart(chart: Chart, view: View) -> Chart:

@@ -3,7 +3,13 @@
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from .charts import displayed_quantity, histogram_chart, quantity_name, samples_chart
+    from .charts import (
+        displayed_quantity,
+        histogram_chart,
+        probability_text,
+        quantity_name,
+        samples_chart,
+    )
     from .options import UncertaintyOptions
     from .report import UncertaintyProgress
     from .request import (

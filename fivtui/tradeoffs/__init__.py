@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from .charts import tradeoff_chart
-    from .measure import Tradeoff, measure_tradeoff, tradeoff
+    from .measure import QUICK_S, Tradeoff, measure_tradeoff, tradeoff
     from .options import TradeoffOptions
     from .settings import MeasuredSetting, Setting, cheapest, pareto_front
 else:

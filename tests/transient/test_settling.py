@@ -24,7 +24,7 @@ def test_the_amplitude_after_the_end_is_that_of_a_longer_run(
     assert amplitude_after_end.y_half_range == pytest.approx(0.5 * (y.max() - y.min()), rel=1e-6)
     assert run.steady.y_half_range > 1.1 * amplitude_after_end.y_half_range
     first, *_, last_line = result_summary(run)
-    assert first == "peak |y| 10.50 m · 2nd half ±4.401 m unsettled"
+    assert first == "amplitude of y ±4.401 m, still falling"
     assert last_line == "not settled: ±3.861 m 24.6 s after the end"
     assert cli.run(["simulate"]) == 0
     printed = " ".join(capsys.readouterr().out.split())
@@ -44,7 +44,7 @@ def test_the_amplitude_after_the_end_is_that_of_a_longer_run(
 def test_a_run_on_its_cycle_or_at_rest_has_settled(p: Parameters, t_end: float) -> None:
     run = simulate(p, t_end=t_end)
     assert later_amplitude(run) is None
-    assert "settled" not in result_summary(run)[0]
+    assert "still" not in result_summary(run)[0]
 
 
 def test_parameters_over_time_have_no_amplitude_to_settle_on() -> None:

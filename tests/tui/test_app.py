@@ -49,7 +49,7 @@ async def test_a_finished_run_fills_plots_summary_and_tabs(
     await show_all_quantities(pilot)
     screen_text = text_of(pilot)
     for phrase in (
-        "peak |y| 10.50 m · 2nd half ±4.401 m",
+        "amplitude of y ±4.401 m, still falling",
         "run 1 done · Alt+4 Branches: safe?",
         "y (m)",
         "P (N)",

@@ -102,7 +102,7 @@ def test_a_real_terminal_shows_edits_runs_and_exports(terminal: Terminal, tmp_pa
     terminal.press("Escape")
     terminal.until_shown("μ 0.7 − +")
     terminal.press("F5")
-    screen_text = terminal.until_shown("peak |y| 10.50 m · 2nd half ±4.401 m")
+    screen_text = terminal.until_shown("amplitude of y ±4.401 m, still falling")
     assert any("⠁" <= character <= "⣿" for character in screen_text)
     # Focus the plot, then the fields: a step of a field draws a run that only F5 would keep.
     terminal.press("M-p", "M-f", "Up")

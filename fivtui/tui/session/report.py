@@ -130,18 +130,18 @@ def stability_summary(result: Stability, attractors: Attractors | None = None) -
 def result_summary(run: Transient) -> list[str]:
     """The result of a run in a few short lines, the most important first."""
     peak, force, later = run.peak, run.contact_force, later_amplitude(run)
-    half_range = quantity_text(run.steady.y_half_range, "m")
-    unsettled, last_lines = "", []
+    half_range = run.steady.y_half_range
+    trend, last_lines = "", []
     if later is not None:
         # A continuation of the run reaches another amplitude.
+        trend = f", still {'growing' if later.y_half_range > half_range else 'falling'}"
         amplitude = quantity_text(later.y_half_range, "m")
-        unsettled = " unsettled"
         last_lines = [f"not settled: ±{amplitude} {later.after:.3g} s after the end"]
     return [
-        f"peak |y| {quantity_text(peak.y_abs, 'm')} · 2nd half ±{half_range}{unsettled}",
+        f"amplitude of y ±{quantity_text(half_range, 'm')}{trend}",
         _separation_text(run),
-        f"P {quantity_text(force.min)} to {quantity_text(force.max, 'N')} · peak |x| "
-        f"{quantity_text(peak.x_abs, 'm')}",
+        f"P {quantity_text(force.min)} to {quantity_text(force.max, 'N')} · peak |y| "
+        f"{quantity_text(peak.y_abs, 'm')}, |x| {quantity_text(peak.x_abs, 'm')}",
         _belt_text(run),
         *last_lines,
     ]

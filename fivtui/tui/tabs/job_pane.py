@@ -8,6 +8,7 @@ from rich.cells import cell_len
 from textual import on
 from textual.app import ComposeResult
 from textual.containers import Horizontal
+from textual.content import Content
 from textual.events import Resize
 from textual.widget import Widget
 from textual.widgets import Button, ProgressBar, Static
@@ -23,12 +24,16 @@ from fivtui.tui.session import (
 )
 
 from .messages import Reported
-from .tables import shorten
+from .tables import flow_facts, shorten
 from .views_pane import ViewsPane
 
 _POLL_INTERVAL_S: Final = 0.1
 # Separates the facts of a status.
 _FACT_SEPARATOR: Final = " · "
+# Separates the facts of an answer.
+FACTS: Final = "   "
+_ANSWER_STYLE: Final = "bold"
+_STATUS_STYLE: Final = "$foreground-muted"
 
 T = TypeVar("T")
 
@@ -52,17 +57,19 @@ def compute_in_thread(
 
 
 class JobStatus(Static):
-    """Facts in one line, with the full text as tooltip; error messages are wrapped."""
+    """An answer in bold and a status in one line, with the full status as tooltip.
+
+    Answers and the error messages of inputs are wrapped.
+    """
 
     def __init__(self, text: str) -> None:
         super().__init__(text, classes="job-status", markup=False)
-        self._full_text = text
-        self._is_error = False
+        self._answer, self._full_text, self._is_error = "", text, False
 
-    def show(self, text: str, *, is_error: bool) -> None:
-        """Display a status, or the error message of an input."""
-        may_change_height = is_error or self._is_error
-        self._full_text, self._is_error = text, is_error
+    def show(self, answer: str, text: str, *, is_error: bool) -> None:
+        """Display an answer and a status, or the error message of an input."""
+        may_change_height = is_error or self._is_error or answer != self._answer
+        self._answer, self._full_text, self._is_error = answer, text, is_error
         self._fit_text()
         if may_change_height:
             self.refresh(layout=True)
@@ -75,12 +82,16 @@ class JobStatus(Static):
             while 0 < width < cell_len(text) and _FACT_SEPARATOR in text:
                 text = text.rpartition(_FACT_SEPARATOR)[0]
             text = shorten(text, width)
-        self.update(text, layout=False)
+        lines = flow_facts(filter(None, (*self._answer.split(FACTS), text)), width)
+        # The status comes last, in the line of the answer if it fits there.
+        status_start = len(lines) - len(text)
+        content = Content(lines).stylize(_ANSWER_STYLE, 0, status_start)
+        self.update(content.stylize(_STATUS_STYLE, status_start) if self._answer else content)
         self.tooltip = self._full_text if text != self._full_text else None
 
 
 class StatusLine(Horizontal):
-    """The progress of a running job; else a status, or the error of an input."""
+    """The progress of a running job; else an answer and a status, or the error of an input."""
 
     def __init__(self, hint: str) -> None:
         super().__init__(classes="status-line")
@@ -91,14 +102,15 @@ class StatusLine(Horizontal):
         yield ProgressBar(total=1.0, show_percentage=False, show_eta=False)
         yield JobStatus(self._hint)
 
-    def show(self, job: Job | None, text: str, *, is_error: bool) -> None:
-        """Display the progress of a running job, or a text."""
+    def show(self, job: Job | None, answer: str, text: str, *, is_error: bool) -> None:
+        """Display the progress of a running job, or an answer and a text."""
         self.set_class(job is not None, "-running")
         if job is not None:
             self.query_one(ProgressBar).update(progress=job.fraction)
-            text, is_error = job.progress_text, False
+            answer, text, is_error = "", job.progress_text, False
         self.set_class(is_error, "-wrong")
-        self.query_one(JobStatus).show(text, is_error=is_error)
+        self.set_class(bool(answer), "-answered")
+        self.query_one(JobStatus).show(answer, text, is_error=is_error)
 
 
 class ActionPane(ViewsPane):
@@ -134,13 +146,15 @@ class ActionPane(ViewsPane):
         """The inputs of the action."""
         yield from ()
 
-    def show_action(self, job: Job | None, text: str, *, is_error: bool = False) -> None:
-        """Display the progress of a running job, which the button stops; else a text."""
+    def show_action(
+        self, job: Job | None, text: str, *, answer: str = "", is_error: bool = False
+    ) -> None:
+        """Display the progress of a running job, which the button stops; else answer and text."""
         button = self.query_one(".action", Button)
         key = self.session.key_names[self.KEY]
         button.label = f"{self.VERB if job is None else 'Stop'} {key}"
-        button.variant = "primary" if job is None else "error"
-        self.query_one(StatusLine).show(job, text, is_error=is_error)
+        button.variant = "primary" if job is None else "warning"
+        self.query_one(StatusLine).show(job, answer, text, is_error=is_error)
 
     @on(Button.Pressed, ".action")
     def _toggle_pressed(self, event: Button.Pressed) -> None:
@@ -155,6 +169,8 @@ class JobPane(ActionPane):
         super().__init__(session)
         self.job: Job | None = None
         self.status = self.HINT
+        # What the displayed result says in words or numbers.
+        self.answer = ""
 
     def on_mount(self) -> None:
         """Prepare the polling of the progress."""
@@ -223,9 +239,9 @@ class JobPane(ActionPane):
             self.show_result(outcome.result)
         self.show_bar()
 
-    def show_status(self, status: str) -> None:
-        """Display a status in the bar while no job is running."""
-        self.status = status
+    def show_status(self, status: str, answer: str = "") -> None:
+        """Display an answer and a status in the bar while no job is running."""
+        self.status, self.answer = status, answer
         self.show_bar()
 
     def _poll_progress(self) -> None:
@@ -238,4 +254,4 @@ class JobPane(ActionPane):
 
     def show_bar(self) -> None:
         """Display the progress of the job; without job, the status."""
-        self.show_action(self.job, self.status)
+        self.show_action(self.job, self.status, answer=self.answer)

@@ -169,15 +169,15 @@ def test_the_short_summary_of_a_run_has_numbers_and_units(
 ) -> None:
     t, motion = paper_model.motion(3.0, separation=True)
     first, _, third, fourth, *_ = result_summary(runs[0])
-    peak_y, steady = first.split(" · ")
+    half_range = 0.5 * np.ptp(motion[t >= 1.5, 2])
+    assert number_of(first.partition("±")[2]) == pytest.approx(half_range, rel=2e-3)
+    assert re.search(r"\d m\b", first)
+    force_range, peaks = third.split(" · ")
+    peak_y, peak_x = peaks.split(", ")
     assert number_of(peak_y.replace("|y|", "")) == pytest.approx(
         np.abs(motion[:, 2]).max(), rel=2e-3
     )
     assert peak_y.endswith(" m")
-    half_range = 0.5 * np.ptp(motion[t >= 1.5, 2])
-    assert number_of(steady.partition("±")[2]) == pytest.approx(half_range, rel=2e-3)
-    assert re.search(r"\d m\b", steady)
-    force_range, peak_x = third.split(" · ")
     assert number_of(force_range.partition(" to ")[2]) == pytest.approx(
         motion[:, 4].max(), rel=2e-3
     )

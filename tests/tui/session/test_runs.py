@@ -189,7 +189,7 @@ def test_notes_explain_the_sign_of_y_and_whether_the_equilibrium_is_in_contact(
 def test_the_summary_has_the_figures_of_the_base_scene() -> None:
     result = simulate(t_end=100.0)
     assert result_summary(result)[:2] == [
-        "peak |y| 10.50 m · 2nd half ±4.401 m unsettled",
+        "amplitude of y ±4.401 m, still falling",
         "74 separations · off belt 71.01 s (71 %)",
     ]
     rows = {row.label: row for row in transient_rows(result, "tol 1e-12")}

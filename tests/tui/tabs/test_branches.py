@@ -147,7 +147,7 @@ async def test_a_branch_is_computed_opened_exported_and_its_command_gives_the_sa
     await until_shown(pilot, "must be NAME or NAME=LOW:HIGH")
     pane.query_one("#along", Input).value = "μ=0.2:1"
     await pilot.press("f10")
-    await until_shown(pilot, "Hopf 0.4394 touch 0.3707 fold 0.2779")
+    await until_shown(pilot, "Hopf 0.4394 · touch 0.3707 · fold 0.2779")
     await until_shown(pilot, "3 H Hopf 4 T touch 5 F fold")
     assert "○unstable" in text_of(pilot)
     chart_view = pane.query_one("#branch-chart", ChartView)

@@ -124,7 +124,7 @@ async def test_f10_starts_the_study_and_the_views_show_its_results(
     loaded_study = DisplayedStudy(load_result(tmp_path / "rows.csv"), name="a", source="rows.csv")
     app_of(pilot).session.studies["uncertainty"] = loaded_study
     pane.scene_changed()
-    await until_shown(pilot, "256 samples, read from rows.csv")
+    await until_shown(pilot, "read from rows.csv; 256 samples")
 
 
 def test_the_input_begins_with_the_distributions_of_the_scene(tmp_path: Path) -> None:

@@ -211,13 +211,13 @@ class ChartView(DrawnChart, can_focus=True):
             self._handle_moved_cursor()
 
     def action_open(self) -> None:
-        """Open the point nearest to the cursor; without a cursor, switch it on."""
+        """Open the point nearest to the cursor, which is first switched on if it is off."""
         if self._chart is None:
             return
         if self.view.cursors.active_position is None:
             self.action_cursor(0)
-            return
-        points = points_at(self._chart, self.view, self.view.cursors.active_position)
+        position = self.view.cursors.active_position
+        points = [] if position is None else points_at(self._chart, self.view, position)
         if points:
             self.post_message(self.PointChosen(self, points[0]))
 

@@ -14,15 +14,16 @@ from textual.app import ComposeResult
 from textual.containers import Vertical
 from textual.widgets import Button
 
-from fivtui.charts import Heading, NearestPoint
+from fivtui.charts import NearestPoint
 from fivtui.orbits import CycleBranch, CyclePoint, branch_chart, branch_extents, event_name
 from fivtui.ranges import parse_ends
 from fivtui.scene import Scene
 from fivtui.tui.chart import ChartView
-from fivtui.tui.session import DisplayedStudy, Job, base_scene, replace_symbols, scene_texts
+from fivtui.tui.session import Job, base_scene, replace_symbols, scene_texts
+from fivtui.tui.tabs.job_pane import FACTS
 from fivtui.tui.tabs.preview import Sketch
 
-from .study_pane import StudyPane, with_inputs
+from .study_pane import ResultInputs, StudyPane
 
 EXAMPLE: Final = "μ=0.2:1"
 # Duration of the run of a limit cycle, in its periods.
@@ -100,17 +101,19 @@ class BranchesPane(StudyPane):
             progress=job.report,
         )
 
-    def result_status(self, displayed: DisplayedStudy[CycleBranch]) -> str:
-        """The events along the branch, and how it ends."""
-        result = displayed.value
-        events = [f"{event_name(event.kind)} {event.value:.4g}" for event in result.events]
+    def answer_text(self, result: CycleBranch) -> str:
+        """The events along the branch."""
+        return FACTS.join(f"{event_name(event.kind)} {event.value:.4g}" for event in result.events)
+
+    def details_text(self, result: CycleBranch) -> str:
+        """How the branch ends."""
         # The first end is where the branch begins.
         _, last_end = result.ends
-        return "; ".join(filter(None, [" ".join(events), f"the branch {last_end}"]))
+        return f"the branch {last_end}"
 
-    def computed_scene(self, result: CycleBranch, edited: Scene) -> Scene:
-        """The edited scene with the system of a branch."""
-        return with_inputs(edited, result.parameters, [result.name], separation=result.separation)
+    def inputs_of(self, result: CycleBranch) -> ResultInputs:
+        """The system of a branch."""
+        return ResultInputs(result.parameters, [result.name], {"separation": result.separation})
 
     def draw_result(self, result: CycleBranch) -> None:
         """Draw the branch with the edited value."""
@@ -124,12 +127,6 @@ class BranchesPane(StudyPane):
         kind = "stable" if cycle.stable else "unstable"
         text = f"the {kind} limit cycle at {result.name} = {cycle.value:.6g}, period "
         return scene_texts(orbit_scene(result, cycle)), f"{text}{cycle.period:.5g} s"
-
-    def heading(self, result: CycleBranch) -> Heading:
-        """All parameters except the one along the branch."""
-        return Heading(
-            [result.parameters], (result.name,), ignores_separation=not result.separation
-        )
 
     def command_request(self) -> Any:
         """The displayed result; without result there is no command."""

@@ -18,12 +18,13 @@ from fivtui.scene import Scene
 from fivtui.studies import study
 from fivtui.transient import START_SPECS
 from fivtui.tui.chart import ChartView
-from fivtui.tui.session import DisplayedStudy, Job, Session, replace_symbols, scene_texts, symbol_of
+from fivtui.tui.session import Job, Session, replace_symbols, scene_texts, symbol_of
+from fivtui.tui.tabs.job_pane import FACTS
 from fivtui.tui.tabs.messages import PointRunRequested
 from fivtui.tui.tabs.preview import FILE_FORMAT, MEASURED_SKETCH, Sketch
 from fivtui.tui.tabs.tables import RowsView
 
-from .study_pane import StudyPane, with_inputs
+from .study_pane import ResultInputs, StudyPane
 
 if TYPE_CHECKING:
     from fivtui.identification import Identification
@@ -81,20 +82,23 @@ class IdentificationPane(StudyPane):
             # Targets have no signals to draw.
             self.show_view("fitted-values")
 
-    def result_status(self, displayed: "DisplayedStudy[Identification]") -> str:
-        """What the data leave unknown, or else the fitted values."""
-        result = displayed.value
-        values = (f"{symbol_of(name)} {value.value:.5g}" for name, value in result.fit.items())
-        return result.warning or f"{' '.join(values)}"
+    def answer_text(self, result: "Identification") -> str:
+        """The fitted values."""
+        values = result.fit.items()
+        return FACTS.join(f"{symbol_of(name)} {value.value:.5g}" for name, value in values)
 
-    def computed_scene(self, result: "Identification", edited: Scene) -> Scene:
-        """The edited scene with the values that were not fitted."""
+    def details_text(self, result: "Identification") -> str:
+        """What the data leave unknown."""
+        return result.warning or ""
+
+    def inputs_of(self, result: "Identification") -> ResultInputs:
+        """The values that were not fitted."""
         # Names of fitted values may be followed by the number of a file.
-        fitted = {key.partition(".")[0] for key in result.fit}
+        fitted = [key.partition(".")[0] for key in result.fit]
         settings: dict[str, Any] = {"separation": result.scene.separation}
-        if result.t.size and fitted.isdisjoint(START_SPECS):
+        if result.t.size and START_SPECS.keys().isdisjoint(fitted):
             settings["start"] = result.scene.start
-        return with_inputs(edited, result.scene.parameters, fitted, **settings)
+        return ResultInputs(result.scene.parameters, fitted, settings)
 
     def draw_result(self, result: "Identification") -> None:
         """Draw both signals and the residuals of a record, or list the values."""
@@ -116,7 +120,7 @@ class IdentificationPane(StudyPane):
         """Take the fitted values into the form, and run them."""
         if self.displayed is not None:
             result: Identification = self.displayed.value
-            report = f"opened the fit; {self.result_status(self.displayed)}"
+            report = f"opened the fit; {result.warning or self.answer_text(result)}"
             self.post_message(PointRunRequested(scene_texts(result.scene), report))
 
     def heading(self, result: "Identification") -> Heading:

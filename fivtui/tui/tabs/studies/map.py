@@ -4,7 +4,7 @@ The parameters on the axes are the mapped ones, all others are fixed. Each mappe
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any, ClassVar, Final
 
@@ -14,11 +14,11 @@ from textual.app import ComposeResult
 from textual.containers import Vertical
 from textual.widgets import Input, Static
 
-from fivtui.charts import Heading, NearestPoint, scale_text
+from fivtui.charts import NearestPoint, scale_text
 from fivtui.model import InputError
 from fivtui.scene import Scene
 from fivtui.tui.chart import ChartView
-from fivtui.tui.session import SAFETY_MAPS, DisplayedStudy, Job, Session
+from fivtui.tui.session import SAFETY_MAPS, DisplayedStudy, Job, Session, relative_duration
 from fivtui.tui.tabs.preview import Preview, Sketch, about
 from fivtui.tui.tabs.requests.map import (
     EXAMPLES,
@@ -31,7 +31,7 @@ from fivtui.tui.tabs.requests.map import (
     point_texts,
 )
 
-from .study_pane import StudyPane, with_inputs
+from .study_pane import ResultInputs, StudyPane
 
 if TYPE_CHECKING:
     from fivtui.maps import StabilityMap
@@ -42,7 +42,7 @@ _RANGES_SETTING: Final = "over"
 _RANGES_WITHOUT_MU: Final = "over-others"
 # Delay between the last edit and the computation of the map, s.
 _MAP_DELAY: Final = 0.1
-# Usual duration of a point of a map of safe friction, s.
+# Duration of a point of a map of safe friction where `relative_duration` is 1, s.
 _POINT_S: Final = {"safe-mu": 1.2e-2, "coexistence": 1.5e-3}
 _SKETCH_X: Final = np.linspace(0.0, 1.0, 80)
 # Sketch and question of the views of safe friction.
@@ -80,6 +80,7 @@ class _MapStudy(StudyPane):
     INPUT_FORMAT: ClassVar[str] = "two ranges NAME=START:STOP:COUNT"
     VIEW_SETTING: ClassVar[str] = "value"
     PAGE: ClassVar[str] = "map-view"
+    ANSWER: ClassVar[Sequence[str]] = ("unstable", "safe μ", "squeals")
 
     def compose_views(self) -> ComposeResult:
         """One chart, and the scale of its shades."""
@@ -128,17 +129,14 @@ class _MapStudy(StudyPane):
         parameters, axes, value, separation = request
         return compute_map(parameters, axes, value, separation=separation, progress=job.report)
 
-    def result_status(self, displayed: "DisplayedStudy[StabilityMap]") -> str:
-        """Number of points of the map, and the file from which it was read."""
-        points = f"{displayed.value.values.size} points"
-        if displayed.source:
-            return f"{points}, read from {displayed.source}"
-        return f"{points}; Enter: run one"
+    def details_text(self, result: "StabilityMap") -> str:
+        """Number of points of the map, and the key that runs one."""
+        return f"{result.values.size} points; Enter: run one"
 
-    def computed_scene(self, result: "StabilityMap", edited: Scene) -> Scene:
-        """The edited scene with the fixed parameters of a map."""
-        varied = {*result.names, *(["mu"] if result.value in WITHOUT_MU else [])}
-        return with_inputs(edited, result.parameters, varied, separation=result.separation)
+    def inputs_of(self, result: "StabilityMap") -> ResultInputs:
+        """The fixed parameters of a map."""
+        varied = [*result.names, *(["mu"] if result.value in WITHOUT_MU else [])]
+        return ResultInputs(result.parameters, varied, {"separation": result.separation})
 
     def draw(self) -> None:
         """Draw the map, or its absence."""
@@ -177,10 +175,6 @@ class _MapStudy(StudyPane):
         """Field texts of a point of the map."""
         return point_texts(result, point), point_text(result, point)
 
-    def heading(self, result: "StabilityMap") -> Heading:
-        """The parameters that are not mapped."""
-        return Heading([result.parameters], result.names, ignores_separation=not result.separation)
-
     def command_request(self) -> Any:
         """The displayed result; without result there is no command."""
         return self.required_result().value
@@ -209,7 +203,6 @@ class SafeFrictionPane(_MapStudy):
         self.query_one(Preview).ask(*_PREVIEWS[name])
         if self.displayed is None:
             self.show_status("")
-        self.scene_changed()
 
     def start_text(self) -> str:
         """The number of points, and their usual duration."""
@@ -217,7 +210,8 @@ class SafeFrictionPane(_MapStudy):
             points = math.prod(len(values) for values in self.axes.values())
         except InputError:
             return "maps two ranges"
-        return f"maps {points} points, {about(points * _POINT_S[self.view])}"
+        seconds = points * _POINT_S[self.view] * relative_duration()
+        return f"maps {points} points, {about(seconds)}"
 
 
 class MapPane(_MapStudy):

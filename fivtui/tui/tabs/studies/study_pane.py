@@ -1,9 +1,9 @@
 """A pane that computes, displays and exports the results of one kind of study."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING, Any, ClassVar, Final
+from typing import TYPE_CHECKING, Any, ClassVar, Final, NamedTuple
 
 from textual import on
 from textual.app import ComposeResult
@@ -17,9 +17,16 @@ from fivtui.scene import Scene
 from fivtui.studies import study
 from fivtui.transient import START_SPECS
 from fivtui.tui.chart import ChartView, TextInput
-from fivtui.tui.session import DisplayedStudy, Job, Session, change_texts, study_command
+from fivtui.tui.session import (
+    DisplayedStudy,
+    Job,
+    Session,
+    change_texts,
+    relative_duration,
+    study_command,
+)
 from fivtui.tui.tabs.exports.export import Export, scene_study_export, with_displayed_charts
-from fivtui.tui.tabs.job_pane import JobPane
+from fivtui.tui.tabs.job_pane import FACTS, JobPane
 from fivtui.tui.tabs.messages import PointRunRequested
 from fivtui.tui.tabs.preview import Preview, Sketch, about
 
@@ -31,6 +38,14 @@ _QUANTITY_SETTING: Final = "quantity"
 # Class of a pane whose result is not that of the edited scene, and the note after its titles.
 _OUTDATED: Final = "-outdated"
 _OUTDATED_NOTE: Final = "another scene"
+
+
+class ResultInputs(NamedTuple):
+    """What a result depends on: parameters, except the varied ones, and settings of its scene."""
+
+    parameters: Parameters
+    varied: Sequence[str]
+    settings: Mapping[str, Any]
 
 
 class StudyPane(JobPane):
@@ -56,9 +71,12 @@ class StudyPane(JobPane):
     SKETCH, QUESTION : Sketch or None, str
         Shape of a typical result, and the question it answers; displayed before the first result.
     START, TYPICAL_S : str, float
-        What starting the study does, as a verb with objects, and its usual duration, s.
+        What starting the study does, as a verb with objects, and its usual duration, s, as
+        measured where `relative_duration` is 1.
     NOTES : sequence of str
         Further sentences before the first result.
+    ANSWER : sequence of str
+        Labels of the rows of a result that answer the question.
     """
 
     STATUS_BELOW: ClassVar[bool] = True
@@ -73,6 +91,7 @@ class StudyPane(JobPane):
     START: ClassVar[str] = ""
     TYPICAL_S: ClassVar[float] = 0.0
     NOTES: ClassVar[Sequence[str]] = ()
+    ANSWER: ClassVar[Sequence[str]] = ()
 
     def __init__(self, session: Session) -> None:
         super().__init__(session)
@@ -82,8 +101,6 @@ class StudyPane(JobPane):
         self._error = ""
         self.kind = self.KIND or self.NAME
         self._drawn_result: DisplayedStudy[Any] | None = None
-        # Which values of the displayed result the edited scene does not have; empty if none.
-        self._outdated_text = ""
 
     def compose_preview(self) -> ComposeResult:
         """The preview of the first result."""
@@ -166,15 +183,16 @@ class StudyPane(JobPane):
         self._is_typing = isinstance(focused, Input) and self in focused.ancestors
         self.show_bar()
 
-    def show_status(self, status: str) -> None:
-        """Display a status in the bar while no job is running."""
+    def show_status(self, status: str, answer: str = "") -> None:
+        """Display an answer and a status in the bar while no job is running."""
         self._is_typing = False
-        super().show_status(status)
+        super().show_status(status, answer)
 
     def show_bar(self) -> None:
         """Display the progress of a job, an error of the input, its format, or the status."""
         text = self._error or (self.INPUT_FORMAT if self._is_typing else self.status)
-        self.show_action(self.job, text, is_error=bool(self._error))
+        answer = "" if self._error else self.answer
+        self.show_action(self.job, text, answer=answer, is_error=bool(self._error))
         self._show_preview()
 
     # Before the first result
@@ -191,7 +209,7 @@ class StudyPane(JobPane):
 
     def start_text(self) -> str:
         """What the key of the computation does, and how long it usually takes."""
-        return f"{self.START}, {about(self.TYPICAL_S)}"
+        return f"{self.START}, {about(self.TYPICAL_S * relative_duration())}"
 
     # The views
 
@@ -274,13 +292,13 @@ class StudyPane(JobPane):
             # The input may be valid for the new scene.
             self.check_input()
         self.draw()
-        displayed = self.displayed
-        if displayed is not None and self.job is None:
-            texts = [self._outdated_text, self.result_status(displayed)]
-            if displayed.source:
-                # The file is more important.
-                texts.reverse()
-            self.show_status("; ".join(filter(None, texts)))
+
+    def _show_result_status(self, displayed: DisplayedStudy[Any], outdated: str) -> None:
+        self.answer = self.answer_text(displayed.value)
+        if self.job is None:
+            source = f"read from {displayed.source}" if displayed.source else ""
+            texts = (source, outdated, self.details_text(displayed.value))
+            self.show_status("; ".join(filter(None, texts)), self.answer)
 
     def _find_outdated(self, result: Any) -> str:
         # The values of a result that the edited scene does not have; empty if it has all.
@@ -299,6 +317,13 @@ class StudyPane(JobPane):
 
     def computed_scene(self, result: Any, edited: Scene) -> Scene:
         """The edited scene with the values on which a result depends, except varied ones."""
+        inputs, values = self.inputs_of(result), edited.parameters.as_dict()
+        varied_values = {name: values[name] for name in inputs.varied if name in values}
+        parameters = inputs.parameters.with_values(varied_values)
+        return replace(edited, parameters=parameters, **inputs.settings)
+
+    def inputs_of(self, result: Any) -> ResultInputs:
+        """The inputs on which a result depends."""
         raise NotImplementedError
 
     def draw(self) -> None:
@@ -307,6 +332,7 @@ class StudyPane(JobPane):
         if displayed is None:
             for chart in self.query(ChartView):
                 chart.show(None)
+            self.answer = ""
             self._mark_outdated("")
             self._show_preview()
             return
@@ -316,10 +342,12 @@ class StudyPane(JobPane):
                 # A result read from a file replaces the one being computed.
                 self.stop()
         self.draw_result(displayed.value)
-        self._mark_outdated(self._find_outdated(displayed.value))
+        outdated = self._find_outdated(displayed.value)
+        self._mark_outdated(outdated)
+        self._show_result_status(displayed, outdated)
 
     def _mark_outdated(self, text: str) -> None:
-        self._outdated_text, is_outdated = text, bool(text)
+        is_outdated = bool(text)
         if is_outdated is not self.has_class(_OUTDATED):
             self.set_class(is_outdated, _OUTDATED)
             self.show_titles()
@@ -328,9 +356,17 @@ class StudyPane(JobPane):
         """Draw the current view of a result."""
         raise NotImplementedError
 
-    def result_status(self, displayed: DisplayedStudy[Any]) -> str:
-        """The status of a result in the bar."""
-        raise NotImplementedError
+    def answer_text(self, result: Any) -> str:
+        """What a result says in numbers, the strongest text of the tab; facts have blanks between.
+
+        By default, the rows of its table that are named in `ANSWER`.
+        """
+        rows = study(self.kind).rows(result) if self.ANSWER else []
+        return FACTS.join(f"{row.label} {row.value}" for row in rows if row.label in self.ANSWER)
+
+    def details_text(self, result: Any) -> str:  # noqa: ARG002
+        """Further properties of a result, after its answer."""
+        return ""
 
     # Points, exports, command line
 
@@ -346,8 +382,10 @@ class StudyPane(JobPane):
         raise NotImplementedError
 
     def heading(self, result: Any) -> Heading:
-        """The heading of an exported figure."""
-        raise NotImplementedError
+        """The heading of an exported figure: the parameters that do not vary."""
+        inputs = self.inputs_of(result)
+        ignores_separation = inputs.settings.get("separation") is False
+        return Heading([inputs.parameters], inputs.varied, ignores_separation)
 
     def required_result(self) -> DisplayedStudy[Any]:
         """The displayed result; raises `InputError` if there is none."""
@@ -378,28 +416,15 @@ class StudyPane(JobPane):
         return result
 
 
-def with_inputs(
-    edited: Scene, parameters: Parameters, varied: Iterable[str], **settings: Any
-) -> Scene:
-    """The edited scene with other settings, and all parameters but the varied ones."""
-    values = edited.parameters.as_dict()
-    kept_values = {name: values[name] for name in varied if name in values}
-    return replace(edited, parameters=parameters.with_values(kept_values), **settings)
-
-
-def with_study_inputs(edited: Scene, study: "Study") -> Scene:
-    """The edited scene with the inputs of a sweep, as far as they do not vary."""
-    varied = set(study.design.axes)
+def sweep_inputs(study: "Study") -> ResultInputs:
+    """The inputs of a sweep."""
+    axes = study.design.axes
     names = ["t_end", "method", "over_time", "accuracy"]
     if not study.accuracy:
         names.append("tol")
-    if varied.isdisjoint(START_SPECS):
+    if axes.keys().isdisjoint(START_SPECS):
         names.append("start")
-    separation = edited.separation if edited.separation in study.cases else study.cases[0]
-    return with_inputs(
-        edited,
-        study.parameters,
-        varied | dict(study.over_time).keys(),
-        separation=separation,
-        **{name: getattr(study, name) for name in names},
-    )
+    settings = {name: getattr(study, name) for name in names}
+    if len(study.cases) == 1:
+        settings["separation"] = study.cases[0]
+    return ResultInputs(study.parameters, (*axes, *dict(study.over_time)), settings)

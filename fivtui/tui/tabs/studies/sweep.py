@@ -6,14 +6,15 @@ A member is one run of a sweep. A chart over two parameters has a backdrop, valu
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, ClassVar, Final
 
+import numpy as np
 from textual.app import ComposeResult
 from textual.containers import Vertical
 
-from fivtui.charts import Heading, NearestPoint, scale_text
+from fivtui.charts import NearestPoint, scale_text
 from fivtui.model import InputError
 from fivtui.scene import Scene
 from fivtui.tui.chart import ChartView
-from fivtui.tui.session import DisplayedStudy, Job, Session, scene_texts, symbol_of
+from fivtui.tui.session import DisplayedStudy, Job, Session, relative_duration, scene_texts, symbol_of
 from fivtui.tui.tabs.exports.export import Export
 from fivtui.tui.tabs.messages import Reported
 from fivtui.tui.tabs.preview import Sketch, about
@@ -28,12 +29,12 @@ from fivtui.tui.tabs.requests.sweep import (
     sweep_request,
 )
 
-from .study_pane import StudyPane, with_study_inputs
+from .study_pane import ResultInputs, StudyPane, sweep_inputs
 
 if TYPE_CHECKING:
     from fivtui.sweeps import Rows, Study, Sweep
 
-# Usual duration of a run by the native solver, s.
+# Duration of a run by the native solver where `relative_duration` is 1, s.
 _TYPICAL_RUN_S: Final = 1e-3
 _INCOMPLETE: Final = "the sweep is incomplete and cannot be exported: Sweep computes it again"
 
@@ -78,7 +79,8 @@ class SweepPane(StudyPane):
             study: Study = self.request()
         except InputError:
             return "runs the scene with each value"
-        run_s = self.session.live.expected_duration(self.session.scene()) or _TYPICAL_RUN_S
+        measured_s = self.session.live.expected_duration(self.session.scene())
+        run_s = measured_s or _TYPICAL_RUN_S * relative_duration()
         return f"computes {study.members} runs, {about(study.members * run_s)}"
 
     def start_from_inputs(self) -> None:
@@ -110,18 +112,22 @@ class SweepPane(StudyPane):
         """Display the members computed so far."""
         self.draw()
 
-    def result_status(self, displayed: "DisplayedStudy[Sweep]") -> str:
+    def answer_text(self, result: "Sweep") -> str:
+        """The range of the peak of y."""
+        peaks = result.table.numbers.get("y_abs", np.array([]))
+        peaks = peaks[np.isfinite(peaks)]
+        return f"peak |y| {peaks.min():.4g} to {peaks.max():.4g} m" if peaks.size else ""
+
+    def details_text(self, result: "Sweep") -> str:
         """Number of members, and the values of the shades."""
-        source = f", read from {displayed.source}" if displayed.source else ""
-        text = f"{count_text(displayed.value)}{source}"
         chart = self.query_one(ChartView).chart
         if chart is None or chart.backdrop is None:
-            return text
-        return f"{text}: {scale_text(chart.backdrop.shades)}"
+            return count_text(result)
+        return f"{count_text(result)}: {scale_text(chart.backdrop.shades)}"
 
-    def computed_scene(self, result: "Sweep", edited: Scene) -> Scene:
-        """The edited scene with the inputs of a sweep."""
-        return with_study_inputs(edited, result.study)
+    def inputs_of(self, result: "Sweep") -> ResultInputs:
+        """The inputs of a sweep."""
+        return sweep_inputs(result.study)
 
     def draw_result(self, result: "Sweep") -> None:
         """Draw the computed members, with the edited values of the swept parameters."""
@@ -144,10 +150,6 @@ class SweepPane(StudyPane):
         values = zip(result.study.design.axes, (point.x, point.y), strict=False)
         description = ", ".join(f"{symbol_of(name)} = {value:g}" for name, value in values)
         return texts, f"{description}, separation {texts['separation']}"
-
-    def heading(self, result: "Sweep") -> Heading:
-        """The parameters that are not swept."""
-        return Heading([result.study.parameters], tuple(result.study.design.axes))
 
     def export(self, kind: str) -> Export:
         """The sweep if it is complete; its figure as displayed."""

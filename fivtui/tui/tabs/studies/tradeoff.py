@@ -8,15 +8,13 @@ from typing import TYPE_CHECKING, ClassVar
 
 from textual.app import ComposeResult
 from textual.containers import Vertical
-from textual.widgets import Static
 
-from fivtui.charts import Heading
 from fivtui.model import InputError
 from fivtui.scene import Scene
-from fivtui.tradeoffs import tradeoff_chart
+from fivtui.tradeoffs import QUICK_S, MeasuredSetting, tradeoff_chart
 from fivtui.tui.chart import ChartView
-from fivtui.tui.session import DisplayedStudy, Job
-from fivtui.tui.tabs.preview import Sketch
+from fivtui.tui.session import Job
+from fivtui.tui.tabs.preview import Sketch, about
 from fivtui.tui.tabs.requests.tradeoff import (
     TITLES,
     current_setting,
@@ -26,7 +24,7 @@ from fivtui.tui.tabs.requests.tradeoff import (
 )
 from fivtui.tui.tabs.tables import ListTable
 
-from .study_pane import StudyPane, with_inputs
+from .study_pane import ResultInputs, StudyPane
 
 if TYPE_CHECKING:
     from fivtui.tradeoffs import Tradeoff
@@ -41,7 +39,6 @@ class TradeoffPane(StudyPane):
 
     NAME: ClassVar[str] = "trade-off"
     VERB: ClassVar[str] = "Measure"
-    STATUS_BELOW: ClassVar[bool] = False
     QUANTITIES: ClassVar[Mapping[str, str]] = TITLES
     PAGE: ClassVar[str] = "errors"
     VIEWS: ClassVar[Mapping[str, str]] = {**TITLES, "settings": "Table"}
@@ -54,14 +51,16 @@ class TradeoffPane(StudyPane):
     )
     QUESTION: ClassVar[str] = "Which method reaches an accuracy in the shortest time?"
     START: ClassVar[str] = "measures all methods and settings"
-    TYPICAL_S: ClassVar[float] = 7.0
 
     def compose_views(self) -> ComposeResult:
-        """Chart with the current setting as text, and table."""
+        """Chart and table."""
         with Vertical(id="errors"):
             yield ChartView("errors-chart")
-            yield Static("", id="present", markup=False)
         yield _SettingsTable(id="settings", cursor_type="row", zebra_stripes=True, fixed_columns=1)
+
+    def start_text(self) -> str:
+        """What the key measures, and the CPU time that it takes on every machine."""
+        return f"{self.START}, {about(QUICK_S)}"
 
     def compute(self, request: Scene, job: Job) -> "Tradeoff":
         """Measure a scene."""
@@ -69,40 +68,35 @@ class TradeoffPane(StudyPane):
 
         return measure_tradeoff(request, progress=job.report)
 
-    def result_status(self, displayed: "DisplayedStudy[Tradeoff]") -> str:
-        """Where the result was measured, and the number of rows."""
-        source = f"read from {displayed.source}" if displayed.source else "this machine"
-        return f"{source}, {len(displayed.value.rows)} rows"
+    def answer_text(self, result: "Tradeoff") -> str:
+        """Error and time of the setting of the edited scene, and a faster setting."""
+        scene, current = self._edited_setting(result)
+        return "" if scene is None else setting_text(result, scene, self.quantity, current)
 
-    def computed_scene(self, result: "Tradeoff", edited: Scene) -> Scene:
-        """The edited scene with the measured motion; method and accuracy do not count."""
+    def inputs_of(self, result: "Tradeoff") -> ResultInputs:
+        """The measured motion; method and accuracy do not count."""
         names = ("separation", "start", "t_end", "over_time")
         settings = {name: getattr(result.scene, name) for name in names}
-        return with_inputs(edited, result.scene.parameters, (), **settings)
+        return ResultInputs(result.scene.parameters, (), settings)
 
-    def _edited_scene(self) -> Scene | None:
+    def _edited_setting(self, result: "Tradeoff") -> tuple[Scene | None, MeasuredSetting | None]:
+        # The edited scene, and the measured setting that is nearest to its own.
         try:
-            return self.session.scene()
+            scene = self.session.scene()
         except InputError:
-            return None
+            return None, None
+        return scene, current_setting(result, scene)
 
     def draw_result(self, result: "Tradeoff") -> None:
         """Draw the current view, with error and time of the current setting."""
-        scene, quantity = self._edited_scene(), self.quantity
-        current = None if scene is None else current_setting(result, scene)
+        _, current = self._edited_setting(result)
         if self.view in self.QUANTITIES:
-            chart = tradeoff_chart(result, quantity, current)
+            chart = tradeoff_chart(result, self.quantity, current)
             self.query_one("#errors-chart", ChartView).show(chart)
-            text = "" if scene is None else setting_text(result, scene, quantity, current)
-            self.query_one("#present", Static).update(text)
         else:
-            rows = table_rows(result, quantity, current)
+            rows = table_rows(result, self.quantity, current)
             table: ListTable[str] = self.query_one("#settings", ListTable)
             table.fill(table_columns(result), {str(index): row for index, row in enumerate(rows)})
-
-    def heading(self, result: "Tradeoff") -> Heading:
-        """The parameters of the scene."""
-        return Heading([result.scene.parameters], ignores_separation=not result.scene.separation)
 
     def request_for(self, result: "Tradeoff") -> Scene:
         """The scene of a measurement."""

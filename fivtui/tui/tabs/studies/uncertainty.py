@@ -5,17 +5,17 @@ region has the samples with one outcome: no squeal, squeal after a knock, or squ
 """
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import TYPE_CHECKING, ClassVar, Final
 
 import numpy as np
 from textual.app import ComposeResult
 from textual.containers import Vertical
-from textual.widgets import Static
 
 from fivtui.charts import Heading
 from fivtui.scene import Scene
 from fivtui.tui.chart import ChartView
-from fivtui.tui.session import DisplayedStudy, Job, Session, symbol_of
+from fivtui.tui.session import Job, Session, symbol_of
 from fivtui.tui.tabs.preview import Preview, Sketch
 from fivtui.tui.tabs.requests.uncertainty import (
     COLUMNS,
@@ -29,7 +29,7 @@ from fivtui.tui.tabs.requests.uncertainty import (
 )
 from fivtui.tui.tabs.tables import ListTable
 
-from .study_pane import StudyPane, with_study_inputs
+from .study_pane import ResultInputs, StudyPane, sweep_inputs
 
 if TYPE_CHECKING:
     from fivtui.reliability import Uncertainty
@@ -78,10 +78,9 @@ class UncertaintyPane(StudyPane):
         return self.stored_setting(self.input_setting, " ".join(texts) or self.EXAMPLE)
 
     def compose_views(self) -> ComposeResult:
-        """Histogram of a quantity with probabilities; Sobol indices; samples by region."""
+        """Histogram of a quantity; Sobol indices; samples by region."""
         with Vertical(id="histogram"):
             yield ChartView("histogram-chart")
-            yield Static("", id="probabilities", markup=False)
         yield _IndexTable(id="indices", cursor_type="row", zebra_stripes=True)
         with Vertical(id="samples"):
             yield ChartView("samples-chart")
@@ -110,23 +109,23 @@ class UncertaintyPane(StudyPane):
         self._estimate = estimate
 
     def show_progress(self) -> None:
-        """Display the estimated probabilities so far, with their errors."""
+        """Display estimated probabilities with their errors before the first result."""
         if self.displayed is None and self._estimate:
             self.query_one(Preview).show(("", self._estimate))
-        view = self.query_one("#probabilities", Static)
-        view.update(self._estimate)
-        view.display = bool(self._estimate)
 
-    def result_status(self, displayed: "DisplayedStudy[Uncertainty]") -> str:
+    def answer_text(self, result: "Uncertainty") -> str:
+        """The probabilities."""
+        from fivtui.reliability import probability_text
+
+        return probability_text(result)
+
+    def details_text(self, result: "Uncertainty") -> str:
         """Number of samples, with remarks."""
-        result = displayed.value
-        source = f", read from {displayed.source}" if displayed.source else ""
-        text = f"{result.scatter.samples} samples{source}"
-        return f"{text}{truncation_note(result)}{index_remark(result)}"
+        return f"{result.scatter.samples} samples{truncation_note(result)}{index_remark(result)}"
 
-    def computed_scene(self, result: "Uncertainty", edited: Scene) -> Scene:
-        """The edited scene with the inputs of a study."""
-        return with_study_inputs(edited, result.study)
+    def inputs_of(self, result: "Uncertainty") -> ResultInputs:
+        """The inputs of a study."""
+        return sweep_inputs(result.study)
 
     def draw_result(self, result: "Uncertainty") -> None:
         """Draw the current view of a study."""
@@ -143,10 +142,8 @@ class UncertaintyPane(StudyPane):
             table.fill(COLUMNS, {str(index): row for index, row in enumerate(rows)})
             return
         draw = samples_chart if self.view == "samples" else histogram_chart
-        self.page.query_one(ChartView).show(draw(result, quantity))
-        if self.job is None:
-            # The chart of a complete result contains the probabilities.
-            self.query_one("#probabilities").display = False
+        # The answer below the chart has the probabilities, which its note repeats.
+        self.page.query_one(ChartView).show(replace(draw(result, quantity), note=""))
 
     def show_view(self, name: str) -> None:
         """Show a view; the histogram of another quantity has other limits."""
@@ -155,8 +152,8 @@ class UncertaintyPane(StudyPane):
         super().show_view(name)
 
     def heading(self, result: "Uncertainty") -> Heading:
-        """The parameters that do not scatter."""
-        return Heading([result.study.parameters], tuple(result.inputs))
+        """The parameters that do not scatter, and the probabilities."""
+        return replace(super().heading(result), text=self.answer_text(result))
 
     def request_for(self, result: "Uncertainty") -> "Study":
         """The study of a result."""
