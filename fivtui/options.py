@@ -93,15 +93,20 @@ def option_arguments(options: Any) -> list[str]:
     ]
 
 
+def value_options(options: Any) -> dict[str, tuple[str, Option]]:
+    """Names and declarations of the options with a value, except settings, by flag."""
+    return {
+        entry.flag: (name, entry)
+        for name, (entry, _) in declared_options(options).items()
+        if entry.metavar is not None and not entry.setting
+    }
+
+
 def read_arguments(
     options: type[Options], arguments: Iterable[str]
 ) -> tuple[Options, Sequence[str]]:
     """The options that arguments set, except settings and flags, and arguments without option."""
-    declared = {
-        entry.flag: (name, entry.multiple)
-        for name, (entry, _) in declared_options(options).items()
-        if entry.metavar is not None and not entry.setting
-    }
+    declared = value_options(options)
     values: dict[str, Any] = {}
     positional, rest = [], iter(arguments)
     for argument in rest:
@@ -112,8 +117,8 @@ def read_arguments(
         check_known("option", flag_name, declared)
         if not (text := text or next(rest, "")):
             raise InputError(f"{flag_name}: must be followed by a value")
-        name, is_multiple = declared[flag_name]
-        values[name] = (*values.get(name, ()), text) if is_multiple else text
+        name, entry = declared[flag_name]
+        values[name] = (*values.get(name, ()), text) if entry.multiple else text
     return options(**values), positional
 
 

@@ -496,11 +496,11 @@ STUDY_TAB: Final = '''"""The tab of the stability at a friction coefficient."""
 import numpy as np
 from textual.containers import Vertical
 
-from fivtui.charts import Chart, Heading, Trace
+from fivtui.charts import Chart, Trace
 from fivtui.equilibrium import stability
 from fivtui.tui.chart import ChartView
 
-from .study_pane import StudyPane
+from .study_pane import ResultInputs, StudyPane
 
 
 class FrictionPane(StudyPane):
@@ -523,13 +523,13 @@ class FrictionPane(StudyPane):
         """The stability of a scene."""
         return stability(request.parameters, separation=request.separation)
 
-    def computed_scene(self, result, edited):
-        """The edited scene with the parameters of a result."""
-        return edited.with_values(result.parameters.as_dict() | {"mu": edited.parameters.mu})
+    def inputs_of(self, result):
+        """The parameters, except friction."""
+        return ResultInputs(result.parameters, ["mu"], {"separation": result.separation})
 
-    def result_status(self, displayed):
+    def answer_text(self, result):
         """The growth rate."""
-        return f"grows by {displayed.value.growth_rate:.3g} 1/s"
+        return f"grows by {result.growth_rate:.3g} 1/s"
 
     def draw_result(self, result):
         """Draw the eigenvalues."""
@@ -540,10 +540,6 @@ class FrictionPane(StudyPane):
     def read_point(self, result, point):
         """Values for the form and their description: every point has the same friction."""
         return {"mu": self.text}, "the friction coefficient"
-
-    def heading(self, result):
-        """The parameters."""
-        return Heading([result.parameters])
 
     def request_for(self, result):
         """The request of the command line: the edited scene."""

@@ -165,7 +165,7 @@ def validate(call: Call[ValidateOptions]) -> None:
     from fivtui.measured import prepare_comparison
 
     call.outputs.check("validation")
-    compare = prepare_comparison(call.options)
+    compare = prepare_comparison(call.options)()
     result = compare(compute_run(call))
     call.outputs.finish("validation", result)
     if result.passed is False:

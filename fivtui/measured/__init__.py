@@ -3,8 +3,8 @@
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from .charts import overlay_chart, overlay_spectra
-    from .comparison import QUANTITIES, Validation, prepare_comparison, read_shift, validate
+    from .charts import describe_verdict, overlay_chart, overlay_spectra
+    from .comparison import QUANTITIES, Validation, prepare_comparison, validate
     from .options import SCALE, TIME, TIME_SCALE, ValidateOptions
     from .reading import has_column_name, read_measurement
     from .tolerances import Tolerances, read_tolerances

@@ -338,33 +338,36 @@ def best_shift(run: Transient, measurement: Measurement, quantity: str) -> float
     return float(step * int(scores.argmax()) - start)
 
 
-def prepare_comparison(
-    options: ValidateOptions, prefix: str = "--"
-) -> Callable[[Transient], Validation]:
-    """A function that compares a run with the measured file of `options`.
+def prepare_comparison(options: ValidateOptions) -> Callable[[], Callable[[Transient], Validation]]:
+    """A function that reads the measured file and returns one that compares a run with it.
 
-    In messages `prefix` precedes the name of an option.
+    Raises `InputError` if an option is wrong for any file.
     """
-    if options.measured is None:
-        raise InputError(f"{prefix}measured FILE.csv: must be given")
-    shift = read_shift(options.shift, prefix)
-    tolerances = read_tolerances(vars(options), prefix)
+    file, quantity = options.measured, options.quantity
+    if file is None:
+        raise InputError("--measured FILE.csv: must be given")
+    check_known("quantity", quantity, QUANTITIES)
+    shift = read_shift(options.shift)
+    tolerances = read_tolerances(vars(options), "--")
     numbers = {
-        name: parse_number(f"{prefix}{name.replace('_', '-')}", text, "a number")
+        name: parse_number(f"--{name.replace('_', '-')}", text, "a number")
         for name in ("scale", "offset", "time_scale")
         if (text := getattr(options, name)) is not None
     }
-    quantity = options.quantity
-    measurement = read_measurement(
-        options.measured, time=options.time, signal=options.signal, quantity=quantity, **numbers
-    )
-    return lambda run: validate(
-        run, measurement, quantity=quantity, shift=shift, tolerances=tolerances
-    )
+
+    def read() -> Callable[[Transient], Validation]:
+        measurement = read_measurement(
+            file, time=options.time, signal=options.signal, quantity=quantity, **numbers
+        )
+        return lambda run: validate(
+            run, measurement, quantity=quantity, shift=shift, tolerances=tolerances
+        )
+
+    return read
 
 
-def read_shift(text: str, prefix: str = "") -> float | Literal["auto"]:
+def read_shift(text: str) -> float | Literal["auto"]:
     """Parse a shift of times, s, or ``auto``."""
     if text == "auto":
         return "auto"
-    return parse_number(f"{prefix}shift", text, "a time in s, or auto")
+    return parse_number("--shift", text, "a time in s, or auto")

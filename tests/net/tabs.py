@@ -47,6 +47,10 @@ async def _tab_lines(size: tuple[int, int]) -> list[str]:
         # parameter: what they show in time depends on the speed of the machine.
         for name in ("safe_friction", "safety_zones"):
             stack.enter_context(mock.patch(f"fivtui.safety.{name}", side_effect=Cancelled))
+        # Usual durations depend on the speed of the machine.
+        stack.enter_context(
+            mock.patch("fivtui.tui.tabs.preview.relative_duration", return_value=1.0)
+        )
         # No live curve, which a background run computes anew after each edit.
         (folder / "config.toml").write_text("live = false\n", encoding="utf-8")
         shutil.copytree(SESSION, folder / "stored")

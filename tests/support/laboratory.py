@@ -319,4 +319,4 @@ async def run_to_end(pilot: Pilot[None]) -> None:
     notices_of(pilot).clear()
     await pilot.press("f5")
     await until(pilot, lambda: runs.newest is not None and runs.active is None)
-    await until_shown(pilot, "peak |y|")
+    await until_shown(pilot, "amplitude of y")

@@ -104,7 +104,7 @@ async def test_a_finished_run_fills_plots_summary_and_tabs(
     await click_view(pilot, "result")
     await until_shown(pilot, "range of y -2.68537 to")
     await pilot.press("alt+minus")
-    await until_shown(pilot, "run 1 done; peak |y| 10.50 m")
+    await until_shown(pilot, "run 1 done; amplitude of y ±4.401 m")
     await pilot.press("f2")
     await until_shown(pilot, "range of y -2.68537 to")
     # Without the live curve, the state of the run stays.
@@ -205,10 +205,10 @@ async def test_every_size_shows_form_verdict_and_result(pilot: Pilot[None]) -> N
     await run_to_end(pilot)
     # "shown native 10.50" is in the list of runs: plotted, engine, peak |y|.
     for (width, height), phrases in (
-        ((80, 24), ("y (m)", "off belt", "kg", "peak |y|", " 0.7 ")),
+        ((80, 24), ("y (m)", "off belt", "kg", "amplitude of y", " 0.7 ")),
         ((200, 60), ("P (N)", "off belt", "friction coefficient", "P 0 to 2071 N")),
         ((200, 60), ("±y 2nd half", "shown native 10.50")),
-        ((60, 20), ("peak |y|", "F5 Run", "k1")),
+        ((60, 20), ("amplitude of y", "F5 Run", "k1")),
         ((40, 12), ("UNSTABLE", "F5 Run", "y (m)")),
         ((39, 12), ("too small for fivtui: it needs 40 columns and 10 lines",)),
         ((100, 9), ("too small",)),

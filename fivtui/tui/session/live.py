@@ -4,9 +4,8 @@ Its ghost is the curve before the last edit, for comparison.
 """
 
 from collections.abc import Hashable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from enum import Enum
-from functools import cache
 from typing import Final
 
 from fivtui.scene import Scene
@@ -22,10 +21,6 @@ _FASTEST_METHOD: Final = next(iter(METHODS))
 _MAX_FIRST_PROGRESS: Final = 0.2
 # Least progress from which the duration of a run is extrapolated.
 _MIN_PROGRESS: Final = 0.01
-# CPU time of a step of the base scene where the usual durations of studies were measured, s; and
-# number and length of the runs that measure it on this machine, s of simulated time.
-_REFERENCE_STEP_S: Final = 2.7e-7
-_TIMED_RUNS, _TIMED_S = 5, 20.0
 
 
 class Pace(Enum):

@@ -1,7 +1,8 @@
 """What a tab shows before its first result: a sketch of it, its question, and how to start."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from functools import cache
 from textwrap import wrap
 from typing import Final
 
@@ -10,10 +11,15 @@ from numpy.typing import NDArray
 from textual.content import Content
 from textual.widgets import Static
 
+from fivtui.scene import scene_transient
 from fivtui.tui.chart import Raster
-from fivtui.tui.session import duration_text
+from fivtui.tui.session import base_scene, duration_text
 
 FILE_FORMAT: Final = "A file has a line of names, such as t,y, and lines such as 0.01,0.0031."
+# CPU time of a step of the base scene where the usual durations of studies were measured, s; and
+# number and length of the runs that measure it on this machine, s of simulated time.
+_REFERENCE_STEP_S: Final = 2.7e-7
+_TIMED_RUNS, _TIMED_S = 5, 20.0
 _Values = Sequence[float] | NDArray[np.float64]
 
 # Columns and rows of the plot of a sketch.
@@ -86,6 +92,19 @@ def about(seconds: float) -> str:
     if seconds < 1.0:
         return "usually within 1 s"
     return f"usually in about {duration_text(float(f'{seconds:.1g}')).replace('.0 s', ' s')}"
+
+
+@cache
+def relative_duration() -> float:
+    """Computing time on this machine, relative to that where usual durations were measured."""
+    scene = replace(base_scene(), t_end=_TIMED_S)
+    stats = [scene_transient(scene).transient.stats for _ in range(_TIMED_RUNS)]
+    return min((run.cpu_s or 0.0) / run.steps for run in stats) / _REFERENCE_STEP_S
+
+
+def about_here(seconds: float) -> str:
+    """A typical duration on this machine, from that where `relative_duration` is 1."""
+    return about(seconds * relative_duration())
 
 
 class Preview(Static):

@@ -6,6 +6,7 @@ ghost is the curve before the edit. The view "difference" subtracts the run chos
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar, Final
 
@@ -65,6 +66,9 @@ _GHOST_STYLE: Final = ("·", "ghost")
 _LIVE_OFF: Final = "The live curve is off: press Run, or switch it on in the palette."
 # Charts that display a text while there is no curve, the first ones of their views.
 _FIRST_CHARTS: Final = ("plot-y", "phase-y", "plot-spectrum", "belt-picture")
+# Key of the view of measured data, and of the stored text of its input.
+_MEASURED_KEY: Final = "m"
+_MEASURED: Final = "measured"
 _NO_SPECTRUM: Final = "no chart to export: too few samples in its time window"
 _NO_BASELINE: Final = "no difference: set another run as baseline (b in the run list)"
 _NO_EXPORT: Final = "this view of the live curve has no export: press Run first"
@@ -93,6 +97,7 @@ class TransientPane(ActionPane):
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("g,home", "show_end(False)", "Start of the run", show=False),
         Binding("G,end", "show_end(True)", "End of the run", show=False),
+        Binding(_MEASURED_KEY, "show_measured", "Measured data", show=False),
     ]
 
     def __init__(self, session: Session) -> None:
@@ -126,9 +131,9 @@ class TransientPane(ActionPane):
         yield BeltView("belt")
         yield MeasuredView(
             "measured",
-            lambda name: self.stored_setting(f"measured-{name}", ""),
-            lambda name, text: self.store_setting(f"measured-{name}", text),
-            self.session.key_names["go-bar"],
+            self.stored_setting(_MEASURED, ""),
+            partial(self.store_setting, _MEASURED),
+            _MEASURED_KEY,
         )
         yield RowsView(id="result")
 
@@ -386,7 +391,8 @@ class TransientPane(ActionPane):
         validation = self.query_one(MeasuredView).validation
         name = f"{run.scene.name}-{run.number}"
         export = scene_study_export(kind, "validation", validation, name)
-        heading = Heading([run.scene.parameters], ignores_separation=not run.scene.separation)
+        verdict, ignored = self.query_one(MeasuredView).verdict, not run.scene.separation
+        heading = Heading([run.scene.parameters], ignores_separation=ignored, text=verdict)
         return with_displayed_charts(export, charts, heading)
 
     def command_line(self) -> str:
@@ -403,6 +409,12 @@ class TransientPane(ActionPane):
     def _fit(self) -> None:
         self._show_summary(self._facts)
         self.draw()
+
+    def action_show_measured(self) -> None:
+        """Show the view of measured data, and go to its input."""
+        self.show_view("measured")
+        # The field from which the key comes keeps the focus until then.
+        self.call_later(self.focus_within, self.page, bar_first=True)
 
     def action_show_end(self, at_end: bool) -> None:
         """Limit the time to the start or the end of the run, for phases and the spectrum, too."""

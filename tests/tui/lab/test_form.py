@@ -33,7 +33,7 @@ async def test_the_first_screen_has_scene_fields_verdict_and_keys(pilot: Pilot[N
     assert "UNSTABLE: growth rate +0.6304 1/s, 0.9186 Hz" in screen_text
     assert "0 0.439 0.7 1.5" in flat_text_of(pilot)
     # The motion is drawn without a key.
-    await until_shown(pilot, "peak |y| 10.50 m")
+    await until_shown(pilot, "amplitude of y ±4.401 m")
     assert "no run yet" not in text_of(pilot)
     assert screen_text.splitlines()[-1].startswith("F5 Run F10 Compute F1 Help")
     lines = [" ".join(line.strip("│").split()) for line in screen_text.splitlines()]
@@ -171,7 +171,7 @@ async def test_letters_leave_a_number_and_v_and_n_are_keys_of_the_tab(pilot: Pil
     # At the start of a number, e is no exponent; j and h are keys of the list around the editor.
     await pilot.press(*"abejhNo", "space", "slash")
     assert (editor.value, session.changed_fields) == ("0.7", [])
-    await until_shown(pilot, "peak |y| 10.50 m")
+    await until_shown(pilot, "amplitude of y ±4.401 m")
     stored = session.settings.setdefault("transient", {})
     await pilot.press("n")
     await until(pilot, lambda: len(stored) == 1)

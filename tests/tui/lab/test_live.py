@@ -120,7 +120,7 @@ async def test_the_scene_is_drawn_at_the_start_and_without_live_curve_a_line_nam
 ) -> None:
     await show_tab(pilot, "alt+1")
     await until(pilot, lambda: trace_names(pilot) == ["live"])
-    await until_shown(pilot, "peak |y| 10.50 m")
+    await until_shown(pilot, "amplitude of y ±4.401 m")
     await until_shown(pilot, "Run keeps it")
     assert not list(app_of(pilot).session.runs)
     await pilot.press("alt+l")

@@ -101,7 +101,7 @@ async def test_two_cursors_are_on_all_plots_with_differences_and_units(
     assert cursors.second is not None
     await pilot.press("escape")
     assert cursors.second is None
-    await until_shown(pilot, "peak |y|")
+    await until_shown(pilot, "amplitude of y")
 
 
 @pytest.mark.whole

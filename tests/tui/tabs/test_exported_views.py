@@ -97,8 +97,7 @@ async def add_runs(pilot: Pilot[None]) -> None:
     measured_data = np.column_stack([t, 1.02 * signal])
     np.savetxt("measured.csv", measured_data, delimiter=",", header="t,y", comments="")
     session.settings["transient"] = {
-        "measured-file": "measured.csv",
-        "measured-band": "10%",
+        "measured": "measured.csv --band 10%",
     }
 
 

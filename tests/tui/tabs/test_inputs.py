@@ -91,22 +91,25 @@ async def test_a_map_that_ends_during_wrong_input_leaves_no_error(pilot: Pilot[N
 async def test_wrong_numbers_beside_measured_data_are_marked_at_once(pilot: Pilot[None]) -> None:
     await run_to_end(pilot)
     pilot.app.screen.query_one(TransientPane).show_view("measured")
-    for name, invalid_text, error, valid_text in (
-        ("scale", "0,5x", "not a number", "0,5"),
-        ("shift", "later", "must be a time in s, or auto", "auto"),
-        ("quantity", "z", "unknown quantity", "vy"),
-        # Least share of samples within the band.
-        ("share", "5", "must be a percentage", "5,5%"),
+    text_input = pilot.app.screen.query_one("#measured-data", Input)
+    text_input.focus()
+    await until(pilot, lambda: text_input.has_focus)
+    for option, error in (
+        ("--scale 0,5x", "not a number"),
+        ("--shift later", "must be a time in s, or auto"),
+        ("--quantity z", "unknown quantity"),
+        ("--band 1 --share 5", "must be a percentage"),
+        ("--bnad 5%", "unknown option"),
+        ("b.csv", "2 files: must be one"),
     ):
-        text_input = pilot.app.screen.query_one(f"#measured-{name}", Input)
-        text_input.focus()
-        await until(pilot, lambda: text_input.has_focus)  # noqa: B023
-        await pilot.press(*invalid_text)
+        text_input.value = f"a.csv {option}"
         await until_shown(pilot, error)
         assert text_input.has_class("-invalid")
-        await pilot.press("ctrl+u", *valid_text)
-        await until(pilot, lambda: not text_input.has_class("-invalid"))  # noqa: B023
-        assert text_input.value == valid_text.replace(",", ".")
+    text_input.value = "a.csv --band "
+    await until(pilot, lambda: not text_input.has_class("-invalid"))
+    await pilot.press("end", *"5,5")
+    assert text_input.value == "a.csv --band 5.5"
+    await until_shown(pilot, "--band N|N%: Half width of the tolerance band")
 
 
 async def test_wrong_limits_of_an_axis_are_marked_at_once(pilot: Pilot[None]) -> None:

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from textual.pilot import Pilot
-from textual.widgets import Input, Static
+from textual.widgets import Input
 
 from fivtui import cli
 from fivtui.model.errors import InputError
@@ -37,28 +37,22 @@ async def test_measured_data_lie_over_the_run_and_pass_or_fail(
     np.savetxt("rig.csv", data, delimiter=";", header="t;y_mm", comments="")
     view = pane.query_one(MeasuredView)
 
-    label = view.query_one("#overlay-text", Static)
-    overlay = view.query_one("#overlay-time", ChartView)
+    measured_input = view.query_one("#measured-data", Input)
 
-    def shown_text() -> str:
-        return f"{label.render()} {overlay.chart.note if overlay.chart else ''}"
-
-    async def enter_texts(message: str, **texts: str) -> None:
-        for name, text in texts.items():
-            field = view.query_one(f"#measured-{name.replace('_', '-')}", Input)
-            field.value = text
-            field.focus()
+    async def enter_text(message: str, text: str) -> None:
+        measured_input.value = text
+        measured_input.focus()
         await pilot.press("enter")
-        await until(pilot, lambda: message in shown_text())
+        await until_shown(pilot, message)
 
-    await enter_texts("missing.csv", file="missing.csv")
-    await enter_texts("signal column", file="rig.csv", signal="z_mm")
-    await enter_texts("correlation 1.000", signal="y_mm", scale="1e-3", shift="auto")
-    await enter_texts("FAIL", band="0.01%")
-    await enter_texts("PASS: share within the band 100.000%", offset="-1e-3")
-    # The screen shows the verdict, too.
-    await until_shown(pilot, "PASS: share within the band 100.000%")
-    assert pane.stored_setting("measured-file", "") == "rig.csv"
+    await enter_text("missing.csv", "missing.csv")
+    await enter_text("signal column", "rig.csv --signal z_mm")
+    text = "rig.csv --signal y_mm --scale 1e-3 --shift auto"
+    await enter_text("correlation 1.000", text)
+    await enter_text("FAIL", f"{text} --band 0.01%")
+    text += " --offset -1e-3"
+    await enter_text("PASS: share within the band 100.000%", f"{text} --band 0.01%")
+    assert pane.stored_setting("measured", "") == f"{text} --band 0.01%"
     time_chart, spectrum_chart = (chart.chart for chart in view.query(ChartView))
     assert time_chart is not None
     assert spectrum_chart is not None
@@ -69,11 +63,12 @@ async def test_measured_data_lie_over_the_run_and_pass_or_fail(
     assert pane.export(FIGURE).file_name == "base-1-validation-y.svg"
     pane.export(DATA).write(Path("rig.json"))
     # The copied command validates the same data, with the file and its time unit.
-    await enter_texts("must fit into the run", time_scale="10")
+    await enter_text("for an automatic shift it must", f"{text} --time-scale 10")
     assert pane.command_line().startswith("fivtui validate --measured rig.csv ")
     with pytest.raises(InputError, match="must fit into the run"):
         pane.export(FIGURE)
-    await enter_texts("PASS: share", time_scale="1", frequency="1%", amplitude="1%", share="99%")
+    tolerances = "--band 0.01% --share 99% --frequency 1% --amplitude 1%"
+    await enter_text("PASS: share", f"{text} {tolerances}")
     arguments = shlex.split(pane.command_line())[1:]
     assert arguments[-6:] == ["--share", "99%", "--frequency", "1%", "--amplitude", "1%"]
     cli.commands.main([*arguments, "--json"], standalone_mode=False)
@@ -90,4 +85,22 @@ async def test_measured_data_lie_over_the_run_and_pass_or_fail(
         displayed_result["deviation"]["rms"], abs=1e-4
     )
     assert json.loads(Path("rig.json").read_text())["columns"] == ["t", "y_mm"]
-    await enter_texts("must be a percentage", frequency="1")
+
+
+async def test_one_key_and_the_name_of_a_file_lay_measured_data_over_the_motion(
+    pilot: Pilot[None],
+) -> None:
+    Path("bench").mkdir()
+    Path("bench/rig.csv").write_text("t,y\n" + "".join(f"{t},0.1\n" for t in range(50)))
+    Path("bench/notes.txt").write_text("")
+    await until(pilot, lambda: pilot.app.screen.focused is not None)
+    await pilot.press("m")
+    measured_input = pilot.app.screen.query_one("#measured-data", Input)
+    await until(pilot, lambda: measured_input.has_focus)
+    # The grey text is the rest of a path, or of an option.
+    for typed, completed in (("b", "bench/"), ("", "bench/rig.csv"), (" --ba", "--band")):
+        await pilot.press(*({" ": "space", "-": "minus"}.get(key, key) for key in typed))
+        await until(pilot, lambda: measured_input._suggestion.endswith(completed))  # noqa: B023
+        await pilot.press("right")
+    await pilot.press("space", "5", "enter")
+    await until_shown(pilot, "FAIL: share within the band")

@@ -1,10 +1,9 @@
 """The fit tab: parameters fitted to measured signals and features."""
 
-import shlex
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
@@ -12,8 +11,6 @@ from textual.containers import Vertical
 
 from fivtui.charts import Heading
 from fivtui.identification import IdentifyOptions, fit_charts, prepare_fit
-from fivtui.model import InputError
-from fivtui.options import read_arguments
 from fivtui.scene import Scene
 from fivtui.studies import study
 from fivtui.transient import START_SPECS
@@ -21,6 +18,7 @@ from fivtui.tui.chart import ChartView
 from fivtui.tui.session import Job, Session, replace_symbols, scene_texts, symbol_of
 from fivtui.tui.tabs.job_pane import FACTS
 from fivtui.tui.tabs.messages import PointRunRequested
+from fivtui.tui.tabs.option_input import OptionInput, option_help, read_option_text
 from fivtui.tui.tabs.preview import FILE_FORMAT, MEASURED_SKETCH, Sketch
 from fivtui.tui.tabs.tables import RowsView
 
@@ -29,6 +27,7 @@ from .study_pane import ResultInputs, StudyPane
 if TYPE_CHECKING:
     from fivtui.identification import Identification
 
+_NO_SIGNALS: Final = "Features have no signals over time: v shows the fitted values."
 _Request = tuple[Scene, IdentifyOptions]
 
 
@@ -60,9 +59,18 @@ class IdentificationPane(StudyPane):
     def compose_views(self) -> ComposeResult:
         """Both signals and the residuals; the fitted values."""
         with Vertical(id="fit"):
-            yield ChartView("fit-signals")
+            yield ChartView("fit-signals", empty_text=_NO_SIGNALS)
             yield ChartView("fit-residuals")
         yield RowsView(id="fitted-values")
+
+    def compose_bar(self) -> ComposeResult:
+        """The files and options of the fit."""
+        yield OptionInput(self.initial_text, IdentifyOptions, id=self.INPUT, classes="study-input")
+
+    @property
+    def input_format(self) -> str:
+        """The meaning of the option being typed."""
+        return option_help(IdentifyOptions, self.text, self.INPUT_FORMAT)
 
     def parse(self, scene: Scene, text: str) -> _Request:
         """The scene and the options of the input."""
@@ -134,15 +142,10 @@ class IdentificationPane(StudyPane):
 
 def fit_options(text: str) -> IdentifyOptions:
     """The options of `fivtui identify` in a text: files, then options as on the command line."""
-    try:
-        # Backslashes separate the folders of a path on Windows.
-        arguments = shlex.split(text.replace("\\", r"\\"))
-    except ValueError as error:
-        raise InputError(f"{text}: {error}") from None
-    options, files = read_arguments(IdentifyOptions, arguments)
+    options, files = read_option_text(IdentifyOptions, text)
     return replace(
         options,
-        measured=(*(Path(file).expanduser() for file in files), *map(Path, options.measured)),
+        measured=(*files, *map(Path, options.measured)),
         fit=tuple(map(replace_symbols, options.fit)),
         own=tuple(map(replace_symbols, options.own)),
     )

@@ -18,8 +18,8 @@ from fivtui.charts import NearestPoint, scale_text
 from fivtui.model import InputError
 from fivtui.scene import Scene
 from fivtui.tui.chart import ChartView
-from fivtui.tui.session import SAFETY_MAPS, DisplayedStudy, Job, Session, relative_duration
-from fivtui.tui.tabs.preview import Preview, Sketch, about
+from fivtui.tui.session import SAFETY_MAPS, DisplayedStudy, Job, Session
+from fivtui.tui.tabs.preview import Preview, Sketch, about_here
 from fivtui.tui.tabs.requests.map import (
     EXAMPLES,
     TITLES,
@@ -210,8 +210,8 @@ class SafeFrictionPane(_MapStudy):
             points = math.prod(len(values) for values in self.axes.values())
         except InputError:
             return "maps two ranges"
-        seconds = points * _POINT_S[self.view] * relative_duration()
-        return f"maps {points} points, {about(seconds)}"
+        seconds = points * _POINT_S[self.view]
+        return f"maps {points} points, {about_here(seconds)}"
 
 
 class MapPane(_MapStudy):

@@ -22,13 +22,12 @@ from fivtui.tui.session import (
     Job,
     Session,
     change_texts,
-    relative_duration,
     study_command,
 )
 from fivtui.tui.tabs.exports.export import Export, scene_study_export, with_displayed_charts
 from fivtui.tui.tabs.job_pane import FACTS, JobPane
 from fivtui.tui.tabs.messages import PointRunRequested
-from fivtui.tui.tabs.preview import Preview, Sketch, about
+from fivtui.tui.tabs.preview import Preview, Sketch, about_here
 
 if TYPE_CHECKING:
     from fivtui.sweeps import Study
@@ -136,6 +135,11 @@ class StudyPane(JobPane):
         """The text of the input; empty if there is none."""
         return self.query_one(".study-input", TextInput).value if self.EXAMPLE else ""
 
+    @property
+    def input_format(self) -> str:
+        """The format of the input, displayed while it has the focus."""
+        return self.INPUT_FORMAT
+
     def parse(self, scene: Scene, text: str) -> Any:  # noqa: ARG002
         """The request for a scene and the text of the input; raises `InputError` if invalid."""
         return scene
@@ -190,7 +194,7 @@ class StudyPane(JobPane):
 
     def show_bar(self) -> None:
         """Display the progress of a job, an error of the input, its format, or the status."""
-        text = self._error or (self.INPUT_FORMAT if self._is_typing else self.status)
+        text = self._error or (self.input_format if self._is_typing else self.status)
         answer = "" if self._error else self.answer
         self.show_action(self.job, text, answer=answer, is_error=bool(self._error))
         self._show_preview()
@@ -209,7 +213,7 @@ class StudyPane(JobPane):
 
     def start_text(self) -> str:
         """What the key of the computation does, and how long it usually takes."""
-        return f"{self.START}, {about(self.TYPICAL_S * relative_duration())}"
+        return f"{self.START}, {about_here(self.TYPICAL_S)}"
 
     # The views
 

@@ -14,10 +14,10 @@ from fivtui.charts import NearestPoint, scale_text
 from fivtui.model import InputError
 from fivtui.scene import Scene
 from fivtui.tui.chart import ChartView
-from fivtui.tui.session import DisplayedStudy, Job, Session, relative_duration, scene_texts, symbol_of
+from fivtui.tui.session import DisplayedStudy, Job, Session, scene_texts, symbol_of
 from fivtui.tui.tabs.exports.export import Export
 from fivtui.tui.tabs.messages import Reported
-from fivtui.tui.tabs.preview import Sketch, about
+from fivtui.tui.tabs.preview import Sketch, about, about_here
 from fivtui.tui.tabs.requests.sweep import (
     EXAMPLE,
     MAX_UNCONFIRMED,
@@ -79,9 +79,11 @@ class SweepPane(StudyPane):
             study: Study = self.request()
         except InputError:
             return "runs the scene with each value"
-        measured_s = self.session.live.expected_duration(self.session.scene())
-        run_s = measured_s or _TYPICAL_RUN_S * relative_duration()
-        return f"computes {study.members} runs, {about(study.members * run_s)}"
+        run_s = self.session.live.expected_duration(self.session.scene())
+        duration = about_here(study.members * _TYPICAL_RUN_S)
+        if run_s is not None:
+            duration = about(study.members * run_s)
+        return f"computes {study.members} runs, {duration}"
 
     def start_from_inputs(self) -> None:
         """Sweep the edited scene; a large sweep starts at a second request."""

@@ -143,7 +143,8 @@ class UncertaintyPane(StudyPane):
             return
         draw = samples_chart if self.view == "samples" else histogram_chart
         # The answer below the chart has the probabilities, which its note repeats.
-        self.page.query_one(ChartView).show(replace(draw(result, quantity), note=""))
+        chart = draw(result, quantity)
+        self.page.query_one(ChartView).show(None if chart is None else replace(chart, note=""))
 
     def show_view(self, name: str) -> None:
         """Show a view; the histogram of another quantity has other limits."""
