@@ -7,7 +7,7 @@ if TYPE_CHECKING:
     from .comparison import QUANTITIES, Validation, prepare_comparison, validate
     from .options import SCALE, TIME, TIME_SCALE, ValidateOptions
     from .reading import has_column_name, read_measurement
-    from .tolerances import Tolerances, read_tolerances
+    from .tolerances import Tolerances
 else:
     from fivtui.lazy import lazy_exports
 

@@ -91,7 +91,7 @@ async def test_a_finished_run_fills_plots_summary_and_tabs(
     await until(pilot, lambda: background() != colour_before)
 
     await pilot.resize_terminal(160, 40)
-    await until_shown(pilot, "unsettled · 74 separations")
+    await until_shown(pilot, "still falling · 74 separations")
     await pilot.resize_terminal(*SIZE)
     plot.focus()
     visited_tabs = []
