@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fivtui.model import (
+    MODES,
     PARAMETERS,
     Mode,
     Parameters,
@@ -25,6 +26,8 @@ from fivtui.model import (
     load,
     parameter_spec,
     resting_height,
+    sliding_friction_ratio,
+    sliding_mode,
 )
 
 from .critical import Becomes, CriticalMu, critical_mu as constant_critical_mu
@@ -57,7 +60,10 @@ class _ArrayWithExp(np.ndarray[Any, Any]):
 
 @dataclass(frozen=True, slots=True)
 class CriticalSpeed:
-    """A speed of the belt, m/s, at which stability changes, and what sliding becomes above it."""
+    """A speed of the belt, m/s, at which stability changes.
+
+    `becomes` says what sliding becomes on faster belts that run in the same direction.
+    """
 
     v_belt: float
     becomes: Becomes
@@ -69,9 +75,11 @@ def critical_mu_on_belt(system: System) -> tuple[CriticalMu, ...]:
     Two changes are omitted if rounding hides the interval between them.
     """
     p = system.parameters
+    is_backward = p.v_belt is not None and p.v_belt < 0.0
     # If friction depends on the speed at any μ, it does so at μ = 0, where it falls most.
     if p.v_belt is None or not depends_on_speed(p.replaced(mu=0.0)):
-        return constant_critical_mu(system)
+        # On a belt that runs backward constant friction moves the frequencies of the modes apart.
+        return () if is_backward else constant_critical_mu(system)
     # No μ is critical without sliding: the slider sticks, or F < 0 lifts it off the belt.
     if p.v_belt == 0.0 or (system.separation and load(p) < 0.0):
         return ()
@@ -83,9 +91,10 @@ def critical_mu_on_belt(system: System) -> tuple[CriticalMu, ...]:
 
 
 def critical_speeds(system: System) -> tuple[CriticalSpeed, ...]:
-    """Every belt speed above 0 at which the stability of sliding changes, ascending.
+    """Every belt speed at which the stability of sliding changes, from slow to fast belts.
 
-    Two changes are omitted if rounding hides the interval between them.
+    They run in the direction of that of the system. Two changes are omitted if rounding hides the
+    interval between them.
     """
     p, lifted = system.parameters, system.separation and load(system.parameters) < 0.0
     if p.v_belt is None or lifted or not depends_on_speed(p):
@@ -93,7 +102,9 @@ def critical_speeds(system: System) -> tuple[CriticalSpeed, ...]:
     speed_max = parameter_spec("v_belt").upper
     grid = (p.v_s or 1.0) * _relative_speeds()
     grid = np.append(grid[grid < speed_max], speed_max)
-    return tuple(CriticalSpeed(v, becomes) for v, becomes in _stability_changes(p, "v_belt", grid))
+    changes = _stability_changes(p, "v_belt", np.copysign(grid, p.v_belt))
+    changes.sort(key=lambda change: abs(change[0]))
+    return tuple(CriticalSpeed(v, becomes) for v, becomes in changes)
 
 
 @cache
@@ -109,22 +120,25 @@ def _relative_speeds() -> FloatArray:
 
 
 def _stability_changes(p: Parameters, name: str, grid: FloatArray) -> list[tuple[float, Becomes]]:
-    # Values of a parameter at which stability changes, ascending, and the stability above each. The
-    # margin of stability is the determinant, made negative where another condition fails.
+    # Values of a parameter at which stability changes, and the stability beyond each. The margin of
+    # stability is the determinant, made negative where another condition fails.
+    mode = sliding_mode(p)
+
     def margins_at(values: FloatArray) -> tuple[FloatArray, BoolArray]:
-        varied = p.replaced(**{name: values.view(_ArrayWithExp)})
+        varied: Any = p.replaced(**{name: values.view(_ArrayWithExp)})
         with np.errstate(all="ignore"):
-            mu = np.asarray(friction_coefficient(varied, varied.v_belt))
-            determinant, size, conditions_hold = _hurwitz(varied, resting_heights(varied, mu))
+            mu = np.asarray(friction_coefficient(varied, abs(varied.v_belt)))
+            heights = resting_heights(varied, MODES[mode].friction_sign * mu)
+            determinant, size, conditions_hold = _hurwitz(varied, heights, mode)
         margin = np.where(conditions_hold, determinant, -np.abs(determinant))
         return np.where(np.abs(determinant) > _ROUNDING * size, margin, np.nan), conditions_hold
 
     def margin_at(value: float) -> float:
         varied = p.replaced(**{name: value})
-        mu = friction_coefficient(varied, varied.v_belt)
         # In contact, as `resting_heights` assumes: callers exclude a slider that is lifted off.
         in_contact = System(varied, separation=False)
-        determinant, _, conditions_hold = _hurwitz(varied, resting_height(in_contact, mu))
+        height = resting_height(in_contact, sliding_friction_ratio(varied))
+        determinant, _, conditions_hold = _hurwitz(varied, height, mode)
         return float(determinant if conditions_hold else -abs(determinant))
 
     return [
@@ -133,12 +147,12 @@ def _stability_changes(p: Parameters, name: str, grid: FloatArray) -> list[tuple
     ]
 
 
-def _hurwitz(p: Parameters, y: Any) -> tuple[Any, Any, Any]:
+def _hurwitz(p: Parameters, y: Any, mode: Mode) -> tuple[Any, Any, Any]:
     # The last Hurwitz determinant of the equilibrium at y, the sum of the sizes of its terms, and
     # whether the other conditions of stability hold. The characteristic polynomial is
     # (λ² + c1 λ + a) (λ² + c2 λ + b) − d. For c2 = 0 its determinant is c1² d: divided by c1 + c2,
-    # it changes sign with c1. At rest the slider is slower than the belt, which slides forward.
-    _, (xx, xvx, xy, _), _, (yx, _, yy, yvy) = jacobian(p, y, Mode.FORWARD)
+    # it changes sign with c1.
+    _, (xx, xvx, xy, _), _, (yx, _, yy, yvy) = jacobian(p, y, mode)
     a, c1, b, c2, d = -xx, -xvx, -yy, -yvy, xy * yx
     cubic, linear = c1 + c2, c1 * b + c2 * a
     terms = c1 * c2 * ((a - b) * (a - b)), c1 * c2 * (cubic * linear), cubic * cubic * d

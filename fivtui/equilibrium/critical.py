@@ -127,9 +127,13 @@ def _least_nonnegative(function: Callable[[float], float], low: float, high: flo
 def coalescence_mu(system: System) -> float | None:
     """The μ at which the undamped frequencies coalesce; None if they do not at any μ in range.
 
+    On a belt that runs backward they do not.
+
     They coalesce where h μ k_t = (a − b)²/4 + h², which is the boundary without damping and, as on
     a belt that is always faster (`v_belt` None), with constant friction.
     """
+    if (system.parameters.v_belt or 0.0) < 0.0:
+        return None
     return lowest_critical_mu(system.with_values({"c1": 0.0, "c2": 0.0, "v_belt": None}))
 
 
@@ -138,13 +142,13 @@ def critical_mu_derivatives(
 ) -> dict[str, float] | None:
     """Derivatives of μ_c by all `names` except μ, per unit of each.
 
-    None without μ_c, and where friction falls with the sliding speed. The equilibrium y and μ_c
-    solve two equations in closed form. Their derivatives by complex steps are exact to rounding,
-    and the implicit function theorem gives those of μ_c. The derivatives by dampings are NaN where
-    both dampings are zero.
+    None without μ_c, where friction falls with the sliding speed, and on a belt that runs backward.
+    The equilibrium y and μ_c solve two equations in closed form. Their derivatives by complex steps
+    are exact to rounding, and the implicit function theorem gives those of μ_c. The derivatives by
+    dampings are NaN where both dampings are zero.
     """
     p, critical = system.parameters, critical_mu(system)
-    if not critical or (p.v_belt is not None and p.speed_law is not None):
+    if not critical or (p.v_belt is not None and (p.speed_law is not None or p.v_belt < 0.0)):
         return None
     mu = critical[0].mu
     y = equilibrium(System(p, separation=False), mu=mu).y

@@ -16,8 +16,9 @@ _ITERATIONS: Final = 7
 def resting_heights(p: Any, mu: NDArray[np.float64]) -> NDArray[np.float64]:
     """Heights y of equilibria in contact under friction coefficients, m, shape (n,).
 
-    As `model.resting_height`, for arrays: Newton's method on α |y|³ + β |y| = |load|. The values of
-    `p` are numbers or arrays. Call it under ``np.errstate(all="ignore")``.
+    As `model.resting_height`, for arrays: Newton's method on α |y|³ + β |y| = |load|. NaN where
+    this is not monotone, see `model.equilibrium`. The values of `p` are numbers or arrays. Call it
+    under ``np.errstate(all="ignore")``.
     """
     alpha, beta, load = rest_coefficients(p, mu)
     load_size = np.abs(load)
@@ -29,5 +30,6 @@ def resting_heights(p: Any, mu: NDArray[np.float64]) -> NDArray[np.float64]:
     for _ in range(_ITERATIONS):
         residual = alpha * size * size * size + beta * size - load_size
         size = size - residual / (3.0 * alpha * size * size + beta)
-    heights: NDArray[np.float64] = np.copysign(size, -load)
+    is_monotone = (alpha >= 0.0) & (beta > 0.0)
+    heights: NDArray[np.float64] = np.where(is_monotone, np.copysign(size, -load), np.nan)
     return heights

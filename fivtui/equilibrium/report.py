@@ -115,7 +115,10 @@ def _belt_rows(result: Stability) -> list[Row]:
     if result.parameters.v_belt is None:
         return []
     mu, c1 = sliding_coefficients(result.parameters, result.equilibrium.y, result.equilibrium.mode)
-    speeds = ", ".join(f"{number(c.v_belt)} m/s ({c.becomes} above)" for c in result.critical_speed)
+    faster = "above" if result.parameters.v_belt >= 0.0 else "below"
+    speeds = ", ".join(
+        f"{number(c.v_belt)} m/s ({c.becomes} {faster})" for c in result.critical_speed
+    )
     return [
         Row("critical belt speed", speeds or "none"),
         Row("μ at the belt's speed", number(mu), f"horizontal damping {number(c1)} N s/m"),

@@ -7,7 +7,15 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.model import PARAMETERS, Cancelled, Column, System, equilibrium, jacobian
+from fivtui.model import (
+    PARAMETERS,
+    Cancelled,
+    Column,
+    ComputationError,
+    System,
+    equilibrium,
+    jacobian,
+)
 from fivtui.results import Result, Table, Tabular
 
 from .eigenvalues import Stability
@@ -77,10 +85,10 @@ def mode_scan(
     *,
     should_continue: Callable[[], bool] = lambda: True,
 ) -> ModeScan:
-    """Eigenvalues over evenly spaced μ from 0 to `top`.
+    """Eigenvalues over evenly spaced μ from 0 to `top`, or to the last with an equilibrium.
 
-    Raises `ComputationError` if there is no equilibrium, and `Cancelled` if `should_continue`,
-    called repeatedly, returns False.
+    Raises `ComputationError` if there is none, and `Cancelled` if `should_continue`, called
+    repeatedly, returns False.
     """
     mu = np.linspace(0.0, top, _POINT_COUNT)
     matrices = np.empty((_POINT_COUNT, 4, 4))
@@ -88,7 +96,13 @@ def mode_scan(
         if index % _POINTS_PER_CALL == 0 and not should_continue():
             raise Cancelled
         changed = system.with_values({"mu": value})
-        point = equilibrium(changed)
+        try:
+            point = equilibrium(changed)
+        except ComputationError:
+            if index == 0:
+                raise
+            mu, matrices = mu[:index], matrices[:index]
+            break
         matrices[index] = jacobian(changed.parameters, point.y, point.mode)
     values = np.linalg.eigvals(matrices).astype(np.complex128)
     # Frequencies that differ by rounding have merged; their real parts give the order.

@@ -86,8 +86,9 @@ def _parse_unknown(scene: Scene, flag: str, text: str) -> Unknown:
             f"{flag} {name}: must have a value in the scene, from which the fit begins"
         )
     low, high = spec.lower, spec.upper
-    if value > 0.0 and spec.lower >= 0.0:
-        low, high = max(low, value / _DEFAULT_FACTOR), min(high, value * _DEFAULT_FACTOR)
+    if value != 0.0 and (spec.lower >= 0.0 or name == "v_belt"):
+        near, far = sorted((value / _DEFAULT_FACTOR, value * _DEFAULT_FACTOR))
+        low, high = max(low, near), min(high, far)
     if equals:
         low_text, colon, high_text = bounds.partition(":")
         if not colon:

@@ -76,6 +76,8 @@ if TYPE_CHECKING:
         no_equilibrium_error,
         resting_height,
         sliding_coefficients,
+        sliding_friction_ratio,
+        sliding_mode,
         static_deflection,
         static_start,
         static_start_change,

@@ -156,7 +156,11 @@ class Parameters:
     k_nl: float = _spec("k_nl", "N/m^3", 100.0, (0.0, 1e24), "cubic contact stiffness")
     mu: float = _spec("μ", "", 0.7, (0.0, 100.0), "friction coefficient")
     v_belt: float | None = _optional_spec(
-        "v_belt", "m/s", 1.0, (0.0, 1e9), "speed of the belt; none: always faster than the slider"
+        "v_belt",
+        "m/s",
+        1.0,
+        (-1e9, 1e9),
+        "speed of the belt, negative if it runs backward; none: always faster than the slider",
     )
     mu_s: float | None = _optional_spec(
         "μ_s", "", 0.9, (0.0, 100.0), "static friction coefficient, at least μ; none: μ"
@@ -201,7 +205,7 @@ class Parameters:
         return type(self)(**values_by_name)
 
     def with_inputs(self, values: Mapping[str, float]) -> Self:
-        """A copy with inputs at an instant, which are checked: `v_belt` may be negative."""
+        """A copy with inputs at an instant, which are within their bounds."""
         sizes = {name: value if abs(value) >= _MIN_SIZE else 0.0 for name, value in values.items()}
         return self.replaced(**sizes)
 

@@ -13,7 +13,7 @@ from typing import Final
 from . import field as equations
 from .errors import ComputationError
 from .field import CONSTANT, Rates, spring_force, tangent_stiffness
-from .modes import IN_CONTACT, Mode
+from .modes import IN_CONTACT, MODES, Mode
 from .parameters import Parameters
 from .system import System
 
@@ -50,9 +50,22 @@ def sliding_coefficients(p: Parameters, y: float, mode: Mode) -> tuple[float, fl
     """
     if p.v_belt is None or mode is Mode.SEPARATED:
         return p.mu, p.c1
-    slope = equations.friction_slope(p, p.v_belt)
-    mu: float = equations.friction_coefficient(p, p.v_belt)
+    slope = equations.friction_slope(p, abs(p.v_belt))
+    mu: float = equations.friction_coefficient(p, abs(p.v_belt))
     return mu, p.c1 + spring_force(p, y) * slope
+
+
+def sliding_mode(p: Parameters) -> Mode:
+    """The mode of a slider at rest in contact with a moving belt."""
+    if p.v_belt is None:
+        return Mode.CONTACT
+    return Mode.FORWARD if p.v_belt >= 0.0 else Mode.BACKWARD
+
+
+def sliding_friction_ratio(p: Parameters) -> float:
+    """Friction force on a slider at rest over the contact force; negative on a backward belt."""
+    sign = MODES[sliding_mode(p)].friction_sign
+    return float(sign * equations.friction_coefficient(p, abs(p.v_belt or 0.0)))
 
 
 def friction_force(p: Parameters, state: State, mode: Mode, rates: Rates = CONSTANT) -> float:
@@ -175,12 +188,12 @@ class Equilibrium:
 def equilibrium(system: System, *, mu: float | None = None) -> Equilibrium:
     """The unique equilibrium (Eq. 6).
 
-    Eliminating x gives the monotone cubic α y³ + β y + F = 0 with α = (1 + μ h/a) k_nl and
-    β = (1 + μ h/a) k2 + h k1/a.
+    Eliminating x gives the cubic α y³ + β y + F = 0 with α = (1 + μ h/a) k_nl and
+    β = (1 + μ h/a) k2 + h k1/a. On a belt that runs backward μ is negative in it, and raises
+    `ComputationError` where the cubic is not monotone. `mu` replaces the friction of the belt.
     """
     p, separation = system.parameters, system.separation
     load = equations.load(p)
-    sliding_mode = Mode.CONTACT if p.v_belt is None else Mode.FORWARD
     is_lifted = separation and load < 0.0
     if p.v_belt == 0.0 and not is_lifted:
         raise ComputationError(
@@ -188,14 +201,22 @@ def equilibrium(system: System, *, mu: float | None = None) -> Equilibrium:
             "use v_belt above 0",
         )
     if mu is None:
-        mu = p.mu if p.v_belt is None else equations.friction_coefficient(p, p.v_belt)
+        mu = sliding_friction_ratio(p)
+    alpha, beta, _ = equations.rest_coefficients(p, mu)
+    if not is_lifted and not (alpha >= 0.0 and beta > 0.0):
+        raise ComputationError(
+            f"no unique equilibrium: the belt runs backward, and friction of μ = {-mu:g} draws the "
+            "slider into it",
+            "use a smaller mu or a smaller k3",
+        )
     y = resting_height(system, mu)
     if not math.isfinite(y):
         raise no_equilibrium_error(load)
     if is_lifted:
         return Equilibrium(equations.rest_position(p, y, 0.0), y, 0.0, Mode.SEPARATED)
-    force = contact_force(p, y, sliding_mode)
-    return Equilibrium(equations.rest_position(p, y, mu * force), y, force, sliding_mode)
+    mode = sliding_mode(p)
+    force = contact_force(p, y, mode)
+    return Equilibrium(equations.rest_position(p, y, mu * force), y, force, mode)
 
 
 def resting_height(system: System, mu: float) -> float:

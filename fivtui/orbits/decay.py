@@ -11,15 +11,16 @@ which is negative for all |q| below a root of a quadratic. With separation the r
 slider would leave the belt, at y = 0.
 
 Without v_belt the belt is always faster than the slider. With it the region ends where the slider
-would have the belt speed, so that the sliding speed v = v_belt − ẋ is between 0 and 2 v_belt.
-Linear motion then has the tangent of μ(v) at v_belt, the contact force P_e at the equilibrium, and
-the tangent stiffness k_t of the contact. What they leave out of the friction force μ P is, beside
-n(η), at most
+would have the belt speed, so that the sliding speed v = |v_belt − ẋ| is between 0 and 2 |v_belt|.
+Linear motion then has the tangent of μ(v) at |v_belt|, the contact force P_e at the equilibrium,
+and the tangent stiffness k_t of the contact. What they leave out of the friction force μ P is,
+beside n(η), at most
 
-    |μ″(0)|/2 ẋ² (|P_e| + k_t |η|) + |μ′(v_belt)| k_t |ẋ| |η|
+    |μ″(0)|/2 ẋ² (|P_e| + k_t |η|) + |μ′(|v_belt|)| k_t |ẋ| |η|
 
 The column of V⁻¹ for ẋ, divided by m, turns it into a rate of q. The friction law has to be convex,
-with |μ″| decreasing with v: |μ″(0)| bounds |μ″|, and the greater of μ(0) and μ(2 v_belt) bounds μ.
+with |μ″| decreasing with v: |μ″(0)| bounds |μ″|, and the greater of μ(0) and μ(2 |v_belt|) bounds
+μ.
 """
 
 import math
@@ -39,6 +40,7 @@ from fivtui.model import (
     friction_derivatives,
     friction_slope,
     jacobian,
+    sliding_friction_ratio,
     tangent_stiffness,
 )
 
@@ -86,7 +88,7 @@ class DecayRegion:
             _, _, curvature = friction_derivatives(p, 0.0, 2)
             curvature_bound = 0.5 * friction_gain * abs(curvature) * vx_norm**2
             stiffness = tangent_stiffness(p, point.y)
-            slope_bound = friction_gain * abs(friction_slope(p, p.v_belt))
+            slope_bound = friction_gain * abs(friction_slope(p, abs(p.v_belt)))
             contact_force = abs(point.P)
             linear += curvature_bound * contact_force + slope_bound * stiffness * y_norm * vx_norm
             quadratic += curvature_bound * stiffness * y_norm
@@ -97,15 +99,15 @@ class DecayRegion:
         if system.separation and y_norm > 0.0:
             self.radius = min(self.radius, abs(point.y) / y_norm)
         if in_contact and p.v_belt is not None and vx_norm > 0.0:
-            self.radius = min(self.radius, p.v_belt / vx_norm)
+            self.radius = min(self.radius, abs(p.v_belt) / vx_norm)
 
     def _force_gain_bound(self, p: Parameters) -> float:
         # Upper bound of |b|: the rate of q by a contact force, divided by force over m.
         if p.v_belt is None or not depends_on_speed(p):
-            mu = p.mu if p.v_belt is None else friction_coefficient(p, p.v_belt)
+            mu = sliding_friction_ratio(p)
             return float(np.linalg.norm(self._modal @ np.array([0.0, mu, 0.0, 1.0])))
         horizontal, vertical = np.linalg.norm(self._modal[:, [_VX, _VY]], axis=0).tolist()
-        greatest = max(friction_coefficient(p, speed) for speed in (0.0, 2.0 * p.v_belt))
+        greatest = max(friction_coefficient(p, speed) for speed in (0.0, 2.0 * abs(p.v_belt)))
         return float(greatest * horizontal + vertical)
 
     @property

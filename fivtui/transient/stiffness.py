@@ -15,6 +15,7 @@ from fivtui.model import (
     advise_one_of,
     equilibrium,
     jacobian,
+    sliding_mode,
 )
 
 from .methods import uses_step
@@ -49,7 +50,8 @@ class Stiffness:
 
 def find_stiffness(system: System, *, t_end: float) -> Stiffness | None:
     """Stiffness of a scene, from the eigenvalues in contact and off the belt; None if not stiff."""
-    modes = (Mode.CONTACT, Mode.SEPARATED) if system.separation else (Mode.CONTACT,)
+    contact = sliding_mode(system.parameters)
+    modes = (contact, Mode.SEPARATED) if system.separation else (contact,)
     try:
         y = min(equilibrium(system).y, 0.0)
     except ComputationError:

@@ -323,12 +323,12 @@ def build_parameters(values: Values) -> Parameters:
     if not values[REFERENCES["finite_belt"]]:
         return Parameters(**values_by_name)
     v_s = float(values[REFERENCES["v_s"]])
-    p = Parameters(
+    return Parameters(
         **values_by_name,
+        v_belt=float(values[REFERENCES["v_belt"]]),
         mu_s=float(values[REFERENCES["mu_s"]]) or None,
         v_s=v_s if v_s >= BELT_PARAMETERS["v_s"].lower else None,
     )
-    return p.with_inputs({"v_belt": float(values[REFERENCES["v_belt"]])})
 
 
 def check_friction(values: Values) -> None:

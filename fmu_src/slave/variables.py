@@ -67,11 +67,9 @@ def _parameter(spec: ParameterSpec) -> Variable:
 
 
 def _belt_parameter(name: str, meaning: str) -> Variable:
-    # 0 means unset, except for the speed, which may be negative.
+    # 0 means unset, except for the speed.
     variable = replace(_parameter(BELT_PARAMETERS[name]), meaning=meaning)
-    if variable.role is Role.INPUT:
-        return replace(variable, lower=-variable.upper)
-    return replace(variable, start=0.0, lower=0.0)
+    return variable if variable.role is Role.INPUT else replace(variable, start=0.0, lower=0.0)
 
 
 def _flag(name: str, meaning: str, *, start: bool) -> Variable:

@@ -112,6 +112,11 @@ def branch(
             "attracting cycle of twice the period begin at it (--from cycle)"
         )
     lower, upper = parameter_range(p, name, low, high)
+    least_speed = lower if name == "v_belt" else p.v_belt or 0.0
+    if least_speed < 0.0:
+        raise InputError(
+            f"v_belt = {least_speed:g}: must not be negative for branches; attractors can be found"
+        )
     if not separation and p.k_nl == 0.0 and name != "k_nl":
         raise InputError("k_nl = 0: must be above 0 if separation is ignored: motion is linear")
     line = ParameterLine(system, name, (lower, upper), Progress(progress))

@@ -147,7 +147,7 @@ class SliderBeltFlow:
             belt_speed = system.parameters.v_belt
             if belt_speed is not None:
                 _, vx, _, vy = start
-                if abs(vx - belt_speed) <= _SPEED_TOL * (belt_speed + abs(vy)):
+                if abs(vx - belt_speed) <= _SPEED_TOL * (abs(belt_speed) + abs(vy)):
                     start[1] = belt_speed
             max_steps = MAX_FLOW_STEPS if belt_speed is None else _MAX_BELT_STEPS
             request = Request(
