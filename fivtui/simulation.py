@@ -86,9 +86,10 @@ def simulate(
         A static start depends on the parameters and is differentiated too; a start in numbers is
         constant.
     over_time : mapping of str to pairs of time and value, optional
-        Values of ``F``, ``mu`` and ``v_belt`` over time, s, in place of those of `parameters`:
-        linear between rows, constant before and after them, with a jump where a time is given
-        twice. With the methods ``taylor`` and ``fmu-native``.
+        Values over time, s, in place of those of `parameters`, constant before and after the rows.
+        ``F``, ``mu`` and ``v_belt`` are linear between rows, with a jump where a time is given
+        twice; stiffnesses, ``c1`` and ``c2`` are held until the next row. With the methods
+        ``taylor`` and ``fmu-native``, and ``fmu`` for those that are held.
 
     Returns
     -------

@@ -5,15 +5,20 @@ at a switch, a segment must end.
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, Final, NamedTuple
 
 from fivtui.model import (
     CONSTANT,
+    HELD_OVER_TIME,
     IN_CONTACT,
+    LINEAR_OVER_TIME,
+    TIME_DEPENDENT,
     ComputationError,
     Course,
     Mode,
+    Parameters,
+    Rates,
     State,
     check_known,
     time_scale,
@@ -114,19 +119,30 @@ class Slave:
             if self._course is not None:
                 self._set_inputs(self._course, t, target)
             self._fmu.doStep(t, target - t)
+            if self._course is not None:
+                # At a row of a table outputs are those of its parameters.
+                self._set_values(self._course, HELD_OVER_TIME, target)
         except FMICallException:
             raise self._failure_error(t) from None
         return self._point(target)
 
     def _set_inputs(self, course: Course, t: float, target: float) -> None:
-        # Set the values at `t`, and slopes that reach those at the target. Every step needs both,
-        # because a restored state has other inputs.
-        references = [self._reference(name) for name in course.tables]
-        values = [table.after(t)[0] for table in course.tables.values()]
-        ends = [table.before(target) for table in course.tables.values()]
-        slopes = [(end - value) / (target - t) for value, end in zip(values, ends, strict=True)]
-        self._fmu.setReal(references, values)
+        # Set the values at `t`, and slopes that reach those of inputs at the target. Every step
+        # needs both, because a restored state has other values.
+        self._set_values(course, TIME_DEPENDENT, t)
+        inputs = {name: course.tables[name] for name in LINEAR_OVER_TIME if name in course.tables}
+        if not inputs:
+            return
+        slopes = [
+            (table.before(target) - table.after(t)[0]) / (target - t) for table in inputs.values()
+        ]
+        references = [self._reference(name) for name in inputs]
         self._fmu.setRealInputDerivatives(references, [_FIRST_ORDER] * len(slopes), slopes)
+
+    def _set_values(self, course: Course, names: Sequence[str], t: float) -> None:
+        values = {name: course.tables[name].after(t)[0] for name in names if name in course.tables}
+        if values:
+            self._fmu.setReal([self._reference(name) for name in values], list(values.values()))
 
     def _point(self, t: float) -> Point:
         values = self._fmu.getReal(self._read_references)
@@ -240,18 +256,20 @@ class Master:
 
     def _longest_interval(self, first: Point, final: Point) -> float:
         # Longest interval over which interpolation is accurate enough for peaks, s.
-        p = self._request.parameters
+        p, _ = self._parameters_after(first.t)
         has_contact = first.mode in IN_CONTACT or final.mode in IN_CONTACT
         (_, _, first_y, _), (_, _, final_y, _) = first.state, final.state
         y = max(abs(first_y), abs(final_y)) if has_contact else 0.0
         return _LONGEST_INTERVAL * time_scale(p, y)
 
+    def _parameters_after(self, t: float) -> tuple[Parameters, Rates]:
+        # The parameters, and their rates of change, which are zero (CONSTANT) without a course.
+        course = self._request.course
+        return (self._request.parameters, CONSTANT) if course is None else course.after(t)
+
     def _include(self, first: Point, final: Point, *, next_mode: Mode) -> None:
-        # Record the segment between two points; after it the mode is `next_mode`. Over the segment
-        # parameters change at `rates`, which are zero (CONSTANT) without a course.
-        p, rates, course = self._request.parameters, CONSTANT, self._request.course
-        if course is not None:
-            p, rates = course.after(first.t)
+        # Record the segment between two points; after it the mode is `next_mode`.
+        p, rates = self._parameters_after(first.t)
         segment = segment_between(
             p,
             first.mode,

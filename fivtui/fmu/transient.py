@@ -14,6 +14,7 @@ import numpy as np
 from fivtui.io import temporary_folder, write_atomically
 from fivtui.model import (
     COLUMNS,
+    LINEAR_OVER_TIME,
     ComputationError,
     InputError,
     OnProgress,
@@ -83,8 +84,9 @@ def integrate_fmu(
             write_atomically(fmu, write)
         file = stack.enter_context(extract_fmu(fmu))
         course = request.course
-        if course is not None and not file.description.coSimulation.canInterpolateInputs:
-            names = ", ".join(course.tables)
+        inputs = [] if course is None else [n for n in LINEAR_OVER_TIME if n in course.tables]
+        if inputs and not file.description.coSimulation.canInterpolateInputs:
+            names = ", ".join(inputs)
             raise InputError(f"{names} over time: {fmu} does not accept derivatives of inputs")
         instance, messages = stack.enter_context(create_instance(file))
         reporter = Progress(progress)

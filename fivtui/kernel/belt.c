@@ -18,23 +18,24 @@ enum { R_SWITCHES = RESULTS, R_SEGMENTS, R_SAMPLES, R_STICK_TIME, R_SWITCH_COUNT
 /* Columns of a switch: its time, and the modes before and after it. */
 enum { C_T, C_BEFORE, C_AFTER, SWITCH_COLUMNS };
 
-/* Columns of a row of the table over time: its time, values and slopes from that time, and the
-   speed of the belt just before the next row. */
+/* Columns of a row of the table over time: its time, values and slopes from that time, the speed of
+   the belt just before the next row, and the parameters from that time. The run writes the least
+   and greatest y since the contact spring last changed, up to the next row. */
 enum {
     L_BEGIN, L_F, L_F_SLOPE, L_MU, L_MU_SLOPE, L_MU_S, L_MU_S_SLOPE, L_V, L_V_SLOPE, L_NEXT_V,
-        ROW_COLUMNS
+        L_PARAMETERS, L_Y_MIN = L_PARAMETERS + PARAMETERS, L_Y_MAX, ROW_COLUMNS
 };
 
 /* `sampled` is the number of samples so far, `last_switch` the time of the last switch. `rows` are
    those of the table from the current time on; the table belongs to the caller, and is NULL without
-   parameters over time. `course` has the parameters as functions of time from the first of these
-   rows to the next. */
+   parameters over time. `greatest_load` is the greatest |F| of the table. `course` has the inputs as
+   functions of time from the first of these rows to the next. */
 typedef struct {
     Run run;
     Belt belt;
     int64_t sampled;
     double stick_time, last_switch, switch_counts[MODES * MODES];
-    const double *rows;
+    double *rows, greatest_load;
     int64_t row_count;
     Course course;
 } BeltRun;
@@ -119,6 +120,25 @@ INLINE int compute_driven_step(BeltRun *self, StepEnd *step_end, StepCut *cut, i
     return 1;
 }
 
+/* Set the parameters of a row. Extremes of y begin anew where the contact spring changes: extremes of
+   the contact force follow from them. */
+static void set_row_parameters(BeltRun *self, const double *row)
+{
+    Belt *belt = &self->belt;
+    Block *w = &self->run.w;
+    Extremes *extremes = &w->extremes;
+    const double *p = row + L_PARAMETERS, k2 = belt->p[P_K2], k_nl = belt->p[P_K_NL];
+    memcpy(belt->p, p, sizeof(double) * PARAMETERS);
+    set_constants(w, 0, p);
+    set_field(w);
+    set_belt_fields(belt);
+    belt->frequency = w->frequency;
+    /* The scale of displacements is that of the greatest load, in place of that of the row. */
+    w->deflection = self->greatest_load / total_stiffness(p);
+    if (p[P_K2] != k2 || p[P_K_NL] != k_nl)
+        extremes->y_low = INFINITE, extremes->y_high = -INFINITE;
+}
+
 /* Accept the step; at a row of the table continue with the row's course. */
 INLINE StepFlags finish_driven_step(BeltRun *self, const StepEnd *step_end, StepCut cut,
                                     int64_t next_mode)
@@ -126,8 +146,11 @@ INLINE StepFlags finish_driven_step(BeltRun *self, const StepEnd *step_end, Step
     const int at_row = step_end->t == row_end(self);
     double speed = at_row ? self->rows[L_NEXT_V] : end_speed(&self->course, step_end);
     if (at_row) {
+        self->rows[L_Y_MIN] = self->run.w.extremes.y_low;
+        self->rows[L_Y_MAX] = self->run.w.extremes.y_high;
         self->rows += ROW_COLUMNS, self->row_count--;
         self->course = row_course(self->rows);
+        set_row_parameters(self, self->rows);
     }
     return accept_driven_step(&self->belt, &self->run.w, step_end, cut, next_mode, speed,
                               &self->course, at_row);
@@ -147,22 +170,20 @@ EXPORT void LIBRARY_NAME(belt_begin)(void *memory, const double *p, int64_t sepa
     self->rows = NULL, self->row_count = 0;
 }
 
-/* Begin a run with a table over time, on a belt that is `finite` or always faster than the slider.
-   `greatest_load` is the greatest |F| of the table. */
+/* Begin a run with a table over time, on a belt that is `finite` or always faster than the slider. */
 EXPORT void LIBRARY_NAME(driven_begin)(void *memory, const double *p, int64_t separation,
                                        const double *start, double t_end, double tol,
-                                       int64_t order, int64_t finite, const double *rows,
+                                       int64_t order, int64_t finite, double *rows,
                                        int64_t row_count, double greatest_load)
 {
     BeltRun *self = aligned_run(memory);
     begin_run(&self->run, p, separation, start, t_end, tol, order);
     Block *w = &self->run.w;
     begin_belt(&self->belt, w, 0, p, finite != 0);
-    /* The scale of displacements is that of the greatest load, in place of that of the first. */
-    w->deflection = greatest_load / total_stiffness(self->belt.p);
     clear_counts(self);
-    self->rows = rows, self->row_count = row_count;
+    self->rows = rows, self->row_count = row_count, self->greatest_load = greatest_load;
     self->course = row_course(rows);
+    set_row_parameters(self, rows);
     begin_driven(&self->belt, w, &self->course);
 }
 

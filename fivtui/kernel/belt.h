@@ -435,6 +435,24 @@ INLINE void set_belt_field(Field *f, const Coefficients *c)
     f->damping_x = c->xvx, f->damping_y = c->yvy;
     f->d_x = c->friction * c->cubic, f->d_y = c->cubic, f->load = c->load;
 }
+
+/* Set field and friction law of each mode from the parameters. */
+INLINE void set_belt_fields(Belt *belt)
+{
+    const double *p = belt->p;
+    for (int mode = 0; mode < MODES; mode++) {
+        const Coefficients c = coefficients_in(mode, p);
+        set_belt_field(belt->fields + mode, &c);
+        if (!belt->by_speed)
+            continue;
+        double sign = friction_sign(mode);
+        belt->laws[mode] = (Law){.sign = sign, .mu = p[P_MU], .mu_drop = p[P_MU_S] - p[P_MU],
+                                 .per_speed = sign != 0.0 ? 1.0 / p[P_V_S] : 0.0,
+                                 .contact = mode == SEPARATED ? 0.0 : p[P_K2] / p[P_M]};
+        /* `expand_slide` adds contact and friction itself: b_x is that of the coupling alone. */
+        belt->fields[mode].b_x = mode == STICK ? 0.0 : separated_coefficients(p).xy;
+    }
+}
 #endif
 
 /* Begin with the parameters `p` in a lane whose problem has begun. Columns of the belt are read
@@ -450,19 +468,7 @@ INLINE void begin_belt(Belt *belt, const Block *w, int lane, const double *p, in
     belt->by_speed = belt->p[P_V_S] > 0.0;
 #if LANES == 1
     belt->next_start = (LawStart){.exponent = 0.0, .e = 1.0};
-    for (int mode = 0; mode < MODES; mode++) {
-        const Coefficients c = coefficients_in(mode, p);
-        set_belt_field(belt->fields + mode, &c);
-        if (!belt->by_speed)
-            continue;
-        double sign = friction_sign(mode);
-        belt->laws[mode] = (Law){.sign = sign, .mu = p[P_MU],
-                                 .mu_drop = belt->p[P_MU_S] - p[P_MU],
-                                 .per_speed = sign != 0.0 ? 1.0 / p[P_V_S] : 0.0,
-                                 .contact = mode == SEPARATED ? 0.0 : p[P_K2] / p[P_M]};
-        /* `expand_slide` adds contact and friction itself: b_x is that of the coupling alone. */
-        belt->fields[mode].b_x = mode == STICK ? 0.0 : separated_coefficients(p).xy;
-    }
+    set_belt_fields(belt);
 #endif
     belt->smooth = belt->p[P_MU_S] == p[P_MU] || belt->by_speed;
     belt->mode = get_lane(&w->side, lane) > 0.0

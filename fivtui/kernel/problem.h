@@ -31,13 +31,12 @@ INLINE void clear_lane(Block *w, int lane)
     MEMBER(w, max_step, lane) = 1.0;
 }
 
-/* Start a problem in a lane. `contact` and `separated` have the coefficients of Eqs. 2 and 5 of the
-   paper, divided by the mass: `cubic` is k_nl/m, `load` F/m. */
-INLINE void begin_problem(Block *w, int lane, const double *p, int separation, const double *start)
+/* Set the constants of a lane that follow from its parameters. `contact` and `separated` have the
+   coefficients of Eqs. 2 and 5 of the paper, divided by the mass: `cubic` is k_nl/m, `load` F/m. */
+INLINE void set_constants(Block *w, int lane, const double *p)
 {
     const double m = p[P_M], stiffness = total_stiffness(p);
     const Coefficients contact = contact_coefficients(p), separated = separated_coefficients(p);
-    clear_lane(w, lane);
     MEMBER(w, field.a_x, lane) = contact.xx;
     MEMBER(w, field.a_y, lane) = contact.yx;
     MEMBER(w, field.damping_x, lane) = contact.xvx;
@@ -55,6 +54,13 @@ INLINE void begin_problem(Block *w, int lane, const double *p, int separation, c
     MEMBER(w, deflection, lane) = __builtin_fabs(load_of(p)) / stiffness;
     MEMBER(w, frequency, lane) = 1.0 / __builtin_sqrt(m / stiffness);
     MEMBER(w, max_step, lane) = LONGEST_STEP / MEMBER(w, frequency, lane);
+}
+
+/* Start a problem in a lane. */
+INLINE void begin_problem(Block *w, int lane, const double *p, int separation, const double *start)
+{
+    clear_lane(w, lane);
+    set_constants(w, lane, p);
     MEMBER(w, separation, lane) = separation;
     MEMBER(w, first_switch, lane) = MEMBER(w, last_switch, lane) = __builtin_nan("");
     MEMBER(w, extremes.x_low, lane) = MEMBER(w, extremes.y_low, lane) = INFINITE;

@@ -5,6 +5,7 @@ derivatives there. A seed is a direction of change of the start and of the param
 """
 
 import ctypes
+import math
 from dataclasses import dataclass
 from enum import IntEnum
 from typing import Any, Final, NamedTuple
@@ -105,18 +106,24 @@ _NO_SWITCHES: Final = np.empty(0)
 class CourseTable:
     """Parameters over time as a table for the kernel.
 
-    A row has its time, values and slopes of F, μ, μ_s and v_belt from that time on, and v_belt just
-    before the next row. `greatest_load` is the greatest absolute load, N: divided by the stiffness
-    of all springs it is the scale of displacements.
+    A row has its time, values and slopes of F, μ, μ_s and v_belt from that time on, v_belt just
+    before the next row, and the parameters from that time on. The kernel writes its last columns,
+    `y_ranges`. `greatest_load` is the greatest absolute load, N: divided by the stiffness of all
+    springs it is the scale of displacements.
     """
 
     rows: NDArray[np.float64]
     greatest_load: float
 
+    @property
+    def y_ranges(self) -> NDArray[np.float64]:
+        """Least and greatest y, m, since the contact spring last changed, up to the next row."""
+        return self.rows[:, -2:]
+
 
 def course_table(course: Course, t_end: float) -> CourseTable:
     """The table of a course up to a horizon, s."""
-    p, t, rows = course.fixed, 0.0, []
+    p, t, rows, no_range = course.fixed, 0.0, [], (math.nan, math.nan)
     while t <= t_end:
         values = {name: table.after(t) for name, table in course.tables.items()}
         mu = values.get("mu", (p.mu, 0.0))
@@ -124,7 +131,8 @@ def course_table(course: Course, t_end: float) -> CourseTable:
         speed = values.get("v_belt", (p.v_belt or 0.0, 0.0))
         next_time = course.next_row_time(t)
         speed_before = course.speed_before(next_time)
-        rows.append((t, *values.get("F", (p.F, 0.0)), *mu, *mu_static, *speed, speed_before))
+        inputs = *values.get("F", (p.F, 0.0)), *mu, *mu_static, *speed, speed_before
+        rows.append((t, *inputs, *course.after(t)[0].values(), *no_range))
         t = next_time
     # `load` of the model, in place of |F|: terms that are added to it then count, too.
     parameters_at_greatest_load = p.with_values({"F": course.greatest_load})

@@ -35,6 +35,8 @@ if TYPE_CHECKING:
     from .modes import ALWAYS_SLIDING, IN_CONTACT, MODES, Guard, Mode, Transition, transition_name
     from .numbers import Interval, parse_number, read_integer, read_number
     from .over_time import (
+        HELD_OVER_TIME,
+        LINEAR_OVER_TIME,
         TIME_DEPENDENT,
         Course,
         Rows,

@@ -1,9 +1,13 @@
-"""Parameters that change with time: piecewise-linear tables of F, μ and the belt's speed."""
+"""Parameters that change with time, by tables.
+
+Between rows F, μ and the belt's speed are linear; springs and damping hold the value of the last
+row, as tunable parameters of an FMU hold their value between changes.
+"""
 
 import math
 from bisect import bisect_left, bisect_right
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Final
 
 from .errors import InputError
@@ -11,8 +15,10 @@ from .field import CONSTANT, Rates
 from .numbers import parse_number
 from .parameters import Parameters, check_known, parameter_spec
 
-# The parameters that may change with time.
-TIME_DEPENDENT: Final = ("F", "mu", "v_belt")
+# The parameters that may change with time: linear between rows, and held from row to row.
+LINEAR_OVER_TIME: Final = ("F", "mu", "v_belt")
+HELD_OVER_TIME: Final = ("k1", "k2", "k3", "c1", "c2", "k_nl")
+TIME_DEPENDENT: Final = (*LINEAR_OVER_TIME, *HELD_OVER_TIME)
 # Largest number of rows that are all listed in a description.
 _MAX_LISTED_ROWS: Final = 4
 _ROWS_TEXT: Final = "pairs of time (s) and value"
@@ -78,14 +84,13 @@ Rows = TimeTable | Iterable[Sequence[float]]
 def time_table(name: str, rows: Rows) -> TimeTable:
     """The checked table of a parameter from pairs of time, s, and value.
 
+    A parameter that is held jumps at each row: the table gets a row with the value before the jump.
+
     Raises `InputError` if the parameter cannot change with time, times do not ascend, or a value is
     out of range.
     """
     check_known("parameter over time", name, TIME_DEPENDENT)
     spec = parameter_spec(name)
-    if name == "v_belt":
-        # Over time the belt may run backward.
-        spec = replace(spec, lower=-spec.upper)
     if isinstance(rows, TimeTable):
         rows = zip(rows.times, rows.values, strict=True)
     times: list[float] = []
@@ -97,7 +102,11 @@ def time_table(name: str, rows: Rows) -> TimeTable:
         if times and t < times[-1]:
             raise InputError(f"{name} over time: {t:g} s after {times[-1]:g} s: times must ascend")
         value = spec.check(row[1])
-        if times and t > times[-1]:
+        if times and t > times[-1] and name in HELD_OVER_TIME:
+            if value != values[-1]:
+                times.append(t)
+                values.append(values[-1])
+        elif times and t > times[-1]:
             slope = (value - values[-1]) / (t - times[-1])
             if not math.isfinite(slope):
                 raise InputError(f"{name} over time: at {t:g} s: a jump needs the same time twice")
@@ -114,10 +123,8 @@ def time_tables(over_time: Mapping[str, Rows]) -> dict[str, TimeTable]:
 
 
 def initial_values(tables: Mapping[str, TimeTable]) -> dict[str, float]:
-    """Values just after t = 0, none below the bounds of constant parameters."""
-    return {
-        name: max(table.after(0.0)[0], parameter_spec(name).lower) for name, table in tables.items()
-    }
+    """Values just after t = 0."""
+    return {name: table.after(0.0)[0] for name, table in tables.items()}
 
 
 @dataclass(frozen=True, slots=True)
@@ -143,7 +150,9 @@ class Course:
             return self.fixed, CONSTANT
         rows = {name: table.after(t) for name, table in self.tables.items()}
         values = {name: value for name, (value, _) in rows.items()}
-        slopes = {name: slope for name, (_, slope) in rows.items()}
+        slopes: dict[str, float] = {
+            name: rows[name][1] for name in LINEAR_OVER_TIME if name in rows
+        }
         # Without `mu_s` the static coefficient `mu_static` is μ.
         if "mu" in slopes and self.fixed.mu_s is None:
             slopes["mu_static"] = slopes["mu"]
@@ -151,7 +160,7 @@ class Course:
 
     @property
     def initial(self) -> Parameters:
-        """The parameters just after t = 0; a belt that runs backward counts as at rest."""
+        """The parameters just after t = 0."""
         return self.fixed.with_values(initial_values(self.tables))
 
     def speed_before(self, t: float) -> float:

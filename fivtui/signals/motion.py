@@ -6,8 +6,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.model import IN_CONTACT, InputError, Mode, spring_force, total_stiffness
-from fivtui.transient import Trajectory, Transient
+from fivtui.model import IN_CONTACT, InputError, Mode, total_stiffness
+from fivtui.transient import Trajectory, Transient, build_trajectory
 
 FloatArray = NDArray[np.float64]
 
@@ -33,9 +33,7 @@ def motion_at(run: Transient, times: FloatArray) -> Trajectory:
     x, vx = _hermite(times, samples.t, samples.x, samples.vx)
     y, vy = _hermite(times, samples.t, samples.y, samples.vy)
     mode = modes_at(run, times)
-    force = np.asarray(spring_force(run.parameters, y))
-    force[~np.isin(mode, list(IN_CONTACT))] = 0.0
-    return Trajectory(times, x, vx, y, vy, force, mode)
+    return build_trajectory(run.system, times, (x, vx, y, vy), mode)
 
 
 def modes_at(run: Transient, times: FloatArray) -> NDArray[np.int8]:

@@ -206,7 +206,7 @@ def sweep(
     method : "taylor", "fmu" or "fmu-native"
         The Taylor integrator in batches, or runs of an FMU one by one.
     over_time : mapping of str to pairs of time and value, optional
-        Values of ``F``, ``mu`` and ``v_belt`` over time, in all members: as in `simulate`. These,
+        Values of parameters over time, in all members: as in `simulate`. These,
         like the outputs ``sticks``, ``stick_time`` and ``final_stick``, need single runs, which
         are slower than batches.
     progress : callable, optional

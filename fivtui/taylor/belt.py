@@ -17,6 +17,7 @@ from fivtui.model.field import (
 )
 from fivtui.model.modes import MODES, Guard, Mode, Transition
 from fivtui.model.over_time import Course, parameters_after
+from fivtui.model.parameters import Parameters
 from fivtui.model.slider_belt import BALANCE_TOL, State, lifting_force, mode_of, static_deflection
 from fivtui.model.system import System
 
@@ -65,8 +66,6 @@ class BeltStepper(TaylorStepper):
         self._course = Course(system.parameters, tables)
         p, self._rates = self._course.after(t)
         super().__init__(System(p, system.separation), state, t=t, tol=tol, order=order)
-        # The scale of displacements in `TaylorStepper._step_size`.
-        self._deflection = static_deflection(p.with_inputs({"F": self._course.greatest_load}))
         self._row_time = self._course.next_row_time(t)
         self._mode = mode_of(p, state, separation=system.separation, rates=self._rates)
         if tables:
@@ -76,6 +75,11 @@ class BeltStepper(TaylorStepper):
         else:
             self._by_law = p.speed_law is not None
         self._terms = Terms(self._by_law, p.v_belt is not None, bool(tables))
+
+    def _set_parameters(self, p: Parameters) -> None:
+        super()._set_parameters(p)
+        # The scale of displacements in `TaylorStepper._step_size`.
+        self._deflection = static_deflection(p.with_inputs({"F": self._course.greatest_load}))
 
     def advance(self) -> Segment:
         """Compute the next segment as `TaylorStepper.advance` does; cut it also at a table row."""
@@ -93,10 +97,11 @@ class BeltStepper(TaylorStepper):
     def _end_at_row(self, segment: Segment) -> Segment:
         # At a row of the table the mode may change without an event.
         self._time, self._remainder = self._row_time, 0.0
+        p, rates = self._course.after(self._row_time)
+        self._set_parameters(p)
         if segment.switches:
             # A guard at the same time has set the mode.
             return replace(segment, end=self._row_time)
-        p, rates = self._course.after(self._row_time)
         self._mode = mode_of(p, self._state, separation=self._separation, rates=rates)
         return replace(segment, end=self._row_time, next_mode=self._mode)
 

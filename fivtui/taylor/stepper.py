@@ -159,23 +159,28 @@ class TaylorStepper:
             )
         if not all(map(math.isfinite, state)):
             raise InputError(f"start = {state}: must be four finite numbers")
-        self._p = p = system.parameters
+        p = system.parameters
         self._separation = separation = system.separation
         self._tol = tol
         self._degree = (order or order_for(tol, by_law=follows_law(p))) + 1
-        modes = ALWAYS_SLIDING if p.v_belt is None else tuple(Mode)
-        self._fields = {mode: field(p, mode) for mode in modes}
+        self._set_parameters(p)
         self._coefficient_functions = {
-            mode: coefficient_function(right_hand_side(p, mode), self._degree - 1) for mode in modes
+            mode: coefficient_function(right_hand_side(p, mode), self._degree - 1)
+            for mode in self._fields
         }
         self._evaluate = state_function(self._degree)
         # Distance of θⁿ from its chord: at most an eighth of the second derivative.
         self._chord_weights = tuple(n * (n - 1) / 8.0 for n in range(self._degree + 1))
-        self._deflection = static_deflection(p)
-        self._time_scale = time_scale(p)
         self._time, self._remainder, self._state = t, 0.0, state
         self._stalled = 0
         self._mode = mode_of(p, state, separation=separation)
+
+    def _set_parameters(self, p: Parameters) -> None:
+        modes = ALWAYS_SLIDING if p.v_belt is None else tuple(Mode)
+        self._p = p
+        self._fields = {mode: field(p, mode) for mode in modes}
+        self._deflection = static_deflection(p)
+        self._time_scale = time_scale(p)
 
     @property
     def snapshot(self) -> StepperSnapshot:

@@ -83,7 +83,7 @@ if TYPE_CHECKING:
         setting,
     )
     from .stiffness import find_stiffness, max_steps_error
-    from .trajectory import Trajectory, segment_between
+    from .trajectory import Trajectory, build_trajectory, segment_between
 else:
     from fivtui.lazy import lazy_exports
 

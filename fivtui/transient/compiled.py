@@ -21,7 +21,7 @@ from fivtui.kernel import (
     course_table,
     load_kernel,
 )
-from fivtui.model import Parameters, Progress
+from fivtui.model import Progress, System
 from fivtui.taylor import (
     Extremes,
     follows_law,
@@ -33,9 +33,9 @@ from fivtui.taylor import (
 )
 
 from .request import OnSamples, Request
-from .result import NO_CHANGES, Stats, Transient, build_transient, contact_switch_times
+from .result import NO_CHANGES, SpringRange, Stats, Transient, build_transient, contact_switch_times
 from .stiffness import step_limit_error
-from .trajectory import DenseSolution, Trajectory, build_trajectory
+from .trajectory import CONTACT_SPRING, DenseSolution, Trajectory, build_trajectory
 
 # Steps per kernel call: with a callback; and without one, where only interrupts (Ctrl+C) need a
 # return from the kernel.
@@ -81,6 +81,7 @@ def run(request: Request, work: Progress, on_samples: OnSamples | None = None) -
     tol = local_tolerance(request.tol)
     # The order may be higher where friction falls with the sliding speed (`follows_law`).
     order = order_for(tol, by_law=follows_law(p))
+    table = None if course is None else course_table(course, request.t_end)
     kernel_run = load_kernel().begin_run(
         p.values(),
         request.initial,
@@ -91,7 +92,7 @@ def run(request: Request, work: Progress, on_samples: OnSamples | None = None) -
         times=times,
         segments=dense,
         belt=_belt_arguments(request),
-        table=None if course is None else course_table(course, request.t_end),
+        table=table,
     )
     # Parts of results, one per kernel call.
     switch_parts: list[NDArray[np.float64]] = []
@@ -106,10 +107,19 @@ def run(request: Request, work: Progress, on_samples: OnSamples | None = None) -
             continue
         sampled_count = kernel_run.sampled
         if sampled_count - sent_count >= _BATCH_SIZE:
-            on_samples(_trajectory(p, times, kernel_run, slice(sent_count, sampled_count)))
+            on_samples(_trajectory(system, times, kernel_run, slice(sent_count, sampled_count)))
             sent_count = sampled_count
     work.advance(1.0)
     outcome = kernel_run.outcome
+    ranges: list[SpringRange] | None = None
+    if table is not None and course is not None and not CONTACT_SPRING.isdisjoint(course.tables):
+        # The kernel begins another range where the contact spring changes, at a row. A range is
+        # empty, greatest below least, if the run ends there.
+        table.y_ranges[-1] = outcome.y_min, outcome.y_max
+        rows = np.column_stack([table.rows[:, 0], table.y_ranges]).tolist()
+        ranges = [
+            SpringRange(course.after(t)[0], low, high) for t, low, high in rows if low <= high
+        ]
     switch_times, changes, totals = _concatenate(switch_parts), NO_CHANGES, None
     if isinstance(kernel_run, BeltRun):
         # Such a run reports switches as time, mode before and mode after. The result has them only
@@ -125,14 +135,15 @@ def run(request: Request, work: Progress, on_samples: OnSamples | None = None) -
         extremes=Extremes(
             outcome.x_min, outcome.y_min, outcome.x_max, outcome.y_max, outcome.vx_max
         ),
+        ranges=ranges,
         second_half=Extremes(y_min=outcome.second_half_min, y_max=outcome.second_half_max),
         switches=switch_times,
         separations=int(outcome.separations),
         separated_time=outcome.separated_time,
         stats=Stats(int(outcome.steps), None, "compiled"),
         first_mode=request.first_mode,
-        trajectory=None if times is None else _trajectory(p, times, kernel_run),
-        solution=_solution(p, _concatenate(segment_parts), order + 1) if dense else None,
+        trajectory=None if times is None else _trajectory(system, times, kernel_run),
+        solution=_solution(system, _concatenate(segment_parts), order + 1) if dense else None,
         changes=changes,
         totals=totals,
     )
@@ -154,15 +165,15 @@ def _concatenate(parts: list[NDArray[np.float64]]) -> NDArray[np.float64]:
 
 
 def _trajectory(
-    p: Parameters, times: NDArray[np.float64], kernel_run: KernelRun, part: slice = slice(None)
+    system: System, times: NDArray[np.float64], kernel_run: KernelRun, part: slice = slice(None)
 ) -> Trajectory:
     x, vx, y, vy, force = kernel_run.samples[:, part]
-    return build_trajectory(p, times[part], (x, vx, y, vy), kernel_run.modes[part], force)
+    return build_trajectory(system, times[part], (x, vx, y, vy), kernel_run.modes[part], force)
 
 
-def _solution(p: Parameters, rows: NDArray[np.float64], degree: int) -> DenseSolution:
+def _solution(system: System, rows: NDArray[np.float64], degree: int) -> DenseSolution:
     # A row of the kernel has a head (start, its rounding remainder, duration, end and mode of a
     # segment), then the coefficients of x and of y.
     y_start = SEGMENT_HEAD + degree + 1
     x, y = rows[:, SEGMENT_HEAD:y_start], rows[:, y_start:]
-    return DenseSolution.from_arrays(p, rows[:, :SEGMENT_HEAD].copy(), x.T.copy(), y.T.copy())
+    return DenseSolution.from_arrays(system, rows[:, :SEGMENT_HEAD].copy(), x.T.copy(), y.T.copy())

@@ -208,7 +208,11 @@ def _assemble_from_samples(header: Mapping[str, Any], motion: Trajectory) -> Tra
         changes=changes if request.parameters.v_belt is not None else NO_CHANGES,
     )
     # The final state is that of the last sample, which may be before the horizon.
-    return replace(run, final=run.final._replace(t=float(motion.t[-1])))
+    return replace(
+        run,
+        final=run.final._replace(t=float(motion.t[-1])),
+        contact_force=ContactForce(float(motion.P.min()), float(motion.P.max())),
+    )
 
 
 def _final_state(motion: Trajectory) -> State:

@@ -10,6 +10,7 @@ from typing import Final, Literal, NamedTuple
 
 from fivtui.kernel import why_interpreted
 from fivtui.model import (
+    LINEAR_OVER_TIME,
     ComputationError,
     InputError,
     OnProgress,
@@ -116,11 +117,13 @@ def _check_step_count(request: Request) -> None:
 
 def check_taylor_options(request: Request) -> None:
     """Raise `InputError` if options of ``taylor`` are set for a different method, native or FMU."""
-    # The course has parameters over time, which the native FMU, too, can follow.
-    if request.course is not None and request.method != "fmu-native":
-        names = ", ".join(request.course.tables)
+    # The course has parameters over time. The Python FMU can follow those that are held.
+    tables = () if request.course is None else request.course.tables
+    needs_slopes = not {*LINEAR_OVER_TIME}.isdisjoint(tables)
+    if tables and request.method != "fmu-native" and (request.method != "fmu" or needs_slopes):
+        allowed = "taylor or fmu-native" if needs_slopes else "taylor, fmu or fmu-native"
         raise InputError(
-            f"{names} over time: the method must be taylor or fmu-native, not {request.method}"
+            f"{', '.join(tables)} over time: the method must be {allowed}, not {request.method}"
         )
     if request.sensitivities:
         raise InputError(f"sensitivities: the method must be taylor, not {request.method}")

@@ -13,9 +13,9 @@ from fivtui.model import IN_CONTACT, Progress, State
 from fivtui.taylor import Extremes, Segment, Stepper
 
 from .request import Kernel, OnSamples, Request
-from .result import NO_CHANGES, Stats, Transient, build_transient
+from .result import NO_CHANGES, SpringRange, Stats, Transient, build_transient
 from .stiffness import step_limit_error
-from .trajectory import DenseSolution, Trajectory
+from .trajectory import CONTACT_SPRING, DenseSolution, Trajectory
 
 # Number of segments that are sampled together, and of steps between progress reports.
 _SEGMENTS_PER_CHUNK: Final = 256
@@ -28,6 +28,9 @@ class Recorder:
     def __init__(self, request: Request, on_samples: OnSamples | None = None) -> None:
         self._request = request
         self._extremes = Extremes()
+        # The ranges of y under earlier contact springs; `_extremes` has that under `_spring`.
+        self._ranges: list[SpringRange] = []
+        self._spring = request.parameters
         self._second_half = Extremes()
         self._half_time = 0.5 * request.t_end
         # Times of separations and reattachments, s.
@@ -68,6 +71,7 @@ class Recorder:
             self._first_mode = segment.mode
         self._steps += 1
         self.t = segment.end
+        self._change_spring(segment.start)
         # The last segment may extend beyond the horizon.
         if segment.end <= t_end:
             self._extremes.include(segment)
@@ -94,6 +98,20 @@ class Recorder:
         elif self._request.dense:
             self._segments.append(segment)
 
+    def _change_spring(self, t: float) -> None:
+        # Begin another range of y if the contact spring changes at a time, s.
+        course = self._request.course
+        if course is None or CONTACT_SPRING.isdisjoint(course.tables):
+            return
+        p, _ = course.after(t)
+        if (p.k2, p.k_nl) != (self._spring.k2, self._spring.k_nl):
+            self._ranges.append(self._range)
+            self._extremes.y_min, self._extremes.y_max, self._spring = math.inf, -math.inf, p
+
+    @property
+    def _range(self) -> SpringRange:
+        return SpringRange(self._spring, self._extremes.y_min, self._extremes.y_max)
+
     def _record_switch(self, segment: Segment) -> None:
         if self._on_belt:
             self._mode_changes.append((segment.end, segment.mode, segment.next_mode))
@@ -103,7 +121,7 @@ class Recorder:
 
     def _sample(self, times: NDArray[np.float64]) -> None:
         # Sample the stored segments, then discard them.
-        solution = DenseSolution(self._request.parameters, self._segments)
+        solution = DenseSolution(self._request.system, self._segments)
         count = int(np.searchsorted(times, solution.t_end, side="right"))
         self._parts.append(solution(times[:count]))
         self._times = times[count:]
@@ -123,6 +141,7 @@ class Recorder:
             self._request,
             final=self._final,
             extremes=self._extremes,
+            ranges=[*self._ranges, self._range],
             second_half=self._second_half,
             switches=np.array(self._switches),
             separations=self._separations,
@@ -131,5 +150,5 @@ class Recorder:
             first_mode=self._first_mode,
             changes=np.array(self._mode_changes) if self._mode_changes else NO_CHANGES,
             trajectory=Trajectory.joined(self._parts) if self._parts else None,
-            solution=DenseSolution(self._request.parameters, self._segments) if dense else None,
+            solution=DenseSolution(self._request.system, self._segments) if dense else None,
         )

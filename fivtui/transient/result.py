@@ -6,7 +6,7 @@ and stick.
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
 from types import MappingProxyType
@@ -360,6 +360,21 @@ class Transient(SystemResult, Tabular, Plottable):
         return transient_sheet([self])
 
 
+class SpringRange(NamedTuple):
+    """Least and greatest y, m, over a part of the run with the contact spring of `p`."""
+
+    p: Parameters
+    y_min: float
+    y_max: float
+
+    def contact_force(self, *, separation: bool) -> ContactForce:
+        """The extremes of P: it decreases with y, and with separation it is at least 0."""
+        highest = 0.0 if separation else math.inf
+        y_values = min(self.y_max, highest), min(self.y_min, highest)
+        # Adding 0.0 turns −0.0 into 0.0.
+        return ContactForce(*(contact_force(self.p, y, Mode.CONTACT) + 0.0 for y in y_values))
+
+
 def build_transient(
     request: Request,
     *,
@@ -375,25 +390,23 @@ def build_transient(
     solution: DenseSolution | None,
     changes: NDArray[np.float64] = NO_CHANGES,
     totals: SwitchTotals | None = None,
+    ranges: Sequence[SpringRange] | None = None,
 ) -> Transient:
     """The result of a run.
 
-    `extremes` and `second_half` are the extremes over the run and its second half. `separated_time`
-    is the time off the belt in s, `first_mode` the mode before the first switch. `switches` are the
-    times of separation and reattachment. `changes` are all switches on a belt of finite speed, and
+    `extremes` and `second_half` are the extremes over the run and its second half; if the contact
+    spring changes, `ranges` has those of y over the run. `separated_time` is the time off the belt
+    in s, `first_mode` the mode before the first switch. `switches` are the times of separation and
+    reattachment. `changes` are all switches on a belt of finite speed, and
     `totals` counts them if already known. Raises `ComputationError` if the contact force is beyond
     the floating-point range.
     """
     system, t_end = request.system, request.t_end
-    p, separation = system.parameters, system.separation
-    y_min, y_max = extremes.y_min, extremes.y_max
-    # P decreases with y, so its extremes follow from those of y. With separation P is at least 0.
-    y_at_min_force, y_at_max_force = y_max, y_min
-    if separation:
-        y_at_min_force, y_at_max_force = min(y_max, 0.0), min(y_min, 0.0)
-    # Adding 0.0 turns −0.0 into 0.0.
-    force_min = contact_force(p, y_at_min_force, Mode.CONTACT) + 0.0
-    force_max = contact_force(p, y_at_max_force, Mode.CONTACT) + 0.0
+    p = system.parameters
+    ranges = ranges or [SpringRange(p, extremes.y_min, extremes.y_max)]
+    forces = [part.contact_force(separation=system.separation) for part in ranges]
+    force_min, force_max = min(force.min for force in forces), max(force.max for force in forces)
+    y_min, y_max = min(part.y_min for part in ranges), max(part.y_max for part in ranges)
     if not math.isfinite(force_max - force_min):
         raise overflow_error(t_end, final, system)
     first_switch, last_switch = (

@@ -5,7 +5,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Self
+from typing import Any, Final, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -20,6 +20,7 @@ from fivtui.model import (
     Parameters,
     Rates,
     State,
+    System,
     accelerations,
     parameters_after,
     spring_force,
@@ -30,6 +31,8 @@ from fivtui.taylor import Segment
 __all__ = ["COLUMNS", "Column", "DenseSolution", "Trajectory"]
 
 FloatArray = NDArray[np.float64]
+# Parameters of the contact spring; like other stiffnesses they are held between rows of a table.
+CONTACT_SPRING: Final = frozenset({"k2", "k_nl"})
 _IS_IN_CONTACT: NDArray[np.bool_] = np.array([mode in IN_CONTACT for mode in Mode])
 
 
@@ -83,13 +86,13 @@ class DenseSolution:
 
     Parameters
     ----------
-    p : Parameters
-        The parameter set, for the contact force.
+    system : System
+        The system, for the contact force.
     segments : sequence of Segment
         Consecutive segments, at least one.
     """
 
-    def __init__(self, p: Parameters, segments: Sequence[Segment]) -> None:
+    def __init__(self, system: System, segments: Sequence[Segment]) -> None:
         # Polynomials of lower degree are padded with zeros.
         size = max(len(segment.x) for segment in segments)
         x, y = np.zeros((2, size, len(segments)))
@@ -100,10 +103,10 @@ class DenseSolution:
             (segment.start, segment.start_remainder, segment.duration, segment.end, segment.mode)
             for segment in segments
         ]
-        self._store(p, np.array(rows, dtype=float), x, y)
+        self._store(system, np.array(rows, dtype=float), x, y)
 
     @classmethod
-    def from_arrays(cls, p: Parameters, rows: FloatArray, x: FloatArray, y: FloatArray) -> Self:
+    def from_arrays(cls, system: System, rows: FloatArray, x: FloatArray, y: FloatArray) -> Self:
         """Construct the solution from arrays of n segments.
 
         `rows`, shape (n, 5), has for each segment its start, the rounding remainder of the start
@@ -111,11 +114,11 @@ class DenseSolution:
         have coefficients of powers of θ, m.
         """
         solution = cls.__new__(cls)
-        solution._store(p, rows, x, y)
+        solution._store(system, rows, x, y)
         return solution
 
-    def _store(self, p: Parameters, rows: FloatArray, x: FloatArray, y: FloatArray) -> None:
-        self._p, self._x, self._y = p, x, y
+    def _store(self, system: System, rows: FloatArray, x: FloatArray, y: FloatArray) -> None:
+        self._system, self._x, self._y = system, x, y
         self._start, self._remainder, self._duration, end, mode = rows.T
         self._mode = mode.astype(np.int8)
         self.t_start, self.t_end = float(self._start[0]), float(end[-1])
@@ -126,7 +129,7 @@ class DenseSolution:
         return equal_values(vars(self), vars(value))
 
     def __hash__(self) -> int:
-        return hash((self._p, self.t_start, self.t_end))
+        return hash((self._system, self.t_start, self.t_end))
 
     def __repr__(self) -> str:
         span = f"{self.t_start:g} to {self.t_end:g} s"
@@ -142,7 +145,8 @@ class DenseSolution:
         theta = ((t - self._start[index]) - self._remainder[index]) / duration
         x, vx = _horner(self._x[:, index], theta)
         y, vy = _horner(self._y[:, index], theta)
-        return build_trajectory(self._p, t, (x, vx / duration, y, vy / duration), self._mode[index])
+        states = x, vx / duration, y, vy / duration
+        return build_trajectory(self._system, t, states, self._mode[index])
 
 
 def is_in_contact(mode: NDArray[np.integer]) -> NDArray[np.bool_]:
@@ -152,7 +156,7 @@ def is_in_contact(mode: NDArray[np.integer]) -> NDArray[np.bool_]:
 
 
 def build_trajectory(
-    p: Parameters,
+    system: System,
     t: FloatArray,
     states: tuple[FloatArray, FloatArray, FloatArray, FloatArray],
     mode: NDArray[np.int8],
@@ -161,6 +165,12 @@ def build_trajectory(
     """The trajectory of states (x, ẋ, y, ẏ); the contact force is written to `buffer`, if any."""
     x, vx, y, vy = states
     force = np.empty_like(y) if buffer is None else buffer
+    springs = {}
+    for name in CONTACT_SPRING & {*system.over_time}:
+        table = system.over_time[name]
+        index = np.searchsorted(table.times, t, side="right") - 1
+        springs[name] = np.array(table.values)[np.maximum(index, 0)]
+    p = system.parameters.replaced(**springs) if springs else system.parameters
     force[:] = spring_force(p, y)
     force[~is_in_contact(mode)] = 0.0
     return Trajectory(t, x, vx, y, vy, force, mode)

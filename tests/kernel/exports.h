@@ -21,7 +21,7 @@ void fivtui_belt_begin_baseline(void *run, const double *parameters, int64_t sep
                                 const double *start, double t_end, double tol, int64_t order);
 void fivtui_driven_begin_baseline(void *run, const double *parameters, int64_t separation,
                                   const double *start, double t_end, double tol, int64_t order,
-                                  int64_t finite, const double *rows, int64_t row_count,
+                                  int64_t finite, double *rows, int64_t row_count,
                                   double greatest_load);
 int64_t fivtui_belt_advance_baseline(void *run, double *switches, int64_t max_switches,
                                      const double *times, int64_t time_count, double *samples,
@@ -64,8 +64,9 @@ enum { PARAMETERS = 9, BELT_PARAMETERS = 12, STATE = 4, RESULTS = 19, MODES = 5,
    ẍ and ÿ); on belts also the stick time, and counts of switches for each pair of modes. */
 enum { COUNTS = 3, TALLY = 1 + MODES * MODES };
 /* Columns of a switch on a belt: time, and modes before and after it. Columns of a row of a table:
-   time, values and slopes of F, μ, μ_s and v_belt, and v_belt just before the next row. */
-enum { CHANGE_COLUMNS = 3, ROW_COLUMNS = 10 };
+   time, values and slopes of F, μ, μ_s and v_belt, and v_belt just before the next row (inputs),
+   parameters, and two numbers that the run writes. */
+enum { CHANGE_COLUMNS = 3, INPUT_COLUMNS = 10, ROW_COLUMNS = INPUT_COLUMNS + PARAMETERS + 2 };
 /* Bytes of a cache line of the processor. */
 enum { CACHE_LINE = 64 };
 

@@ -55,7 +55,7 @@ int main(int count, char **arguments)
         for (int64_t i = 0; i < header.members; i++) {
             double result[RESULTS + COUNTS + TALLY], changes[MAX_SWITCHES * CHANGE_COLUMNS];
             const double *p = belts + i * BELT_PARAMETERS, *start = starts + i * STATE;
-            const double *rows = table_rows + i * TABLE_ROWS * ROW_COLUMNS;
+            double *rows = table_rows + i * TABLE_ROWS * ROW_COLUMNS;
             /* Every fourth driven run is on a belt that is always faster, whatever the belt in p. */
             const int finite = i % 4 > 0;
             if (driven)

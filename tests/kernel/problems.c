@@ -82,6 +82,10 @@ static void run_on_belt(const Problem *p, const double *parameters, int64_t sepa
         double seed = seeds[i % SEED];
         rows[i] = i % ROW_COLUMNS % 2 ? clamp(seed) : 0.1 * seed;
     }
+    /* After the first columns of a row come parameters, then two of results. */
+    for (int row = 0; row < TABLE_ROWS; row++)
+        for (int i = 0; i < PARAMETERS; i++)
+            rows[row * ROW_COLUMNS + INPUT_COLUMNS + i] = belt[i];
     rows[0] = 0.0, rows[ROW_COLUMNS] = 0.5 * p->t_end;
     /* The higher order is only for friction that falls with the sliding speed, v_s > 0. */
     int64_t order = p->order == MAX_ORDER && belt[V_S_COLUMN] > 0.0 ? MAX_LAW_ORDER : p->order;

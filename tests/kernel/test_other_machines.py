@@ -72,7 +72,9 @@ def random_belts(parameters: np.ndarray) -> tuple[np.ndarray, list[CourseTable]]
         slopes = rng.uniform(-1.0, 1.0, 2)
         # Value and slope of F, μ, μ_s and v_belt; v_belt just before the next row, where it jumps.
         speed_before = speed + slopes[1]
-        row = [load, slopes[0], mu, 0.0, mu_s, 0.0, speed, abs(slopes[1]), speed_before]
+        inputs = [load, slopes[0], mu, 0.0, mu_s, 0.0, speed, abs(slopes[1]), speed_before]
+        # Then the parameters, and two columns that the kernel writes.
+        row = [*inputs, *parameters[member].tolist(), 0.0, 0.0]
         rows = [[0.4 * T_END * n, *row] for n in range(3)]
         tables.append(CourseTable(np.array(rows), GREATEST_LOAD))
     return np.column_stack([parameters, speeds, mu_static, v_s]), tables

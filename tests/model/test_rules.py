@@ -50,7 +50,9 @@ def test_the_force_of_a_trajectory_is_that_of_every_state(
 ) -> None:
     modes = [data.draw(st.sampled_from(ALWAYS_SLIDING)) for _ in heights]
     y, zero = np.array(heights), np.zeros(len(heights))
-    forces = build_trajectory(p, zero, (zero, zero, y, zero), np.array(modes, dtype=np.int8)).P
+    forces = build_trajectory(
+        System(p), zero, (zero, zero, y, zero), np.array(modes, dtype=np.int8)
+    ).P
     assert forces.tolist() == [
         contact_force(p, height, mode) for height, mode in zip(heights, modes, strict=True)
     ]

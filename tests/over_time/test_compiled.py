@@ -191,7 +191,11 @@ def test_rows_for_the_kernel_follow_the_tables() -> None:
         [2.0, 15.0, 5.0, 0.3, 0.0, 0.3, 0.0, 0.5, 0.0, 0.5],
     ]
     table = course_table(course, t_end=2.5)
-    assert table.rows.tolist() == expected
+    assert table.rows[:, :10].tolist() == expected
+    # Then the parameters from that time on.
+    assert table.rows[:, 10:-2].tolist() == [
+        list(Parameters(mu=0.3, F=force).values()) for force in (10.0, 10.0, 15.0)
+    ]
     # It includes rows of F after the end of the run.
     assert table.greatest_load == 20.0
     friction_course = Course(Parameters(mu_s=0.9), {"mu": TimeTable((0.0, 1.0), (0.1, 0.5))})

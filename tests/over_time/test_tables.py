@@ -38,6 +38,18 @@ def test_a_repeated_time_is_a_jump() -> None:
     assert [table.after(t) for t in (2.0, 3.0, 4.0)] == [(60, -10), (50, -10), (40, 0)]
 
 
+def test_stiffness_is_held_until_the_next_row() -> None:
+    table = time_table("k2", [(1.0, 50.0), (2.0, 50.0), (3.0, 90.0), (3.0, 80.0)])
+    assert [table.after(t) for t in (0.0, 1.5, 2.9)] == [(50.0, 0.0)] * 3
+    assert (table.before(3.0), table.after(3.0), table.after(9.0)) == (
+        50.0,
+        (80.0, 0.0),
+        (80.0, 0.0),
+    )
+    # Rows of a checked table, as in stored files, are the same table.
+    assert time_table("k2", table.rows()) == table
+
+
 def test_a_course_gives_parameters_rates_and_the_time_of_the_next_row() -> None:
     course = build_course(
         Parameters(mu_s=0.9, v_s=0.1), {"mu": [(0, 0.5), (10, 0.7)], "v_belt": [(5, 2), (6, 0)]}
@@ -54,7 +66,8 @@ def test_a_course_gives_parameters_rates_and_the_time_of_the_next_row() -> None:
 @pytest.mark.parametrize(
     ("tables", "message"),
     [
-        ({"k1": [(0, 1)]}, "unknown parameter over time 'k1'"),
+        ({"m": [(0, 1)]}, "unknown parameter over time 'm'"),
+        ({"k1": [(0, 100), (1, 0)]}, "k1 = 0: must be from 1e-12"),
         ({"F": []}, "F over time: there are no rows"),
         ({"F": [(1, 2), (0, 3)]}, "times must ascend"),
         ({"F": [(0, 1, 2)]}, "must be pairs of time"),

@@ -77,7 +77,7 @@ def _trajectory(
         states[chunk] = motion.states(motion.states_at(start, times[chunk]))
     x, vx, y, vy = states.T.copy()
     modes = np.full(times.size, Mode.CONTACT, dtype=np.int8)
-    return build_trajectory(request.parameters, times, (x, vx, y, vy), modes)
+    return build_trajectory(request.system, times, (x, vx, y, vy), modes)
 
 
 def _solution(request: Request, motion: LinearMotion, start: NDArray[np.float64]) -> DenseSolution:
@@ -98,4 +98,4 @@ def _solution(request: Request, motion: LinearMotion, start: NDArray[np.float64]
     modes = np.full(count, float(Mode.CONTACT))
     rows = np.stack([begin, np.zeros(count), duration, end, modes], axis=1)
     x, y = series[:, :, 0] * powers, series[:, :, 2] * powers
-    return DenseSolution.from_arrays(request.parameters, rows, x, y)
+    return DenseSolution.from_arrays(request.system, rows, x, y)

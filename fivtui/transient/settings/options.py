@@ -17,7 +17,7 @@ _START_HELP: Final = "Start state, m and m/s; static: at rest at the equilibrium
 OVER_TIME: Final = Option(
     flag="--over-time",
     metavar="FILE.csv",
-    help="Preload, friction and belt speed over time: columns time (s) and F, mu or v_belt.",
+    help="Parameters over time: columns time (s) and F, mu, k2, …",
     # The value is the name of an input file.
     file=True,
     group=SCENE,

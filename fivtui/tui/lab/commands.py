@@ -193,7 +193,7 @@ def _lab_entries(lab: LabScreen) -> Iterator[PaletteEntry]:
     table_terms = "preload friction belt speed course csv measured brake application ramp"
     yield PaletteEntry(
         "Parameters over time from a file…",
-        "CSV: time, F, mu, v_belt",
+        "CSV: time, F, mu, v_belt, k2, c1, …",
         lab.files.read_tables,
         table_terms,
     )

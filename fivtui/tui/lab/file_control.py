@@ -37,7 +37,8 @@ _RESULT_HINT: Final = (
     "branch (.json), trade-off (.csv), unfinished sweep (FILE.parts)."
 )
 _TABLE_HINT: Final = (
-    "A CSV file with columns time and F, mu or v_belt, in SI units; linear between its rows."
+    "A CSV file with columns time and F, mu or v_belt (linear between rows), stiffnesses or "
+    "dampings (held until the next row), in SI units."
 )
 
 
