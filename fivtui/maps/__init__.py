@@ -7,7 +7,14 @@ if TYPE_CHECKING:
     from .options import MapOptions
     from .result import MAP_VALUES, StabilityMap
     from .safety import safety_map
-    from .stability import check_map, compute_map, parse_map_value, stability_map
+    from .stability import (
+        MU_FREE_VALUES,
+        check_map,
+        check_points,
+        compute_map,
+        parse_map_value,
+        stability_map,
+    )
 else:
     from fivtui.lazy import lazy_exports
 

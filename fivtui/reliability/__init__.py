@@ -19,7 +19,6 @@ if TYPE_CHECKING:
         check_until,
         parse_inputs,
         scattered_study,
-        truncated_distribution_warnings,
     )
     from .result import Uncertainty
     from .run import MembersFile, compute_uncertainty, uncertainty

@@ -5,7 +5,6 @@ from typing import Final
 
 from textual.app import ComposeResult
 from textual.content import Content
-from textual.widgets import Static
 
 from .pane import Pane
 from .search import TextView
@@ -15,27 +14,18 @@ _EMPTY_TEXT: Final = Content.styled(
 )
 
 
-class LogView(TextView):
+class LogView(TextView[str]):
     """The lines of the log."""
-
-    lines: Sequence[str] = ()
 
     # RichLog is unsuitable: it draws nothing before Textual sends it a size, and if it was
     # scrolled, Textual may send none.
-    def compose(self) -> ComposeResult:
-        """The lines, or what they will be."""
-        yield Static(_EMPTY_TEXT)
+    def text_of(self, line: str) -> str:
+        """The line."""
+        return line
 
-    def show(self, lines: Sequence[str]) -> None:
-        """Display lines."""
-        self.lines = lines
-        self.find("")
-
-    def find(self, text: str) -> bool:
-        """Display only the lines that contain a text."""
-        lines = [line for line in self.lines if text in line.lower()]
-        self.query_one(Static).update(Content("\n".join(lines)) if self.lines else _EMPTY_TEXT)
-        return bool(lines)
+    def content_of(self, lines: Sequence[str]) -> Content:
+        """The lines as one text."""
+        return Content("\n".join(lines))
 
 
 class LogPane(Pane):
@@ -48,6 +38,7 @@ class LogPane(Pane):
     def on_mount(self) -> None:
         """Start without displayed reports."""
         self._displayed_count = 0
+        self.query_one(LogView).show([], _EMPTY_TEXT)
 
     def report_added(self) -> None:
         """Show all reports; new reports scroll to the end."""

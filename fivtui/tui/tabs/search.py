@@ -1,20 +1,23 @@
 """Lists and texts with the keys of vi and a search."""
 
 from collections.abc import Callable, Sequence
-from typing import ClassVar, Final
+from typing import ClassVar, Final, Generic, TypeVar
 
 from textual import on
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import Horizontal, VerticalScroll
 from textual.screen import ModalScreen
+from textual.visual import VisualType
 from textual.widget import Widget
-from textual.widgets import Input, Label
+from textual.widgets import Input, Label, Static
 
 from fivtui.tui.chart import TextInput
 
 # More rows than any list has.
 _ALL_ROWS: Final = 10**6
+Line = TypeVar("Line")
+
 _SEARCH: Final = "search: "
 _NO_MATCH: Final = "no match: "
 
@@ -135,8 +138,11 @@ class SearchableList(Searchable):
         return False
 
 
-class TextView(VerticalScroll, Searchable):
-    """A text that scrolls; a search hides all lines that do not contain the text."""
+class TextView(VerticalScroll, Searchable, Generic[Line]):
+    """Lines that scroll; a search hides all lines that do not contain the text."""
+
+    lines: Sequence[Line] = ()
+    _empty_text: VisualType = ""
 
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("j", "scroll_down", "Down", show=False),
@@ -144,6 +150,30 @@ class TextView(VerticalScroll, Searchable):
         Binding("g", "scroll_home", "Start", show=False),
         Binding("G", "scroll_end", "End", show=False),
     ]
+
+    def compose(self) -> ComposeResult:
+        """The lines."""
+        yield Static("", classes="lines", markup=False)
+
+    def text_of(self, line: Line) -> str:
+        """The text of a line."""
+        raise NotImplementedError
+
+    def content_of(self, lines: Sequence[Line]) -> VisualType:
+        """What displays lines."""
+        raise NotImplementedError
+
+    def show(self, lines: Sequence[Line], empty_text: VisualType = "") -> None:
+        """Display lines, or a text in place of none."""
+        self.lines, self._empty_text = lines, empty_text
+        self.find("")
+
+    def find(self, text: str) -> bool:
+        """Display only the lines that contain a text."""
+        matches = [line for line in self.lines if text in self.text_of(line).lower()]
+        content = self.content_of(matches) if self.lines else self._empty_text
+        self.query_one(".lines", Static).update(content)
+        return bool(matches)
 
     def move_by(self, rows: int) -> None:
         """Scroll by rows down, or up if negative."""

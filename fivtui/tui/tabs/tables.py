@@ -7,9 +7,8 @@ from typing import ClassVar, Final, TypeVar
 from rich.cells import cell_len
 from rich.table import Table
 from rich.text import Text
-from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
-from textual.widgets import DataTable, Static
+from textual.widgets import DataTable
 
 from fivtui.results import Row
 
@@ -120,12 +119,12 @@ def shorten(text: str, width: int) -> str:
     return f"{shortened.rstrip(' ,;')}…"
 
 
-def flow_facts(facts: Iterable[str], width: int) -> str:
+def flow_facts(facts: Iterable[str], width: int, separator: str = _FACT_SEPARATOR) -> str:
     """Join facts in as few lines as possible, without breaks inside a fact."""
     lines: list[str] = []
     for fact in facts:
-        if lines and cell_len(lines[-1]) + cell_len(fact) + len(_FACT_SEPARATOR) <= width:
-            lines[-1] += f"{_FACT_SEPARATOR}{fact}"
+        if lines and cell_len(lines[-1]) + cell_len(fact) + len(separator) <= width:
+            lines[-1] += f"{separator}{fact}"
         else:
             lines.append(fact)
     return "\n".join(lines)
@@ -135,26 +134,16 @@ def _cell_width(cell: str | Text) -> int:
     return cell.cell_len if isinstance(cell, Text) else cell_len(cell)
 
 
-class RowsView(TextView):
+class RowsView(TextView[Row]):
     """A scrollable table of `Row`."""
 
-    _rows: Sequence[Row] = ()
+    def text_of(self, line: Row) -> str:
+        """The text of a row."""
+        return " ".join(line)
 
-    def compose(self) -> ComposeResult:
-        """The table."""
-        yield Static("", classes="rows", markup=False)
-
-    def show(self, rows: Sequence[Row], empty_text: str = "") -> None:
-        """Display rows; without rows, the text `empty_text`."""
-        self._rows = rows
-        self.query_one(".rows", Static).update(rows_table(rows) if rows else empty_text)
-
-    def find(self, text: str) -> bool:
-        """Display only the rows that contain a text."""
-        rows = [row for row in self._rows if text in f"{row.label} {row.value} {row.note}".lower()]
-        if self._rows:
-            self.query_one(".rows", Static).update(rows_table(rows))
-        return bool(rows)
+    def content_of(self, lines: Sequence[Row]) -> Table:
+        """The table of rows."""
+        return rows_table(lines)
 
 
 def rows_table(rows: Sequence[Row]) -> Table:

@@ -21,6 +21,7 @@ from fivtui.charts import Cursors, View, VisibleCharts, cursor_texts
 from fivtui.tui.chart import ChartView, Control
 
 from .pane import Pane
+from .tables import flow_facts
 
 # Short titles of views, for narrow windows, and columns of a border beside its titles.
 _SHORT_TITLES: Final = {"Difference": "Diff", "Measured": "Meas"}
@@ -145,14 +146,7 @@ class ViewsPane(Pane):
             heights = [summary.size.height for summary in self.query("#summary")]
             cursor_text.styles.min_height = max(heights, default=1)
         self.set_class(bool(phrases), "-cursors")
-        lines: list[str] = []
-        for phrase in phrases:
-            longer_line = f"{lines[-1]}{_SEPARATOR}{phrase}" if lines else ""
-            if lines and len(longer_line) <= self.size.width - _PADDING:
-                lines[-1] = longer_line
-            else:
-                lines.append(phrase)
-        cursor_text.update("\n".join(lines))
+        cursor_text.update(flow_facts(phrases, self.size.width - _PADDING, _SEPARATOR))
 
     def theme_changed(self) -> None:
         """Redraw the charts in the new colours."""

@@ -149,7 +149,7 @@ async def test_safe_friction_is_mapped_by_two_keys_and_refused_over_friction(
     range_input.value = "F=60:120:4 mu=0.1:0.2:2"
     range_input.focus()
     await pilot.press("enter")
-    await until_shown(pilot, "Safe μ does not depend on μ")
+    await until_shown(pilot, "must be over two other parameters")
     range_input.value = "F=60:120:4 k_nl=90:110:2"
     await pilot.press("enter")
     await until_shown(pilot, "8 points; Enter")

@@ -64,7 +64,7 @@ async def test_a_field_is_found_by_its_meaning(pilot: Pilot[None]) -> None:
 async def test_a_search_in_the_help_hides_other_lines(pilot: Pilot[None]) -> None:
     await pilot.press("f1")
     await until_shown(pilot, "Keys that work now")
-    help_rows = pilot.app.screen.query_one(".rows", Static)
+    help_rows = pilot.app.screen.query_one(".lines", Static)
     height = help_rows.size.height
     await pilot.press("slash", *"undo")
     await pilot.press("enter")

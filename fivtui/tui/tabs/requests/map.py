@@ -9,7 +9,7 @@ from fivtui.charts import Axis, NearestPoint
 from fivtui.model import ALL_PARAMETERS, InputError
 from fivtui.ranges import number_text
 from fivtui.transient import WITH_SEPARATION, WITHOUT_SEPARATION
-from fivtui.tui.session import SAFETY_MAPS, replace_symbols, symbol_of
+from fivtui.tui.session import replace_symbols, symbol_of
 
 if TYPE_CHECKING:
     from fivtui.maps import StabilityMap
@@ -19,8 +19,6 @@ FloatArray = NDArray[np.float64]
 
 # Titles of the values that are mapped quickly.
 TITLES: Final = {"growth-rate": "Growth", "critical-mu": "μ_c", "unstable-modes": "Modes"}
-# Mapped values that do not depend on μ.
-WITHOUT_MU: Final = ("critical-mu", "safe-mu")
 # Usual ranges by mapped value; values of safety, which take longer, have fewer points.
 EXAMPLES: Final = {
     "growth-rate": "μ=0:1.5:121 F=5:120:93",
@@ -39,7 +37,7 @@ def map_request(text: str, value: str) -> "tuple[NamedRange, NamedRange]":
 
     `value` is the mapped value, a key of `EXAMPLES`. Raises `InputError` for an invalid text.
     """
-    from fivtui.maps import check_map
+    from fivtui.maps import check_map, check_points
     from fivtui.ranges import parse_ranges
 
     range_texts = replace_symbols(text).split()
@@ -49,15 +47,8 @@ def map_request(text: str, value: str) -> "tuple[NamedRange, NamedRange]":
         first, second = parse_ranges("map", range_texts)
     except InputError as error:
         raise InputError(str(error).removeprefix("map ")) from None
-    names = (first.name, second.name)
-    if value in WITHOUT_MU and "mu" in names:
-        title = (TITLES | SAFETY_MAPS)[value]
-        raise InputError(
-            f"{title} does not depend on μ: use other parameters, e.g. {EXAMPLES[value]}"
-        )
-    check_map(value, names)
-    if first.count * second.count > _MAX_POINTS:
-        raise InputError(f"{first.count * second.count} points: must be at most {_MAX_POINTS}")
+    check_map(value, (first.name, second.name))
+    check_points(first.count * second.count, _MAX_POINTS)
     return first, second
 
 

@@ -43,13 +43,6 @@ def uncertainty_request(scene: Scene, text: str) -> "Study":
         raise InputError(f"{error}{advice}") from None
 
 
-def truncation_note(result: "Uncertainty") -> str:
-    """A note on truncated distributions of a study; empty if there are none."""
-    from fivtui.reliability import truncated_distribution_warnings
-
-    return ", truncated at bounds" if truncated_distribution_warnings(result.study) else ""
-
-
 def index_remark(result: "Uncertainty") -> str:
     """A note on Sobol indices above 1 or below 0; empty if there are none."""
     from fivtui.reliability import excess_remark

@@ -95,10 +95,6 @@ class IdentificationPane(StudyPane):
         values = result.fit.items()
         return FACTS.join(f"{symbol_of(name)} {value.value:.5g}" for name, value in values)
 
-    def details_text(self, result: "Identification") -> str:
-        """What the data leave unknown."""
-        return result.warning or ""
-
     def inputs_of(self, result: "Identification") -> ResultInputs:
         """The values that were not fitted."""
         # Names of fitted values may be followed by the number of a file.

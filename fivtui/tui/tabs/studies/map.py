@@ -15,6 +15,7 @@ from textual.containers import Vertical
 from textual.widgets import Input, Static
 
 from fivtui.charts import NearestPoint, scale_text
+from fivtui.maps import MU_FREE_VALUES
 from fivtui.model import InputError
 from fivtui.scene import Scene
 from fivtui.tui.chart import ChartView
@@ -23,7 +24,6 @@ from fivtui.tui.tabs.preview import Preview, Sketch, about_here
 from fivtui.tui.tabs.requests.map import (
     EXAMPLES,
     TITLES,
-    WITHOUT_MU,
     FloatArray,
     map_request,
     mapped_values,
@@ -91,7 +91,7 @@ class _MapStudy(StudyPane):
     @property
     def input_setting(self) -> str:
         """The key of the stored ranges; maps of values that do not depend on μ have their own."""
-        return _RANGES_WITHOUT_MU if self.view in WITHOUT_MU else _RANGES_SETTING
+        return _RANGES_WITHOUT_MU if self.view in MU_FREE_VALUES else _RANGES_SETTING
 
     @property
     def initial_text(self) -> str:
@@ -135,7 +135,7 @@ class _MapStudy(StudyPane):
 
     def inputs_of(self, result: "StabilityMap") -> ResultInputs:
         """The fixed parameters of a map."""
-        varied = [*result.names, *(["mu"] if result.value in WITHOUT_MU else [])]
+        varied = [*result.names, *(["mu"] if result.value in MU_FREE_VALUES else [])]
         return ResultInputs(result.parameters, varied, {"separation": result.separation})
 
     def draw(self) -> None:

@@ -368,9 +368,9 @@ class StudyPane(JobPane):
         rows = study(self.kind).rows(result) if self.ANSWER else []
         return FACTS.join(f"{row.label} {row.value}" for row in rows if row.label in self.ANSWER)
 
-    def details_text(self, result: Any) -> str:  # noqa: ARG002
-        """Further properties of a result, after its answer."""
-        return ""
+    def details_text(self, result: Any) -> str:
+        """What follows the answer; by default the warning of a result."""
+        return study(self.kind).warning(result) or ""
 
     # Points, exports, command line
 

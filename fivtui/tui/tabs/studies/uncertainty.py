@@ -24,7 +24,6 @@ from fivtui.tui.tabs.requests.uncertainty import (
     TITLES,
     index_remark,
     index_rows,
-    truncation_note,
     uncertainty_request,
 )
 from fivtui.tui.tabs.tables import ListTable
@@ -121,7 +120,9 @@ class UncertaintyPane(StudyPane):
 
     def details_text(self, result: "Uncertainty") -> str:
         """Number of samples, with remarks."""
-        return f"{result.scatter.samples} samples{truncation_note(result)}{index_remark(result)}"
+        warning = super().details_text(result)
+        remark = f"{result.scatter.samples} samples{index_remark(result)}"
+        return f"{warning}; {remark}" if warning else remark
 
     def inputs_of(self, result: "Uncertainty") -> ResultInputs:
         """The inputs of a study."""
