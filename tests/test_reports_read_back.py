@@ -19,7 +19,7 @@ from fivtui.model.parameters import Parameters
 from fivtui.results.tables import save_result
 from fivtui.scene.presets import PRESETS
 from fivtui.scene.report import print_run
-from fivtui.scene.verified import SceneTransient, Verified
+from fivtui.scene.run import SceneTransient, Verified
 from fivtui.simulation import simulate
 from fivtui.studies import save_study, study
 from fivtui.sweeps.report import print_sweep, progress_text

@@ -5,7 +5,6 @@ sample, or a mixture of two for Sobol indices. Members are stored in pieces (`in
 are computed, so that a stopped study can continue.
 """
 
-from contextlib import ExitStack
 from dataclasses import replace
 
 from fivtui.model import InputError
@@ -67,9 +66,10 @@ def uncertainty(call: Call[UncertaintyOptions]) -> None:
     # --out is not written at the end: the members are stored there while they are computed.
     outputs = replace(call.outputs, out=None)
     outputs.check("uncertainty")
-    with ExitStack() as stack:
-        engine = stack.enter_context(choose_engine(options.scheduler, options.workers))
-        progress = stack.enter_context(UncertaintyProgress(study.members))
+    with (
+        choose_engine(options.scheduler, options.workers) as engine,
+        UncertaintyProgress(study.members) as progress,
+    ):
         result = compute_uncertainty(
             study,
             engine,

@@ -3,7 +3,7 @@
 The paper is *Nonlinear friction-induced vibration of a slider-belt system*.
 """
 
-from contextlib import ExitStack
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -29,8 +29,6 @@ from .options import (
 )
 
 if TYPE_CHECKING:
-    from contextlib import AbstractContextManager
-
     from fivtui.sweeps import Engine
 
 
@@ -79,9 +77,10 @@ def sweep(call: Call[SweepOptions]) -> None:
         from fivtui.sweeps import check_drawable
 
         check_drawable(study)
-    with ExitStack() as stack:
-        engine = stack.enter_context(choose_engine(options.scheduler, options.workers))
-        progress = stack.enter_context(SweepProgress(study.members))
+    with (
+        choose_engine(options.scheduler, options.workers) as engine,
+        SweepProgress(study.members) as progress,
+    ):
         if out is None:
             result = sweep_in_memory(study, engine, progress=progress)
         else:
@@ -97,7 +96,7 @@ def sweep(call: Call[SweepOptions]) -> None:
         outputs.show("sweep", result)
 
 
-def choose_engine(scheduler: str | None, workers: int | None) -> "AbstractContextManager[Engine]":
+def choose_engine(scheduler: str | None, workers: int | None) -> AbstractContextManager["Engine"]:
     """What computes the members of a study: processes (``--workers``) or a dask cluster."""
     if scheduler is not None:
         from fivtui.sweeps import cluster_engine
@@ -107,8 +106,6 @@ def choose_engine(scheduler: str | None, workers: int | None) -> "AbstractContex
                 "--workers: must be given without --scheduler; the cluster has workers already"
             )
         return cluster_engine(scheduler)
-    from contextlib import nullcontext
-
     from fivtui.sweeps import local_engine
 
     return nullcontext(local_engine(workers))

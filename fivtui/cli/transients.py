@@ -3,7 +3,6 @@
 The paper is *Nonlinear friction-induced vibration of a slider-belt system*.
 """
 
-from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 from fivtui.model import InputError
@@ -16,8 +15,9 @@ from .options import print_json, print_note, print_written_files, progress_bar
 from .paths import check_distinct_from_scene
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Sequence
 
+    from fivtui.scene import Scene, SceneTransient
     from fivtui.transient import Transient
 
 
@@ -32,37 +32,38 @@ def simulate(call: Call[SimulateOptions]) -> None:
     With --error, a finer run verifies the result. If the two runs diverge, the command fails (exit
     status 3), but prints the part of the transient that is verified.
     """
-    import numpy as np
-
-    from fivtui.scene import scene_transient
-
     scene, options, outputs = call.scene(), call.options, call.outputs
     outputs.check("run")
     needs_samples = outputs.out is not None or outputs.plot is not None
-    with progress_bar("transient") as progress, _print_verified_on_divergence(outputs):
-        simulation = scene_transient(
-            scene,
-            samples=np.linspace(0.0, scene.t_end, options.points) if needs_samples else "none",
-            progress=progress,
-            sensitivities=options.sensitivities,
-        )
+    points = options.points if needs_samples else 0
+    simulation = _simulate(scene, outputs, points, "transient", options.sensitivities)
     _print_note_if_stiff(simulation.transient)
     # Files hold the transient alone, tables also its estimated errors.
     outputs.write("run", simulation.transient)
     outputs.show("simulation", simulation)
 
 
-@contextmanager
-def _print_verified_on_divergence(outputs: Outputs) -> "Iterator[None]":
-    # If two runs diverge, print the transient that ends before that time and is verified.
-    from fivtui.scene import DivergenceError
+def _simulate(
+    scene: "Scene", outputs: Outputs, points: int, label: str, sensitivities: "Sequence[str]" = ()
+) -> "SceneTransient":
+    # Compute a transient with samples at equidistant points, 0 for none. If the runs that verify it
+    # diverge, print the transient that ends before that time and is verified.
+    import numpy as np
 
-    try:
-        yield
-    except DivergenceError as error:
-        if error.before is not None:
-            outputs.show("simulation", error.before)
-        raise
+    from fivtui.scene import DivergenceError, scene_transient
+
+    with progress_bar(label) as progress:
+        try:
+            return scene_transient(
+                scene,
+                samples=np.linspace(0.0, scene.t_end, points) if points else "none",
+                progress=progress,
+                sensitivities=sensitivities,
+            )
+        except DivergenceError as error:
+            if error.before is not None:
+                outputs.show("simulation", error.before)
+            raise
 
 
 def _print_note_if_stiff(result: "Transient") -> None:
@@ -84,7 +85,7 @@ def run(call: Call[NoOptions]) -> None:
 
     They are its `outputs`: stability, transient and trajectory; nothing else is computed.
     """
-    from fivtui.scene import run_scene
+    from fivtui.equilibrium import stability
 
     # Parameters of the scene may follow tables over time.
     scene, outputs = call.scene(tables=True), call.outputs
@@ -94,23 +95,23 @@ def run(call: Call[NoOptions]) -> None:
     if outputs.out is not None and not has_trajectory:
         raise InputError(f"scene {scene.name}: requires no trajectory; --out must not be given")
     outputs.check("run")
-    with progress_bar(scene.name) as progress, _print_verified_on_divergence(outputs):
-        result = run_scene(scene, progress=progress)
+    results: dict[str, Any] = {}
     data: dict[str, Any] = {"scene": scene.name}
-    if result.stability is not None:
-        data["stability"] = result.stability.to_dict()
-    if result.run is not None:
-        data["transient"] = result.run.transient.to_dict()
-        if result.run.verified is not None:
-            data["accuracy"] = result.run.verified.to_dict()
-        outputs.write("run", result.run.transient)
+    if "stability" in scene.outputs:
+        results["stability"] = stability(scene.parameters, separation=scene.separation)
+        data["stability"] = results["stability"].to_dict()
+    if has_trajectory or "transient" in scene.outputs:
+        points = SimulateOptions.points if has_trajectory else 0
+        results["simulation"] = simulation = _simulate(scene, outputs, points, scene.name)
+        data["transient"] = simulation.transient.to_dict()
+        if simulation.verified is not None:
+            data["accuracy"] = simulation.verified.to_dict()
+        outputs.write("run", simulation.transient)
     if outputs.as_json:
         print_json(data)
-        return
-    if result.stability is not None:
-        outputs.show("stability", result.stability)
-    if result.run is not None:
-        outputs.show("simulation", result.run)
+    else:
+        for kind, result in results.items():
+            outputs.show(kind, result)
 
 
 @command(NoOptions, out="Folder for the FMU and the picture.", folder=True, json=False)

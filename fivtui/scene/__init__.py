@@ -15,9 +15,8 @@ if TYPE_CHECKING:
     from .over_time import OverTime, over_time_to_dict, parse_over_time, read_over_time
     from .presets import DEFAULT_PRESET, PRESETS
     from .report import print_comparison
-    from .run import run_scene, scene_transient
+    from .run import DivergenceError, SceneTransient, find_divergence, scene_transient
     from .scene import Scene, make_scene
-    from .verified import DivergenceError, find_divergence
 else:
     from fivtui.lazy import lazy_exports
 

@@ -6,7 +6,7 @@ from fivtui.console import number, parameter_line, print_rows, print_titled
 from fivtui.transient import print_transient
 
 from .comparison import Comparison
-from .verified import SceneTransient
+from .run import SceneTransient
 
 
 def print_run(run: SceneTransient) -> None:

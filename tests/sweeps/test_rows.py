@@ -19,7 +19,7 @@ from fivtui.batch.run import simulate_batch
 from fivtui.cli import run
 from fivtui.model import System
 from fivtui.model.errors import Cancelled, ComputationError, InputError
-from fivtui.scene.verified import simulate_to
+from fivtui.scene.run import simulate_to
 from fivtui.studies import build_command, load_study
 from fivtui.sweeps.design import Design, DesignKind, Range
 from fivtui.sweeps.rows import Rows, compute_rows, concatenate

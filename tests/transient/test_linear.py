@@ -12,7 +12,7 @@ from fivtui import Parameters, accuracy, simulate
 from fivtui.model import System
 from fivtui.model.errors import ComputationError, InputError
 from fivtui.model.slider_belt import State
-from fivtui.scene.verified import simulate_to
+from fivtui.scene.run import simulate_to
 from fivtui.transient.derivatives.digits import final_digits
 from fivtui.transient.errors import rounding_error
 from fivtui.transient.linear.exponential import LinearMotion
