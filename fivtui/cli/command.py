@@ -9,7 +9,7 @@ import click
 
 from fivtui.model import ALL_PARAMETERS, InputError, parameter_spec
 from fivtui.options import SCENE, Option, declared_options, declared_settings
-from fivtui.transient import SETTINGS
+from fivtui.transient import SET_BY_ACCURACY, SETTINGS
 
 from .arguments import WholeNumber, name_completer, option
 from .deliver import Outputs
@@ -32,9 +32,6 @@ Options = TypeVar("Options")
 Decorator = Callable[[Callable[..., Any]], Any]
 # Options of a command that are fields of `Outputs`.
 _OUTPUT_FIELDS: Final = ("out", "plot", "as_json")
-# Settings that a run chooses itself if the scene has error targets: the greatest allowed errors of
-# results, given by --error.
-_TOL_OR_STEP: Final = ("tol", "step")
 
 scene_argument: Final = click.argument("scene", type=SceneName(), default="base", metavar="[SCENE]")
 set_option: Final = option(
@@ -102,7 +99,7 @@ def scene_with_settings(scene: "Scene", options: Any) -> "Scene":
     targets = parse_error_targets(values.pop("accuracy", ()))
     ignores_separation = values.pop("separation", False)
     changes = {name: SETTINGS[name].read(text) for name, text in values.items()}
-    has_tol_or_step = not values.keys().isdisjoint(_TOL_OR_STEP)
+    has_tol_or_step = not values.keys().isdisjoint(SET_BY_ACCURACY)
     if targets and has_tol_or_step:
         raise _targets_conflict_error(options)
     # A tolerance or step replaces the scene's error targets.
@@ -122,7 +119,7 @@ def scene_with_settings(scene: "Scene", options: Any) -> "Scene":
 
 def _targets_conflict_error(options: Any) -> InputError:
     settings = [
-        entry for entry, _ in declared_options(options).values() if entry.setting in _TOL_OR_STEP
+        entry for entry, _ in declared_options(options).values() if entry.setting in SET_BY_ACCURACY
     ]
     flags, verb = [entry.flag for entry in settings], "follow" if len(settings) > 1 else "follows"
     return InputError(f"--error: must be given without {' and '.join(flags)}, which {verb} from it")

@@ -23,7 +23,7 @@ from fivtui.model import (
     parameter_spec,
     unknown_name_error,
 )
-from fivtui.transient import SETTINGS, check_file_number, check_file_text
+from fivtui.transient import SET_BY_ACCURACY, SETTINGS, check_file_number, check_file_text
 
 from .over_time import over_time_to_dict, parse_over_time
 from .presets import PRESETS
@@ -102,8 +102,6 @@ _COMMENTS: Final[Mapping[str, str]] = {
     "scatter": "distributions of quantities that fivtui uncertainty scatters, by name",
     "correlation": "of quantities that fivtui uncertainty scatters, by name (a Gaussian copula)",
 }
-# Fields that error targets, the field `accuracy`, determine.
-_TOL_OR_STEP: Final = ("tol", "step")
 
 
 def scene_to_dict(scene: Scene) -> dict[str, Any]:
@@ -112,7 +110,7 @@ def scene_to_dict(scene: Scene) -> dict[str, Any]:
     for key in _KEYS:
         value = getattr(scene, key)
         is_unset = key in _OPTIONAL and not value
-        if not is_unset and not (scene.accuracy and key in _TOL_OR_STEP):
+        if not is_unset and not (scene.accuracy and key in SET_BY_ACCURACY):
             data[key] = _WRITERS.get(key, lambda plain: plain)(value)
     return {**data, _PARAMETERS_KEY: scene.parameters.as_dict()}
 
@@ -128,7 +126,7 @@ def scene_from_dict(data: Mapping[str, object], *, name: str | None = None) -> S
     for key in data:
         check_known("key", key, keys)
     values = {key: read(key, data[key]) for key, read in _READERS.items() if key in data}
-    for key in _TOL_OR_STEP:
+    for key in SET_BY_ACCURACY:
         if values.get("accuracy") and key in values:
             raise InputError(f"{key}: must not be given with accuracy, from which it follows")
     if name is not None:

@@ -60,6 +60,7 @@ if TYPE_CHECKING:
         DEFAULT_T_END,
         MAX_T_END,
         QUANTITIES,
+        SET_BY_ACCURACY,
         START_SPECS,
         START_THRESHOLD,
         VARIABLES,

@@ -52,6 +52,8 @@ QUANTITIES: Final[Mapping[str, str]] = {
     "half_range": "half peak-to-peak of y over the second half of the run, relative to peak |y|",
     "events": "times of separation and reattachment, s",
 }
+# Settings that follow from the allowed errors of a scene, its `accuracy`.
+SET_BY_ACCURACY: Final = ("tol", "step")
 _ERROR_INTERVAL: Final = Interval(0.0, 1.0, lower_open=True)
 
 

@@ -9,7 +9,7 @@ from typing import Any, Final
 
 from fivtui.model import ComputationError, InputError
 from fivtui.studies import STUDIES, restore_study, store_study, study
-from fivtui.tui.session import DisplayedStudy, Run, StoredResult, study_kind
+from fivtui.tui.session import DisplayedStudy, Run, SessionResult, StoredResult, study_kind
 
 from .state_file import rename_damaged
 
@@ -37,17 +37,16 @@ class ResultStore:
         self.write_error = ""
         # Names of the files that this session has written or refers to.
         self._own_files: set[str] = set()
-        # The last stored result by key, and its file. Results are compared by identity: those of
-        # runs as `Transient`, others as `DisplayedStudy`.
+        # The last stored values by key, compared by identity, and their files.
         self._written: dict[str, tuple[object, StoredResult]] = {}
 
-    def adopt_files(self, results: Mapping[str, object]) -> None:
+    def adopt_files(self, results: Mapping[str, StoredResult]) -> None:
         """Count the result files of a restored session as own: `remove_unused` may delete them."""
-        self._own_files |= {
-            stored.file for stored in results.values() if isinstance(stored, StoredResult)
-        }
+        self._own_files |= {stored.file for stored in results.values()}
 
-    def save(self, results: Mapping[str, object]) -> tuple[dict[str, StoredResult], dict[str, str]]:
+    def save(
+        self, results: Mapping[str, SessionResult]
+    ) -> tuple[dict[str, StoredResult], dict[str, str]]:
         """Write the results that are not stored yet; a `StoredResult` is returned unchanged.
 
         Returns two mappings by key: the files, and why a result was not stored. The previous file
@@ -60,13 +59,13 @@ class ResultStore:
             if isinstance(result, StoredResult):
                 files[key] = result
                 continue
-            value = result.result if isinstance(result, Run) else result
-            previous, stored = self._written.get(key, (None, None))
+            study = DisplayedStudy(result.result, "") if isinstance(result, Run) else result
+            value, stored = self._written.get(key, (None, None))
             is_written = stored is not None and (self.folder / stored.file).exists()
-            if previous is not value or not is_written:
+            if value is not study.value or not is_written:
                 try:
-                    stored = self._write(key, result)
-                    self._written[key] = (value, stored)
+                    stored = self._write(study_kind(key), study)
+                    self._written[key] = (study.value, stored)
                     self._own_files.add(stored.file)
                 except (InputError, ComputationError) as error:
                     kept = "" if stored is None else "; the previous result is kept"
@@ -77,9 +76,8 @@ class ResultStore:
                 files[key] = stored
         return files, reasons_not_stored
 
-    def _write(self, key: str, result: object) -> StoredResult:
-        kind, value, name, source = _kind_and_contents(result, key)
-        storage = study(kind).storage
+    def _write(self, kind: str, displayed: DisplayedStudy[Any]) -> StoredResult:
+        storage, value = study(kind).storage, displayed.value
         if storage is None:
             raise _NotStored("it must be computed again")
         reason = storage.reason_not_to_store(value)
@@ -94,7 +92,7 @@ class ResultStore:
         except OSError as error:
             raise InputError(f"{self.folder}: cannot be made: {error.strerror}") from None
         store_study(kind, value, self.folder / file)
-        return StoredResult(file, name, source)
+        return StoredResult(file, displayed.name, displayed.source)
 
     def read(self, key: str, stored: StoredResult, *, rename_if_damaged: bool = True) -> Any:
         """Read the result `key`; raises `InputError` if it cannot be read.
@@ -110,17 +108,15 @@ class ResultStore:
         except InputError as error:
             reason = str(error).removeprefix(f"{path}: ")
             self._own_files.discard(stored.file)
-            is_own = _is_result_file(stored.file)
-            may_rename = rename_if_damaged and is_own and path.exists()
+            may_rename = rename_if_damaged and _is_result_file(stored.file) and path.exists()
             phrase = f"; {rename_damaged(path)}" if may_rename else ""
             raise InputError(
                 f"the {key.replace('-', ' ') if kind == _RUN_KIND else key} of the last session "
                 f"could not be restored ({reason}){phrase}"
             ) from None
-        result = value if kind == _RUN_KIND else DisplayedStudy(value, stored.name, stored.source)
-        self._written[key] = (result, stored)
+        self._written[key] = (value, stored)
         self._own_files.add(stored.file)
-        return result
+        return value if kind == _RUN_KIND else DisplayedStudy(value, stored.name, stored.source)
 
     def remove_unused(self, files: Mapping[str, StoredResult]) -> None:
         """Delete files of this session that are not in `files`."""
@@ -134,12 +130,3 @@ class ResultStore:
 def _is_result_file(name: str) -> bool:
     match = _RESULT_FILE.fullmatch(name)
     return match is not None and match[1] in {kind.replace("-", "") for kind in STUDIES}
-
-
-def _kind_and_contents(result: object, key: str) -> tuple[str, Any, str, str]:
-    # Kind of study, result, name and source file.
-    if isinstance(result, Run):
-        return _RUN_KIND, result.result, "", ""
-    if not isinstance(result, DisplayedStudy):
-        raise TypeError(f"{key}: {type(result)}")
-    return study_kind(key), result.value, result.name, result.source

@@ -29,6 +29,7 @@ from fivtui.tui.session import (
     RunState,
     RunStyle,
     Session,
+    SessionResult,
     StoredResult,
     study_key,
     study_kind,
@@ -51,12 +52,11 @@ class State:
     """A copy of a session to be saved: the `data` of its file, and its results.
 
     The data contain scenes and tables over time, converted to JSON only when they are saved. Keys
-    of results are such as ``run-1`` or ``sweep``; a result is a `Run`, a `DisplayedStudy`, or a
-    `StoredResult` if it is not read yet.
+    of results are such as ``run-1`` or ``sweep``.
     """
 
     data: dict[str, Any]
-    results: Mapping[str, object]
+    results: Mapping[str, SessionResult]
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,7 +111,7 @@ def session_state(session: Session, theme: str) -> State:
         },
     }
     runs_by_key = {f"{_RUN_PREFIX}{run.number}": run for run in runs}
-    results: dict[str, object] = {
+    results: dict[str, SessionResult] = {
         key: stored
         for key, stored in session.unread_results.items()
         if key in runs_by_key or not key.startswith(_RUN_PREFIX)

@@ -45,6 +45,7 @@ if TYPE_CHECKING:
         SAFETY_MAPS,
         DisplayedStudy,
         Session,
+        SessionResult,
         StoredResult,
         check_drawable,
         study_key,

@@ -5,17 +5,15 @@ The base scene is that of a command without the name of a scene.
 
 import dataclasses
 import shlex
-from typing import Any, Final
+from typing import Any
 
 from fivtui.model import InputError
 from fivtui.results import Command
 from fivtui.scene import Scene
 from fivtui.studies import build_command
+from fivtui.transient import SET_BY_ACCURACY
 
 from .scene_differences import base_scene, differences
-
-# Settings that a scene with error targets (`accuracy`) ignores.
-_SET_BY_ACCURACY: Final = ("tol", "step")
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -32,7 +30,7 @@ class Origin:
 def _run_arguments(scene: Scene, origin: Origin, command: Command) -> list[str]:
     # Command, name of the scene, and an option for every field that differs from that scene.
     arguments = ["fivtui", command.name, *([origin.source] if origin.source else [])]
-    ignored = _SET_BY_ACCURACY if scene.accuracy else ()
+    ignored = SET_BY_ACCURACY if scene.accuracy else ()
     for difference in differences(scene, origin.scene):
         if difference.name in command.settable and difference.name not in ignored:
             arguments += difference.arguments

@@ -35,11 +35,6 @@ class Equation:
     subject: str
     text: str
 
-    def contains(self, spec: ParameterSpec) -> bool:
-        """Whether a parameter occurs in the equation, by name or symbol."""
-        names = "|".join(map(re.escape, (spec.name, spec.symbol)))
-        return re.search(rf"(?<!\w)({names})(?!\w)", self.text) is not None
-
 
 EQUATIONS: Final = (
     Equation("1", "contact force", "P = −k2 y − k_nl y³"),
@@ -50,5 +45,7 @@ EQUATIONS: Final = (
 
 
 def equations_with(spec: ParameterSpec) -> list[Equation]:
-    """The equations in which a parameter occurs."""
-    return [equation for equation in EQUATIONS if equation.contains(spec)]
+    """The equations in which a parameter occurs, by name or symbol."""
+    names = "|".join(map(re.escape, (spec.name, spec.symbol)))
+    pattern = re.compile(rf"(?<!\w)({names})(?!\w)")
+    return [equation for equation in EQUATIONS if pattern.search(equation.text)]

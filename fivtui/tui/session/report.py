@@ -96,10 +96,7 @@ def _safe_mu_text(attractors: Attractors | None) -> str:
         return f" · safe μ not known{limit}"
     if safe.safe_mu is None:
         return ""
-    attractors_below_critical_mu = safe.others
-    if not attractors_below_critical_mu:
-        return " · no cycle found below it"
-    return f" · safe below {safe.safe_mu:.4g}"
+    return f" · safe below {safe.safe_mu:.4g}" if safe.others else " · no cycle found below it"
 
 
 def stability_summary(result: Stability, attractors: Attractors | None = None) -> list[str]:

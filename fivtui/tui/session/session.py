@@ -90,6 +90,10 @@ class StoredResult:
     source: str = ""
 
 
+# The result of a run, a displayed study, or a result that is not read yet.
+SessionResult = Run | DisplayedStudy[Any] | StoredResult
+
+
 class Session(Editing):
     """The edited scene, its runs and studies, and the state of the tabs."""
 
