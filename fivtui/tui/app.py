@@ -4,7 +4,7 @@ import asyncio
 import os
 import signal
 import threading
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path, PurePath
 from typing import Any, ClassVar, Final, cast
@@ -25,7 +25,6 @@ from textual.timer import Timer
 from fivtui.model import InputError, unknown_name_error
 from fivtui.scene import Scene
 from fivtui.tui.chart import Pictures, TerminalReply, parse_replies, with_chart_colours
-from fivtui.tui.session import StoredResult
 
 from .lab import (
     KEY_IDS,
@@ -37,7 +36,7 @@ from .lab import (
     key_names,
     register_alt_keys,
 )
-from .persistence import Autosave, SavedSession, Slot, State, load_config, session_state
+from .persistence import Autosave, Slot, State, load_config, session_state
 from .session import SCREEN_RESPONSE, ComputingThreads, Session
 from .tabs import Reported, SessionRequested
 
@@ -64,21 +63,6 @@ def _command_provider() -> type[Provider]:
     from .lab import LabCommands
 
     return LabCommands
-
-
-def _read_results(
-    autosave: Autosave, unread: Mapping[str, StoredResult]
-) -> tuple[dict[str, object], list[str]]:
-    # The results by key, None for one that cannot be read, and error messages.
-    results: dict[str, object] = {}
-    errors: list[str] = []
-    for key, stored in unread.items():
-        try:
-            results[key] = autosave.read_result(key, stored)
-        except InputError as error:
-            results[key] = None
-            errors.append(str(error))
-    return results, errors
 
 
 def _report_interpreted_kernel(lab: Screen[object]) -> None:
@@ -181,13 +165,13 @@ class FivtuiApp(App[None]):
             self.theme = config.theme
 
     def _restore(self, scene: Scene | None, source: str) -> None:
-        saved = self._autosave.load()
+        session = self._autosave.load()
         self._is_first_start = (
-            self._autosave.enabled and saved is None and not self._autosave.other_slots
+            self._autosave.enabled and session is None and not self._autosave.other_slots
         )
         self._reports += [Reported(text, error=True) for text in self._autosave.notices]
-        if saved is not None:
-            notes = self._open(saved)
+        if session is not None:
+            notes = self._open(session)
             text = "; ".join(["last session restored", *notes])
             # A routine report is logged; others are displayed, too.
             self._reports.append(Reported(text, routine=not notes))
@@ -201,12 +185,12 @@ class FivtuiApp(App[None]):
             )
             self._reports.append(Reported(text))
 
-    def _open(self, saved: SavedSession) -> list[str]:
+    def _open(self, session: Session) -> list[str]:
         # Returns messages about results that were not saved.
-        if saved.theme in self.available_themes and not self._configured_theme:
-            self.theme = saved.theme
-        self.session = saved.session
-        return [f"{key} was not saved: {reason}" for key, reason in saved.notes.items()]
+        if session.theme in self.available_themes and not self._configured_theme:
+            self.theme = session.theme
+        self.session = session
+        return [f"{key} was not saved: {reason}" for key, reason in session.not_stored.items()]
 
     @property
     def save_error(self) -> str:
@@ -222,13 +206,13 @@ class FivtuiApp(App[None]):
     def _open_session(self, event: SessionRequested) -> None:
         autosave = Autosave(self._state_file)
         try:
-            saved = autosave.open(event.number)
+            session = autosave.open(event.number)
         except InputError as error:
             self.screen_stack[0].post_message(Reported(str(error), error=True))
             return
         self._autosave.close(self._session_state())
         self._autosave, self._reported_error = autosave, ""
-        texts = [f"session {event.number} opened", *self._open(saved)]
+        texts = [f"session {event.number} opened", *self._open(session)]
         self._reports.append(Reported("; ".join(texts)))
         # Removing the screen of the previous session ends its computations.
         previous_mode, self._mode = self._mode, f"session {event.number}"
@@ -362,7 +346,7 @@ class FivtuiApp(App[None]):
             # After the first frame, because reading files may be slow.
             self.call_after_refresh(
                 self.run_worker,
-                lambda: lab.call_later(lab.restore_results, *_read_results(autosave, unread)),
+                lambda: lab.call_later(lab.restore_results, *autosave.read_results(unread)),
                 thread=True,
                 exit_on_error=False,
             )
@@ -410,7 +394,8 @@ class FivtuiApp(App[None]):
             self._pictures.start(self._driver.write)
 
     def _session_state(self) -> State:
-        return session_state(self.session, self.theme)
+        self.session.theme = self.theme
+        return session_state(self.session)
 
     def _save_session(self) -> None:
         if self._autosave.save_error != self._reported_error:

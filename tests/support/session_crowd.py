@@ -204,18 +204,21 @@ class Observer:
             # Each opens the last used session that is not locked, and locks it.
             for _ in saved_slots(self._first):
                 autosave = Autosave(self._first)
-                saved = autosave.load()
-                assert saved is not None
+                session = autosave.load()
+                assert session is not None
                 assert not autosave.notices, autosave.notices
-                opened.callback(autosave.close, session_state(saved.session, saved.theme))
-                stored_results = saved.session.unread_results
-                runs = {key for key in stored_results if key.startswith("run-")}
+                opened.callback(autosave.close, session_state(session))
+                runs = {
+                    key: stored
+                    for key, stored in session.unread_results.items()
+                    if key.startswith("run-")
+                }
                 assert {int(key.removeprefix("run-")) for key in runs} == self.stored_runs[
                     autosave.number
                 ]
-                for key in runs:
-                    assert autosave.read_result(key, stored_results[key]) is not None
-                    read += 1
+                results, errors = autosave.read_results(runs)
+                assert not errors, errors
+                read += len(results)
         return read
 
 

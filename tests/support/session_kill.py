@@ -42,13 +42,13 @@ RESULT = simulate(t_end=1.0, samples=np.linspace(0.0, 1.0, 11), kernel="interpre
 
 def restored(autosave: Autosave) -> Session:
     """The session of a state file with its results; a new one without a file."""
-    saved = autosave.load()
+    session = autosave.load() or Session()
     assert not autosave.notices, autosave.notices
     # Session 1 was opened, not a second one beside it.
     assert autosave.number == 1, autosave.number
-    session = Session() if saved is None else saved.session
-    unread = session.unread_results.items()
-    restore_results(session, {key: autosave.read_result(key, stored) for key, stored in unread})
+    results, errors = autosave.read_results(session.unread_results)
+    assert not errors, errors
+    restore_results(session, results)
     return session
 
 
@@ -58,20 +58,20 @@ def change_session(path: Path) -> None:
     session = restored(autosave)
     for run in list(session.runs):
         session.runs.remove(run)
-    autosave.save(session_state(session, theme=""))
+    autosave.save(session_state(session))
     run = session.runs.start(BASE)
     session.runs.finish(run, Outcome(RESULT))
     over = {"mu": np.linspace(0.0, 1.0, 3), "F": np.linspace(10.0, 20.0, 2)}
     session.studies["map"] = DisplayedStudy(stability_map(BASE.parameters, over), "base")
-    autosave.save(session_state(session, theme=""))
-    autosave.close(session_state(session, theme=""))
+    autosave.save(session_state(session))
+    autosave.close(session_state(session))
 
 
 def load_and_check(path: Path) -> Session:
     """Load the session as the next start does; every result of the file must be readable."""
     autosave = Autosave(path)
     session = restored(autosave)
-    state = session_state(session, theme="")
+    state = session_state(session)
     for run in session.runs:
         assert (run.result is not None) is (run.state is RunState.DONE)
     autosave.close(state)
@@ -132,7 +132,7 @@ def kill_labs(folder: Path, times: int) -> int:
         if len(list(session.runs)) > MAX_STORED_RUNS:
             autosave = Autosave(path)
             autosave.load()
-            autosave.close(session_state(Session(), theme=""))
+            autosave.close(session_state(Session()))
             assert not recorded & {run.number for run in load_and_check(path).runs}
             recorded = set()
     return kills

@@ -338,15 +338,15 @@ def _saved_session_entries(lab: LabScreen, slots: Iterable[Slot]) -> Iterator[Pa
 def _contents_text(slot: Slot) -> str:
     # The contents of a saved session, or why it cannot be read.
     try:
-        saved = load_session(slot.path)
+        session = load_session(slot.path)
     except InputError as error:
         return str(error)
-    if saved is None:
+    if session is None:
         return "empty"
-    contents, run_count = [f"scene {saved.session.name}"], len(list(saved.session.runs))
+    contents, run_count = [f"scene {session.name}"], len(list(session.runs))
     if run_count:
         contents.append(f"{run_count} run{'s' * (run_count > 1)}")
-    studies = [key for key in saved.session.unread_results if not key.startswith("run-")]
+    studies = [key for key in session.unread_results if not key.startswith("run-")]
     return ", ".join([*contents, *studies])
 
 

@@ -7,7 +7,6 @@ if TYPE_CHECKING:
     from .config import config_path, load_config
     from .slots import Slot
     from .state_file import (
-        SavedSession,
         State,
         load_session,
         restore_results,

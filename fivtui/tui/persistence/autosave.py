@@ -4,19 +4,18 @@ A slot is a numbered place for a session: its file, lock file and folder of resu
 """
 
 import threading
+from collections.abc import Mapping
 from contextlib import ExitStack
 from pathlib import Path
-from typing import Any
 
 from fivtui.io import LockedError
 from fivtui.model import InputError
-from fivtui.tui.session import StoredResult
+from fivtui.tui.session import Session, StoredResult
 
 from .results import ResultStore
 from .slots import Slot, all_slots, saved_slots, slot_of
 from .state_file import (
     DamagedSession,
-    SavedSession,
     State,
     load_session,
     rename_damaged,
@@ -62,7 +61,7 @@ class Autosave:
             return []
         return [slot for slot in saved_slots(self._first_path) if slot.number != self.number]
 
-    def load(self) -> SavedSession | None:
+    def load(self) -> Session | None:
         """Open the last used session that is not locked. Returns None for a new session."""
         if self._first_path is None:
             return None
@@ -88,7 +87,7 @@ class Autosave:
                 self._release()
         raise AssertionError("the number of empty slots is unlimited")
 
-    def _load_unlocked(self, first_path: Path) -> SavedSession | None:
+    def _load_unlocked(self, first_path: Path) -> Session | None:
         for slot in all_slots(first_path):
             self._signature = slot.signature
             try:
@@ -97,24 +96,24 @@ class Autosave:
                 self.notices.append(str(error))
         raise AssertionError("an empty slot raises no error")
 
-    def open(self, number: int) -> SavedSession:
+    def open(self, number: int) -> Session:
         """Open the session `number`; raises `InputError` if it is locked or cannot be restored."""
         slot = slot_of(self._first_path or Path(), number)
         self._slot_lock = slot.lock()
         try:
-            saved = self._load(slot)
-            if saved is None:
+            session = self._load(slot)
+            if session is None:
                 raise InputError(f"session {number} no longer exists")
         except InputError:
             self._release()
             raise
-        return saved
+        return session
 
-    def _load(self, slot: Slot) -> SavedSession | None:
+    def _load(self, slot: Slot) -> Session | None:
         # Read the session of a slot, and use the slot; the error says where the files stay.
         self._slot, self._store = slot, ResultStore(slot.results_folder)
         try:
-            saved = None if slot.signature is None else load_session(slot.path)
+            session = None if slot.signature is None else load_session(slot.path)
         except InputError as error:
             is_damaged = isinstance(error, DamagedSession) and self._slot_lock is not None
             phrase = rename_damaged(slot.path) if is_damaged else f"it stays in {slot.path}"
@@ -122,10 +121,10 @@ class Autosave:
                 f"the last session could not be restored ({error}); {phrase}, "
                 f"its results stay in {slot.results_folder}"
             ) from None
-        if saved is not None:
-            self._saved_state = session_state(saved.session, saved.theme)
-            self._store.adopt_files(saved.session.unread_results)
-        return saved
+        if session is not None:
+            self._saved_state = session_state(session)
+            self._store.adopt_files(session.unread_results)
+        return session
 
     def needs_save(self, state: State) -> bool:
         """Whether a state differs from the saved one."""
@@ -173,9 +172,18 @@ class Autosave:
             self._slot_lock.close()
             self._slot_lock = None
 
-    def read_result(self, key: str, stored: StoredResult) -> Any:
-        """Read a stored result; raises `InputError` if it cannot be read."""
-        if self._slot is None:
-            raise InputError(f"{key}: the session is closed")
-        # Without a lock the files may belong to another process.
-        return self._store.read(key, stored, rename_if_damaged=self._slot_lock is not None)
+    def read_results(
+        self, unread: Mapping[str, StoredResult]
+    ) -> tuple[dict[str, object], list[str]]:
+        """Read stored results by key, None for one that cannot be read, and error messages."""
+        results: dict[str, object] = {}
+        errors = []
+        for key, stored in unread.items():
+            try:
+                # Without a lock the files may belong to another process.
+                is_locked = self._slot_lock is not None
+                results[key] = self._store.read(key, stored, rename_if_damaged=is_locked)
+            except InputError as error:
+                results[key] = None
+                errors.append(str(error))
+        return results, errors

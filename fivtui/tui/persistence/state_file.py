@@ -59,15 +59,6 @@ class State:
     results: Mapping[str, SessionResult]
 
 
-@dataclass(frozen=True, slots=True)
-class SavedSession:
-    """A session from a file, its results unread, and why results were not stored, by key."""
-
-    session: Session
-    theme: str
-    notes: Mapping[str, str]
-
-
 def state_path(environment: Mapping[str, str] | None = None) -> Path:
     """The default session file.
 
@@ -85,11 +76,14 @@ def user_folder(
     folder = variables.get(name, "")
     if not Path(folder).is_absolute():
         windows_folder = variables.get(windows_name, "") if os.name == "nt" else ""
-        folder = windows_folder or str(Path(default).expanduser())
+        try:
+            folder = windows_folder or str(Path(default).expanduser())
+        except RuntimeError:
+            raise InputError(f"no home folder: set the variable HOME or {name}") from None
     return Path(folder) / "fivtui"
 
 
-def session_state(session: Session, theme: str) -> State:
+def session_state(session: Session) -> State:
     """The state to save: a copy of the session that shares its results."""
     runs = session.runs
     data = {
@@ -100,7 +94,7 @@ def session_state(session: Session, theme: str) -> State:
         "source": _absolute_source(session.source),
         "recent": [_absolute_source(recent) for recent in session.recent],
         "tab": session.tab,
-        "theme": theme,
+        "theme": session.theme,
         "settings": {tab: dict(values) for tab, values in session.settings.items()},
         "views": {name: _view_to_dict(view) for name, view in session.views.items()},
         "runs": {
@@ -209,8 +203,8 @@ def _to_json(value: Any) -> Any:
     return list(map(_to_json, value)) if isinstance(value, list) else value
 
 
-def load_session(path: Path) -> SavedSession | None:
-    """Read a session file; None if it does not exist.
+def load_session(path: Path) -> Session | None:
+    """Read a session without its results from a file; None if it does not exist.
 
     Raises `DamagedSession` if it is damaged or too old, `InputError` if unreadable or too new.
     """
@@ -224,8 +218,7 @@ def load_session(path: Path) -> SavedSession | None:
         data = json.loads(content)
         version = data[_VERSION_KEY]
         if version == STATE_VERSION:
-            notes = from_data(data["notes"], dict[str, str])
-            return SavedSession(_session_from_dict(data), str(data["theme"]), notes)
+            return _session_from_dict(data)
     except InputError as error:
         raise DamagedSession(str(error)) from None
     except (ValueError, KeyError, TypeError, AttributeError, RecursionError, OverflowError):
@@ -246,7 +239,8 @@ def _session_from_dict(data: Any) -> Session:
         # Undo leads to the scene without edits.
         session.restore(edit_state)
     session.recent = from_data(data["recent"], tuple[str, ...])
-    session.tab = str(data["tab"])
+    session.tab, session.theme = str(data["tab"]), str(data["theme"])
+    session.not_stored = from_data(data["notes"], dict[str, str])
     session.settings = from_data(data["settings"], dict[str, dict[str, str]])
     _rename_earlier_tabs(session)
     session.views = {name: _view_from_dict(view) for name, view in data["views"].items()}

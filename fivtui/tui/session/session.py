@@ -105,7 +105,8 @@ class Session(Editing):
         # Keys of the laboratory as displayed, by their identifiers in the configuration file.
         self.key_names: Mapping[str, str] = {}
         self.recent: tuple[str, ...] = ()
-        self.tab = ""
+        # Names of the displayed tab and of the theme; unknown names are ignored.
+        self.tab = self.theme = ""
         # Displayed results by kind of study; a sweep may be incomplete.
         self.studies: dict[str, DisplayedStudy[Any]] = {}
         # Stored settings of the tabs, by tab and key.
@@ -114,6 +115,8 @@ class Session(Editing):
         self.views: dict[str, View] = {}
         # Results of the saved session that are not read yet, by run or kind of study.
         self.unread_results: dict[str, StoredResult] = {}
+        # Why results were not stored with the saved session, likewise.
+        self.not_stored: dict[str, str] = {}
         self.attractors: Attractors | None = None
         # Last native and last FMU method, for `switch_engine` and `engine_pair`.
         self._native_method, self._fmu_method = _FIRST_METHOD, next(iter(FMU_ENGINES))

@@ -68,7 +68,7 @@ async def test_every_step_is_drawn_over_the_previous_curve_and_no_run_is_stored(
 ) -> None:
     await run_to_end(pilot)
     session, live = app_of(pilot).session, live_of(pilot)
-    saved_runs = session_state(session, theme="").data["runs"]
+    saved_runs = session_state(session).data["runs"]
     await focus(pilot, "m")
     await pilot.press("up")
     await until_live(pilot)
@@ -88,7 +88,7 @@ async def test_every_step_is_drawn_over_the_previous_curve_and_no_run_is_stored(
     await until_live(pilot)
     assert live.ghost is first_curve.result
     await until_shown(pilot, "● 1 off")
-    assert session_state(session, theme="").data["runs"] == saved_runs
+    assert session_state(session).data["runs"] == saved_runs
     # In every view; without a baseline the difference is taken from the previous curve.
     await click_view(pilot, "phase")
     await until(pilot, lambda: trace_names(pilot, "phase-x") == ["before", "live"])

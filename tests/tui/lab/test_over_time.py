@@ -97,10 +97,9 @@ async def test_tables_are_restored_and_distinguish_runs(tmp_path: Path) -> None:
     tables = (("F", time_table("F", [(0.0, 20.0), (4.0, 90.0)])),)
     session.set_text("mu", "0.5")
     session.set_tables(tables)
-    save_state(session_state(session, theme=""), {}, {}, session_path)
-    saved = load_session(session_path)
-    assert saved is not None
-    restored_session = saved.session
+    save_state(session_state(session), {}, {}, session_path)
+    restored_session = load_session(session_path)
+    assert restored_session is not None
     assert restored_session.edit_state == session.edit_state
     assert restored_session.changed_fields == ["F", "mu"]
     scene_with_table = restored_session.scene()

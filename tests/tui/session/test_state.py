@@ -288,13 +288,14 @@ def test_every_figure_has_an_initial_scene() -> None:
 
 
 def state_of(session: Session) -> State:
-    return session_state(session, theme="nord")
+    session.theme = "nord"
+    return session_state(session)
 
 
 def loaded_state(path: Path) -> State:
-    saved = load_session(path)
-    assert saved is not None
-    return session_state(saved.session, saved.theme)
+    session = load_session(path)
+    assert session is not None
+    return session_state(session)
 
 
 def test_a_stored_session_is_restored_unchanged(tmp_path: Path) -> None:
@@ -322,10 +323,10 @@ def test_stored_paths_are_valid_in_another_folder(
     session = Session(base_scene(), "mine.toml")
     session.add_recent("mine.toml")
     save_state(state_of(session), {}, {}, tmp_path / "session.json")
-    saved = load_session(tmp_path / "session.json")
-    assert saved is not None
-    assert saved.session.source == saved.session.recent[0] == str(tmp_path / "mine.toml")
-    session.add_recent(saved.session.recent[0])
+    restored = load_session(tmp_path / "session.json")
+    assert restored is not None
+    assert restored.source == restored.recent[0] == str(tmp_path / "mine.toml")
+    session.add_recent(restored.recent[0])
     assert len(session.recent) == 1
 
 
@@ -404,11 +405,14 @@ def test_recent_scenes_are_unique_and_limited() -> None:
     assert len(session.recent) == MAX_RECENT == len(set(session.recent))
 
 
-def test_the_session_folder_follows_the_environment() -> None:
+def test_the_session_folder_follows_the_environment(monkeypatch: pytest.MonkeyPatch) -> None:
     assert state_path({"XDG_STATE_HOME": "/s"}) == Path("/s/fivtui/session.json")
     home = Path("~").expanduser()
     assert state_path({"XDG_STATE_HOME": "relative"}).is_relative_to(home)
     assert state_path({}).parts[-2:] == ("fivtui", "session.json")
+    monkeypatch.setattr("os.path.expanduser", lambda path: path)
+    with pytest.raises(InputError, match="no home folder: set the variable HOME or XDG_STATE_HOME"):
+        state_path({})
 
 
 def test_tabs_of_earlier_sessions_are_restored_as_the_tabs_that_replaced_them(
@@ -420,9 +424,9 @@ def test_tabs_of_earlier_sessions_are_restored_as_the_tabs_that_replaced_them(
         session = Session()
         session.tab, session.settings = tab, settings
         save_state(state_of(session), {}, {}, path)
-        saved = load_session(path)
-        assert saved is not None
-        return saved.session
+        restored = load_session(path)
+        assert restored is not None
+        return restored
 
     session = restored_session("result", {})
     assert (session.tab, session.settings) == ("transient", {"transient": {"view": "result"}})

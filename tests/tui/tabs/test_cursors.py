@@ -171,7 +171,7 @@ async def test_chosen_limits_persist_are_marked_and_name_a_new_run_outside_of_th
     await until_shown(pilot, "run 2 partly outside, r: fit")
     assert "zoom" not in "".join(chart_lines(pilot, "plot-x"))
     # The state stores the run since which the limits hold.
-    state = session_state(app_of(pilot).session, theme="")
+    state = session_state(app_of(pilot).session)
     assert state.data["views"]["plot-y"]["since"] == 1
     # Limits chosen while the run is visible give no notice, unless all of it is outside.
     chart_view.focus()
