@@ -5,6 +5,7 @@ belt of finite speed has a value of `v_belt`; any other belt is always faster th
 """
 
 from collections.abc import Callable
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from fivtui.maps import MapOptions
@@ -17,7 +18,6 @@ from .command import Call, command
 from .options import print_json, progress_bar
 
 if TYPE_CHECKING:
-    from fivtui.model import OnProgress
     from fivtui.scene import Scene
 
 
@@ -147,10 +147,11 @@ def attractors(call: Call[AttractorsOptions]) -> None:
     has_files = bool(study(kind).suffixes)
     if not has_files and (outputs.out is not None or outputs.plot is not None):
         raise InputError("--out and --plot: must be given with --vary or --basin")
-    outputs.compute_and_deliver(kind, lambda progress: compute(scene, progress), label="attractors")
+    outputs.compute_and_deliver(kind, partial(compute, scene), label="attractors")
 
 
-_StudyFunction = Callable[["Scene", "OnProgress"], Any]
+# Computes a study of a scene, with the argument `progress`.
+_StudyFunction = Callable[..., Any]
 
 
 def _attractor_study(options: AttractorsOptions) -> tuple[str, _StudyFunction]:
@@ -163,12 +164,9 @@ def _attractor_study(options: AttractorsOptions) -> tuple[str, _StudyFunction]:
         if options.basin or start is not None:
             raise InputError("--vary: must be given without --basin and --start")
         varied = parse_range("--vary", options.vary, ALL_PARAMETERS)
+        name, values = varied.name, varied.values()
         return "branches", lambda scene, progress: continuation(
-            scene.parameters,
-            varied.name,
-            varied.values(),
-            separation=scene.separation,
-            progress=progress,
+            scene.parameters, name, values, separation=scene.separation, progress=progress
         )
     if options.basin:
         ranges = parse_ranges("--basin", options.basin, START_SPECS)
@@ -179,7 +177,7 @@ def _attractor_study(options: AttractorsOptions) -> tuple[str, _StudyFunction]:
             scene.parameters, axes, separation=scene.separation, start=start, progress=progress
         )
     if start is not None:
-        return "attractor", lambda scene, _progress: Explorer(scene.system).reach(start)
+        return "attractor", lambda scene, **_: Explorer(scene.system).reach(start)
     return "attractors", lambda scene, progress: coexistence(scene.system, progress=progress)
 
 
@@ -208,7 +206,5 @@ def map_parameters(call: Call[MapOptions]) -> None:
     scene = call.scene(varied=call.options.over)
     call.outputs.compute_and_deliver(
         "map",
-        lambda progress: compute_map(
-            scene.parameters, axis_values, value, separation=scene.separation, progress=progress
-        ),
+        partial(compute_map, scene.parameters, axis_values, value, separation=scene.separation),
     )

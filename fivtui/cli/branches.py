@@ -1,6 +1,7 @@
 """The command for branches of limit cycles, and for their boundaries over two parameters."""
 
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, Literal
 
@@ -11,13 +12,12 @@ from .arguments import times_text
 from .command import Call, command
 
 if TYPE_CHECKING:
-    from fivtui.model import OnProgress
     from fivtui.scene import Scene
 
 # Example of a range in messages.
 _EXAMPLE: Final = "mu=0:2"
-# The kind of a study, and its computation.
-_PreparedStudy = tuple[str, Callable[["OnProgress"], Any]]
+# The kind of a study, and its computation with the argument `progress`.
+_PreparedStudy = tuple[str, Callable[..., Any]]
 
 
 @command(
@@ -53,7 +53,8 @@ def _prepare_branch(scene: "Scene", options: BranchOptions) -> _PreparedStudy:
     origin = _read_origin(options.origin)
     name, ends = parse_ends(options.vary, _EXAMPLE, flag="--vary")
     low, high = (None, None) if ends is None else ends
-    return "branch", lambda progress: compute(
+    return "branch", partial(
+        compute,
         scene.parameters,
         name,
         low=low,
@@ -62,7 +63,6 @@ def _prepare_branch(scene: "Scene", options: BranchOptions) -> _PreparedStudy:
         # Follow the cycles of twice the period from the first period doubling.
         doubled=options.doubled,
         separation=scene.separation,
-        progress=progress,
     )
 
 
@@ -86,9 +86,7 @@ def _prepare_boundary(scene: "Scene", options: BranchOptions) -> _PreparedStudy:
     over = dict(parse_ends(text, _EXAMPLE, flag="--over") for text in options.over)
     if len(over) != 2:
         raise InputError(f"--over: {next(iter(over))} is given twice; must be two parameters")
-    return "boundary", lambda progress: compute(
-        scene.parameters, curve, over, separation=scene.separation, progress=progress
-    )
+    return "boundary", partial(compute, scene.parameters, curve, over, separation=scene.separation)
 
 
 def _read_origin(text: str | None) -> Literal["hopf", "cycle"] | Path:

@@ -6,12 +6,9 @@ A `kind` is the name of a kind of study, such as map or sweep, in `fivtui.studie
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, cast
+from typing import Any, cast
 
 from .options import print_json, print_note, print_written_files, progress_bar
-
-if TYPE_CHECKING:
-    from fivtui.model import OnProgress
 
 
 @dataclass(frozen=True)
@@ -74,11 +71,14 @@ class Outputs:
         self.show(kind, result)
 
     def compute_and_deliver(
-        self, kind: str, compute: Callable[["OnProgress"], Any], *, label: str = ""
+        self, kind: str, compute: Callable[..., Any], *, label: str = ""
     ) -> Any:
-        """Compute a study with a progress bar of a `label`, by default its kind; `finish` it."""
+        """Compute a study with a progress bar of a `label`, by default its kind; `finish` it.
+
+        `compute` has the only argument `progress`.
+        """
         self.check(kind)
         with progress_bar(label or kind) as progress:
-            result = compute(progress)
+            result = compute(progress=progress)
         self.finish(kind, result)
         return result

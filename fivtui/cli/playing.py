@@ -147,8 +147,7 @@ def identify(call: Call[IdentifyOptions]) -> None:
     """
     from fivtui.identification import prepare_fit
 
-    fit = prepare_fit(call.scene(), call.options)
-    call.outputs.compute_and_deliver("identification", lambda progress: fit(progress=progress))
+    call.outputs.compute_and_deliver("identification", prepare_fit(call.scene(), call.options))
 
 
 @command(

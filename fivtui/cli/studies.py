@@ -145,9 +145,7 @@ def extremes(as_json: bool) -> None:
     """
     from fivtui.assessment import run_stress_tests
 
-    Outputs(as_json=as_json).compute_and_deliver(
-        "extremes", lambda progress: run_stress_tests(progress=progress)
-    )
+    Outputs(as_json=as_json).compute_and_deliver("extremes", run_stress_tests)
 
 
 @commands.command()

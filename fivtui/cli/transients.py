@@ -3,6 +3,7 @@
 The paper is *Nonlinear friction-induced vibration of a slider-belt system*.
 """
 
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from fivtui.model import InputError
@@ -153,5 +154,4 @@ def accuracy(call: Call[AccuracyOptions]) -> None:
     """
     from fivtui.assessment import accuracy as compute
 
-    scene = call.scene()
-    call.outputs.compute_and_deliver("accuracy", lambda progress: compute(scene, progress=progress))
+    call.outputs.compute_and_deliver("accuracy", partial(compute, call.scene()))
