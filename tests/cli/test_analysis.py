@@ -21,7 +21,7 @@ from .test_cli import run_fivtui
     ("args", "message"),
     [
         (["map"], "--over"),
-        (["map", "--over=F=1:2:3"], "two different ones"),
+        (["map", "--over=F=1:2:3"], "two different parameters"),
         (["map", "--over=F=1:2:3", "--over=F=1:2:4"], "given twice"),
         (["map", "--over=F=1:2:3", "--over=nu=1:2:4"], "unknown parameter 'nu'"),
         (["map", "--over=F=1:2:3", "--over=mu=1:2"], "START:STOP:COUNT"),

@@ -67,7 +67,7 @@ async def test_user_keys_and_theme_apply_from_the_first_start(tmp_path: Path) ->
         assert "F12 keep a run" in lines[-1]
         assert all(line in text_of(pilot) for line in lines)
         assert app.theme == "mine"
-        assert text_of(pilot).splitlines()[-1].startswith("f12 Run F1 Help ^n Tab ")
+        assert "f12 Run " in text_of(pilot).splitlines()[-1]
         await pilot.resize_terminal(120, 40)
         await pilot.press("alt+4")
         await until_shown(pilot, "Follow Alt+C")
