@@ -2,9 +2,11 @@
 
 import dataclasses
 import inspect
+import runpy
 import typing
 from collections.abc import Iterable, Iterator, Sequence
 from functools import cache
+from pathlib import Path
 from typing import Any, Final
 
 from textual.app import App
@@ -218,6 +220,22 @@ def fmu_variables() -> str:
             for variable in VARIABLES
         ),
     )
+
+
+def coupled_brake() -> str:
+    """y of the coupled brake after 5 s, m, by the number of steps."""
+    example = runpy.run_path(str(Path(__file__).parents[2] / "examples" / "fmu_coupled.py"))
+    rows = (
+        (
+            str(steps),
+            *(
+                f"{example['coupled'](steps, 5.0, extrapolate=flag)[0]:.5f}"
+                for flag in (False, True)
+            ),
+        )
+        for steps in (500, 1000, 2000, 4000)
+    )
+    return _table(("steps", "held", "extrapolated"), rows)
 
 
 def tabs() -> str:
