@@ -21,11 +21,10 @@ from fivtui.model.parameters import Parameters
 from fivtui.model.slider_belt import BALANCE_TOL, State, lifting_force, mode_of, static_deflection
 from fivtui.model.system import System
 
-from .polynomial import first_root
 from .recurrence import Terms, guard_function, motion_function
 from .segment import Segment
 from .series import Coefficients
-from .stepper import TaylorStepper, local_tolerance
+from .stepper import TaylorStepper, first_fall, local_tolerance
 
 # Roots of two guards this close, relative to the step, count as simultaneous. Then the transition
 # listed first in `MODES` applies: separation before others.
@@ -226,7 +225,7 @@ class BeltStepper(TaylorStepper):
                     c[0], c[1] = 0.0, max(c[1], 0.0)
                 end_state = (final[0], final[1] / duration, final[2], final[3] / duration)
                 value = self._guard_at_end(end_state, guard, duration)
-                root = _first_root_of_guard(list(map(mul, c, powers)), value)
+                root = first_fall(list(map(mul, c, powers)), value)
             if root is None:
                 continue
             # Of simultaneous roots the first in the table of modes counts.
@@ -246,23 +245,6 @@ def _max_speed_change(x: Sequence[float], duration: float) -> float:
     for n in range(len(x) - 1, 1, -1):
         total = (total + n * abs(x[n])) * duration
     return total
-
-
-def _first_root_of_guard(c: Sequence[float], final: float) -> float | None:
-    # First root of a guard over a step, of which θ in [0, 1] is the fraction. A function differs
-    # from its chord by at most max|second derivative|/8. If its values at both ends exceed this
-    # distance, it has no root.
-    # Of a guard that starts at zero, guard/θ is tested: it starts at c[1] and has the same end. The
-    # distance is a bound for it, too: its coefficients are the same at lower degrees.
-    start_value = c[0] if c[0] != 0.0 else c[1]
-    chord_distance = sum(abs(coefficient) * n * (n - 1) for n, coefficient in enumerate(c)) / 8.0
-    if min(start_value, final) > chord_distance:
-        return None
-    root = first_root(c)
-    if root is None and final <= 0.0:
-        # Rounding moved the root out of the step: use the end of the step.
-        return 1.0
-    return root
 
 
 def taylor_stepper(system: System, state: State, *, t: float = 0.0, tol: float) -> TaylorStepper:

@@ -7,6 +7,7 @@ dense output, so results do not depend on where output is requested.
 
 import math
 from collections.abc import Sequence
+from functools import lru_cache
 from itertools import accumulate, repeat
 from operator import mul
 from typing import Final, NamedTuple
@@ -141,6 +142,29 @@ def rough_exp2(exponent: float) -> float:
     return math.ldexp(1.0 + (centred - integer), integer)
 
 
+@lru_cache(maxsize=64)
+def _chord_weights(size: int) -> tuple[float, ...]:
+    # Distance of θⁿ from its chord: at most an eighth of the second derivative.
+    return tuple(n * (n - 1) / 8.0 for n in range(size))
+
+
+def first_fall(guard: Sequence[float], final: float) -> float | None:
+    """The fraction θ of a step at which a guard falls to zero; None if it does not.
+
+    `guard` has the coefficients in θ, `final` is its value at the end.
+    """
+    # The bound |guard − chord| <= max|second derivative|/8 excludes a root in most steps at the
+    # cost of one sum. After a switch the guard starts at zero. Then the bound is used for guard/θ,
+    # from its slope at θ = 0 to the same end; its weights (n − 1)(n − 2)/8 would be even smaller.
+    chord_distance = sum(map(mul, map(abs, guard), _chord_weights(len(guard))))
+    start_value = guard[0] if guard[0] != 0.0 else guard[1]
+    if min(start_value, final) > chord_distance:
+        return None
+    root = first_root(guard)
+    # Without a root, rounding has moved it out of the step if the guard is not positive at the end.
+    return 1.0 if root is None and final <= 0.0 else root
+
+
 class TaylorStepper:
     """Taylor integrator that switches mode at y = 0."""
 
@@ -169,8 +193,6 @@ class TaylorStepper:
             for mode in self._fields
         }
         self._evaluate = state_function(self._degree)
-        # Distance of θⁿ from its chord: at most an eighth of the second derivative.
-        self._chord_weights = tuple(n * (n - 1) / 8.0 for n in range(self._degree + 1))
         self._time, self._remainder, self._state = t, 0.0, state
         self._stalled = 0
         self._mode = mode_of(p, state, separation=separation)
@@ -273,20 +295,10 @@ class TaylorStepper:
         return longest if exponent == math.inf else min(longest, rough_exp2(exponent))
 
     def _first_root(self, y: tuple[float, ...], final: float) -> float | None:
-        # The bound |y − chord| <= max|d²y/dθ²|/8 excludes a root in most steps at the cost of one
-        # sum. After a switch y starts at zero. Then the bound is used for y/θ, from y₁ at θ = 0 to
-        # the same end; its weights (n − 1)(n − 2)/8 would be even smaller.
-        chord_distance = sum(map(mul, map(abs, y), self._chord_weights))
-        contact = self._mode in IN_CONTACT
-        first = y[0] if y[0] != 0.0 else y[1]
-        nearest = max(first, final) if contact else -min(first, final)
-        if nearest + chord_distance < 0.0:
-            return None
-        root = first_root(y)
-        if root is None and (final >= 0.0 if contact else final <= 0.0):
-            # Rounding moved the root out of the step: use the end of the step.
-            return 1.0
-        return root
+        # The first switch in a step; y has the coefficients in its fraction θ, `final` is y at 1.
+        if self._mode in IN_CONTACT:
+            return first_fall([-coefficient for coefficient in y], -final)
+        return first_fall(y, final)
 
     def _overflow_error(self, state: State) -> ComputationError:
         return overflow_error(self._time, state, System(self._p, self._separation))

@@ -6,7 +6,7 @@ The error of a run is measured against a reference run of the same request, with
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Final, Self
+from typing import Any, Final, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -62,13 +62,10 @@ class Deviation:
 
     def at_least(self, lower_bound: Self) -> Self:
         """A copy whose errors are at least those of `lower_bound`."""
-        return replace(
-            self,
-            final=max(self.final, lower_bound.final),
-            peak=max(self.peak, lower_bound.peak),
-            half_range=max(self.half_range, lower_bound.half_range),
-            events=max(self.events, lower_bound.events),
-        )
+        errors: dict[str, Any] = {
+            name: max(self.of(name), lower_bound.of(name)) for name in QUANTITIES
+        }
+        return replace(self, **errors)
 
     def within(self, limit: Self) -> bool:
         """Whether no error exceeds that of `limit`."""

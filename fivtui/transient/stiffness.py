@@ -77,11 +77,6 @@ def find_stiffness(system: System, *, t_end: float) -> Stiffness | None:
     return stiffness
 
 
-def request_stiffness(request: Request) -> Stiffness | None:
-    """Stiffness of a requested transient; None if it is not stiff."""
-    return find_stiffness(request.system, t_end=request.t_end)
-
-
 def max_steps_error(steps: int, t: float, t_end: float, *, tol: float | None) -> ComputationError:
     """The error for a run that used all its steps up to the time t, s.
 
@@ -100,7 +95,7 @@ def step_limit_error(request: Request, t: float) -> ComputationError:
     method = request.method
     tol = None if uses_step(method) else request.tol
     error = max_steps_error(request.max_steps, t, request.t_end, tol=tol)
-    stiffness = request_stiffness(request)
+    stiffness = find_stiffness(request.system, t_end=request.t_end)
     if stiffness is None:
         return error
     reason = f"{error.why}; {stiffness}"

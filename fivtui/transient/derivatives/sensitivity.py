@@ -1,7 +1,7 @@
 """Sensitivities of a transient: derivatives of its results by parameters."""
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, Final, NamedTuple, Self
 
@@ -57,6 +57,15 @@ class Sensitivity:
     contact_force: ContactForce
 
 
+# The parts of a `Sensitivity` with their types.
+_PARTS: Final[dict[str, Callable[..., Any]]] = {
+    "final": FinalChange,
+    "peak": Peak,
+    "steady": Steady,
+    "contact_force": ContactForce,
+}
+
+
 @dataclass(frozen=True, slots=True)
 class Sensitivities(Mapping[str, Sensitivity]):
     """A mapping from the names of parameters to their sensitivities.
@@ -85,9 +94,8 @@ class Sensitivities(Mapping[str, Sensitivity]):
 
     def to_dict(self) -> dict[str, Any]:
         """Data for JSON: ``growth``, and in ``by`` the derivatives for each parameter."""
-        parts = ("final", "peak", "steady", "contact_force")
         by = {
-            name: {part: getattr(sensitivity, part)._asdict() for part in parts}
+            name: {part: getattr(sensitivity, part)._asdict() for part in _PARTS}
             for name, sensitivity in self.by.items()
         }
         return {"growth": self.growth, "by": by}
@@ -96,12 +104,7 @@ class Sensitivities(Mapping[str, Sensitivity]):
     def from_dict(cls, data: Mapping[str, Any]) -> Self:
         """Read the data that `to_dict` returns."""
         by = {
-            name: Sensitivity(
-                FinalChange(**row["final"]),
-                Peak(**row["peak"]),
-                Steady(**row["steady"]),
-                ContactForce(**row["contact_force"]),
-            )
+            name: Sensitivity(**{part: record(**row[part]) for part, record in _PARTS.items()})
             for name, row in data["by"].items()
         }
         return cls(by, float(data["growth"]))
