@@ -5,7 +5,7 @@ import math
 import os
 import re
 from collections.abc import Mapping
-from dataclasses import astuple, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
@@ -143,8 +143,8 @@ def _run_from_dict(data: Mapping[str, Any]) -> Run:
 
 def _view_to_dict(view: View) -> dict[str, Any]:
     return {
-        "x": None if view.x is None else list(astuple(view.x)),
-        "y": None if view.y is None else list(astuple(view.y)),
+        "x": view.x and [view.x.low, view.x.high, view.x.log],
+        "y": view.y and [view.y.low, view.y.high, view.y.log],
         "log_x": view.log_x,
         "log_y": view.log_y,
         # Indices of hidden traces.

@@ -307,6 +307,8 @@ def test_a_stored_session_is_restored_unchanged(tmp_path: Path) -> None:
     session.runs.displayed = finish_run(session.runs)
     session.views["plot-y"] = View(Axis(1.0, 2.0), Axis(0.1, 9.0, log=True), log_y=True, hidden={1})
     save_state(state_of(session), {}, {}, path)
+    (stored_view,) = json.loads(path.read_text())["views"].values()
+    assert (stored_view["x"], stored_view["y"]) == ([1.0, 2.0, False], [0.1, 9.0, True])
     # The result of the run was not stored.
     session.runs.displayed.state = RunState.NOT_KEPT
     assert loaded_state(path).data == state_of(session).data
