@@ -61,6 +61,7 @@ if TYPE_CHECKING:
         heading_spans,
         nearest_curve_value,
         nearest_index,
+        nearest_indices,
         points_at,
     )
     from .shades import (

@@ -10,7 +10,7 @@ spans, which are texts with the names of their styles.
 
 import math
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -40,8 +40,6 @@ _BACKDROP: Final = -1
 
 # A text and the name of its style.
 Span = tuple[str, str]
-# A function that returns a coordinate or the value of a point.
-Coordinate = Callable[["NearestPoint"], float]
 
 
 def split_label(label: str) -> tuple[str, str]:
@@ -117,9 +115,14 @@ def crosshair(chart: Chart, position: Position, points: Sequence[NearestPoint]) 
 
 def nearest_index(values: NDArray[np.float64], value: float) -> int:
     """Index of the nearest of ascending values."""
-    upper = int(np.searchsorted(values, value))
-    candidates = [index for index in (upper - 1, upper) if 0 <= index < values.size]
-    return min(candidates, key=lambda index: abs(float(values[index]) - value))
+    return int(nearest_indices(values, np.array(value)))
+
+
+def nearest_indices(values: NDArray[np.float64], targets: NDArray[np.float64]) -> NDArray[np.intp]:
+    """Indices of the ascending values that are nearest to targets."""
+    lower = np.clip(np.searchsorted(values, targets) - 1, 0, max(values.size - 2, 0))
+    upper = np.minimum(lower + 1, values.size - 1)
+    return np.where(targets - values[lower] <= values[upper] - targets, lower, upper)
 
 
 def nearest_curve_value(chart: Chart, view: View, position: Position) -> float | None:
@@ -136,8 +139,7 @@ def nearest_curve_value(chart: Chart, view: View, position: Position) -> float |
 
 
 def _nearest_in_backdrop(backdrop: Backdrop, position: Position) -> NearestPoint:
-    column = int(np.abs(backdrop.x - position[0]).argmin())
-    row = int(np.abs(backdrop.y - position[1]).argmin())
+    column, row = nearest_index(backdrop.x, position[0]), nearest_index(backdrop.y, position[1])
     value = float(backdrop.values[column, row])
     # The shade also says why a value is missing, such as "none" or "not known".
     shade = backdrop.shades[int(backdrop.levels[column, row])]
@@ -270,19 +272,18 @@ def readout_spans(chart: Chart, view: View) -> list[Span]:
         return []
     at_cursors = (first, second)
     if chart.backdrop is not None:
-        labels: list[tuple[str, Coordinate]] = [
-            (chart.x_label, _x_of),
-            (chart.y_label, _y_of),
-            (chart.backdrop.label, lambda point: point.value),
+        labels = ((chart.x_label, "x"), (chart.y_label, "y"), (chart.backdrop.label, "value"))
+        return [
+            (_reading(label, at_cursors, attribute) + "  ", "readout")
+            for label, attribute in labels
         ]
-        return [(_reading(label, at_cursors, of) + "  ", "readout") for label, of in labels]
     if chart.is_plane and not chart.curve_label:
         # Each cursor is at one point; with two cursors the first one's trace gives the style.
         (point,) = first or second
         trace = chart.traces[point.trace]
         name = "" if first and second else trace.name
-        x_text = _reading(chart.x_label, at_cursors, _x_of)
-        y_text = _reading(chart.y_label, at_cursors, _y_of, name)
+        x_text = _reading(chart.x_label, at_cursors, "x")
+        y_text = _reading(chart.y_label, at_cursors, "y", name)
         return [(f"{x_text}  ", "readout"), (f"{y_text} ", trace_style(trace, point.trace))]
     spans: list[Span] = []
     # With two cursors, signs show to which of them a single value belongs.
@@ -292,7 +293,7 @@ def readout_spans(chart: Chart, view: View) -> list[Span]:
         name, unit = split_label(chart.curve_label)
         spans.append((f"{name} {_number_text(position[0])} {unit} ", "readout"))
     elif not with_signs:
-        spans.append((_reading(chart.x_label, at_cursors, _x_of) + " ", "readout"))
+        spans.append((_reading(chart.x_label, at_cursors, "x") + " ", "readout"))
     if len(chart.traces) > 1 and not chart.curve_label:
         spans.append((f" {split_label(chart.y_label)[0]}", "readout"))
     for index, trace in enumerate(chart.traces):
@@ -302,11 +303,11 @@ def readout_spans(chart: Chart, view: View) -> list[Span]:
         style, name = trace_style(trace, index), trace.name if len(chart.traces) > 1 else ""
         if chart.curve_label:
             spans.append((f"{name} " if name else "", style))
-            x_text = _reading(chart.x_label, on_trace, _x_of, with_sign=with_signs)
-            y_text = _reading(chart.y_label, on_trace, _y_of, with_sign=with_signs)
+            x_text = _reading(chart.x_label, on_trace, "x", with_sign=with_signs)
+            y_text = _reading(chart.y_label, on_trace, "y", with_sign=with_signs)
             spans += [(f"{x_text} ", style), (f"{y_text} ", style)]
         else:
-            text = _reading(chart.y_label, on_trace, _y_of, name, with_sign=with_signs)
+            text = _reading(chart.y_label, on_trace, "y", name, with_sign=with_signs)
             spans.append((f" {text}", style))
     return spans
 
@@ -314,31 +315,26 @@ def readout_spans(chart: Chart, view: View) -> list[Span]:
 def _reading(
     label: str,
     at_cursors: Sequence[Sequence[NearestPoint]],
-    coordinate: Coordinate,
+    attribute: str,
     name: str = "",
     *,
     with_sign: bool = False,
 ) -> str:
-    # The value at one cursor, or the values at both cursors and their difference. `name` replaces
-    # the symbol of the label; `with_sign` adds the sign of the cursor to a single value.
+    # An attribute of the point at one cursor, or those at both cursors and their difference. `name`
+    # replaces the symbol of the label; `with_sign` adds the sign of the cursor to a single value.
     symbol, unit = split_label(label)
     points = [points[0] for points in at_cursors if points]
-    value_texts = [_number_text(coordinate(point), point.missing_text) for point in points]
+    values = [float(getattr(point, attribute)) for point in points]
+    value_texts = [
+        _number_text(value, point.missing_text) for value, point in zip(values, points, strict=True)
+    ]
     if len(points) == 1:
         first, _ = at_cursors
         sign = CURSOR_SIGNS[0 if first else 1] if with_sign else ""
         return f"{name or symbol} {sign}{value_texts[0]} {unit}".rstrip()
     pair = f"{CURSOR_SIGNS[0]}{value_texts[0]} {CURSOR_SIGNS[1]}{value_texts[1]}"
-    difference = _number_text(coordinate(points[1]) - coordinate(points[0]))
+    difference = _number_text(values[1] - values[0])
     return f"{name or symbol} {pair} Δ{difference} {unit}".rstrip()
-
-
-def _x_of(point: NearestPoint) -> float:
-    return point.x
-
-
-def _y_of(point: NearestPoint) -> float:
-    return point.y
 
 
 def _number_text(value: float, missing_text: str = _MISSING_TEXT) -> str:

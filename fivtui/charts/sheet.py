@@ -69,29 +69,47 @@ _AREA_STRENGTH: Final = 0.45
 _DASHES: Final = ("-", (0.0, (6.0, 2.0)), (0.0, (6.0, 1.5, 1.0, 1.5)), (0.0, (1.2, 1.2)))
 # Cases in the names of roles, such as "peak, considered": separation considered (True) or ignored.
 _CASE_NAMES: Final = {True: "considered", False: "ignored"}
+
+
+def _line(colour: str, dashes: Any, width: float, **others: float) -> Mapping[str, Any]:
+    # The properties of a line in the colour of a role, or black.
+    code = colour if colour == "black" else figure_colour(colour)
+    return {"color": code, "linestyle": dashes, "linewidth": width, **others}
+
+
+def _points(colour: str, marker: str, size: float, **others: Any) -> Mapping[str, Any]:
+    # The properties of points without lines; black points are hollow.
+    style = {"linestyle": "none", "marker": marker, "markersize": size, **others}
+    if colour == "black":
+        return {"color": colour, "markerfacecolor": "white", **style}
+    return {"color": figure_colour(colour), **style}
+
+
+def _area(colour: str, marker: str) -> Mapping[str, Any]:
+    # The properties of points of a region, in the colour of its area.
+    edge = {"markeredgecolor": "0.3", "markeredgewidth": 0.2}
+    return {**_points(colour, marker, 2.2, **edge), "color": figure_colour(colour, _AREA_STRENGTH)}
+
+
+def _case_lines(quantity: str, dashes: Any, width: float, **others: float) -> dict[str, Any]:
+    # The properties of an output of a sweep by role, one per case. The first colour of a case is
+    # enough here; several colours distinguish runs over time.
+    return {
+        f"{quantity}, {name}": _line(
+            CASE_COLOURS[case][0], dashes or CASE_LINES[case], width, **others
+        )
+        for case, name in _CASE_NAMES.items()
+    }
+
+
 # Matplotlib's properties of traces and guides, by role.
 ROLES: Final[Mapping[str, Mapping[str, Any]]] = {
     "Pareto front": {"color": "0.8", "linewidth": 4.0, "zorder": 1.0},
-    "mode 1": {"color": figure_colour("series-1"), "linestyle": "-", "linewidth": 1.4},
-    "mode 2": {
-        "color": figure_colour("series-2"),
-        "linestyle": (0.0, (4.0, 1.5)),
-        "linewidth": 1.4,
-    },
-    "path": {
-        "color": figure_colour("ghost"),
-        "linestyle": "none",
-        "marker": ".",
-        "markersize": 2.0,
-    },
+    "mode 1": _line("series-1", "-", 1.4),
+    "mode 2": _line("series-2", (0.0, (4.0, 1.5)), 1.4),
+    "path": _points("ghost", ".", 2.0),
     # The eigenvalues at the μ of the parameter set, in the complex plane.
-    "present point": {
-        "color": "black",
-        "linestyle": "none",
-        "marker": "D",
-        "markersize": 4.5,
-        "markerfacecolor": "white",
-    },
+    "present point": _points("black", "D", 4.5),
     "stable": {"color": figure_colour("series-1"), "linestyle": "-"},
     "unstable": {"color": figure_colour("series-2"), "linestyle": "--"},
     "event": {"color": "black", "linestyle": "none", "markersize": 5.0, "markerfacecolor": "white"},
@@ -99,78 +117,27 @@ ROLES: Final[Mapping[str, Mapping[str, Any]]] = {
     "stable orbit": {"linestyle": "-", "linewidth": 0.9},
     "unstable orbit": {"linestyle": "--", "linewidth": 0.9},
     "unit circle": {"color": figure_colour("ghost"), "linewidth": 0.6},
-    **{
-        f"{name} multipliers": {
-            "color": figure_colour(role),
-            "linestyle": "none",
-            "marker": marker,
-            "markersize": 2.0,
-            "markeredgewidth": 0.4,
-        }
-        for name, role, marker in (("stable", "series-1", "."), ("unstable", "series-2", "x"))
-    },
-    "critical": {
-        "color": figure_colour("danger"),
-        "linestyle": ":",
-        "linewidth": 1.0,
-        "zorder": 1.5,
-    },
-    "safe": {"color": figure_colour("safe"), "linestyle": "-.", "linewidth": 1.0, "zorder": 1.5},
+    "stable multipliers": _points("series-1", ".", 2.0, markeredgewidth=0.4),
+    "unstable multipliers": _points("series-2", "x", 2.0, markeredgewidth=0.4),
+    "critical": _line("danger", ":", 1.0, zorder=1.5),
+    "safe": _line("safe", "-.", 1.0, zorder=1.5),
     # The μ of the parameter set.
-    "present": {
-        "color": figure_colour("reference"),
-        "linestyle": "-.",
-        "linewidth": 0.8,
-        "zorder": 1.4,
-    },
+    "present": _line("reference", "-.", 0.8, zorder=1.4),
     "attractor": {"linestyle": "none", "markersize": 4.5, "markerfacecolor": "none"},
-    **{
-        role: {
-            "color": figure_colour(colour, _AREA_STRENGTH),
-            "linestyle": "none",
-            "marker": marker,
-            "markersize": 2.2,
-            "markeredgecolor": "0.3",
-            "markeredgewidth": 0.2,
-        }
-        for role, colour, marker in (
-            ("safe region", "safe", "o"),
-            ("knock region", "warning", "s"),
-            ("squeal region", "danger", "^"),
-        )
-    },
+    "safe region": _area("safe", "o"),
+    "knock region": _area("warning", "s"),
+    "squeal region": _area("danger", "^"),
     # First and total Sobol indices of an input, and its index if the output were linear.
     "alone": {"color": figure_colour("series-1"), "edgecolor": "black", "linewidth": 0.4},
     "with others": {"color": "0.75", "edgecolor": "black", "linewidth": 0.4},
-    "linear": {
-        "color": "black",
-        "linestyle": "none",
-        "marker": "D",
-        "markersize": 3.5,
-        "markerfacecolor": "white",
-    },
-    "boundary": {"color": "black", "linestyle": "-", "linewidth": 1.4},
-    # Outputs of a sweep: peak and half range of y, or any other output. The first colour of a case
-    # is enough here; several colours distinguish runs over time.
-    **{
-        f"{quantity}, {name}": {
-            "color": figure_colour(CASE_COLOURS[separation][0]),
-            "linestyle": CASE_LINES[separation],
-            "linewidth": width,
-        }
-        for quantity, width in (("peak", 1.4), ("half range", 0.7), ("output", 1.0))
-        for separation, name in _CASE_NAMES.items()
-    },
-    # The output on a belt that is always faster than the slider.
-    **{
-        f"limit, {name}": {
-            "color": figure_colour(CASE_COLOURS[separation][0]),
-            "linestyle": ":",
-            "linewidth": 0.8,
-            "zorder": 1.5,
-        }
-        for separation, name in _CASE_NAMES.items()
-    },
+    "linear": _points("black", "D", 3.5),
+    "boundary": _line("black", "-", 1.4),
+    # Outputs of a sweep: peak and half range of y, or any other output; and the output on a belt
+    # that is always faster than the slider.
+    **_case_lines("peak", None, 1.4),
+    **_case_lines("half range", None, 0.7),
+    **_case_lines("output", None, 1.0),
+    **_case_lines("limit", ":", 0.8, zorder=1.5),
     # Runs over time. Thin lines: the whole run, beside its last cycles. Fine lines: the same where
     # dashes would be too narrow to be seen.
     **{
@@ -184,30 +151,18 @@ ROLES: Final[Mapping[str, Mapping[str, Any]]] = {
         for separation, name in _CASE_NAMES.items()
     },
     **{
-        f"line {number}": {"color": figure_colour(colour), "linestyle": dashes, "linewidth": 1.3}
+        f"line {number}": _line(colour, dashes, 1.3)
         for number, (colour, dashes) in enumerate(zip(LINE_COLOURS, _DASHES, strict=True), 1)
     },
-    "critical point": {
-        "color": "black",
-        "linestyle": "none",
-        "marker": "o",
-        "markersize": 4.5,
-        "markerfacecolor": "white",
-        "zorder": 3.0,
-    },
+    "critical point": _points("black", "o", 4.5, zorder=3.0),
     "computed": {"color": figure_colour("series-1"), "linewidth": 1.1},
-    "measured": {"color": figure_colour(STRONG), "linestyle": "--", "linewidth": 0.9},
+    "measured": _line(STRONG, "--", 0.9),
     "deviation": {"color": "0.25", "linewidth": 0.8},
     "tolerance": {"alpha": 0.18, "linewidth": 0.0},
-    "belt": {
-        "color": figure_colour("belt"),
-        "linestyle": ":",
-        "linewidth": 0.5,
-        "zorder": 1.0,
-    },
+    "belt": _line("belt", ":", 0.5, zorder=1.0),
     "contours": {"color": "0.25", "linestyle": "dashed", "linewidth": 0.5},
-    "99 % of critical μ": {"color": "black", "linestyle": "-", "linewidth": 1.2},
-    "50 % of critical μ": {"color": "black", "linestyle": (0.0, (1.0, 1.5)), "linewidth": 1.2},
+    "99 % of critical μ": _line("black", "-", 1.2),
+    "50 % of critical μ": _line("black", (0.0, (1.0, 1.5)), 1.2),
 }
 # Style of guides without a role.
 _PLAIN_GUIDE: Final[Mapping[str, Any]] = {

@@ -6,8 +6,7 @@ The heading is above it, ticks are left of it, and strips (marked intervals of x
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from itertools import groupby, pairwise
-from operator import itemgetter
+from itertools import pairwise
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -31,6 +30,7 @@ from fivtui.charts import (
     envelope,
     guide_style,
     heading_spans,
+    nearest_indices,
     shade_text,
     trace_mark,
     trace_style,
@@ -112,14 +112,11 @@ def draw(chart: Chart, view: View, width: int, height: int, *, reserved: int = 0
     x_axis, y_axis = view.axes(chart)
     margins = _margins(y_axis, rows)
     margin = len(margins[0])
+    margins += [strip.label[:margin].rjust(margin) for strip in chart.strips]
     columns = max(width - margin, 1)
     canvas = _Canvas(chart, view, columns, rows)
     canvas.draw()
     lines += [[(text, "tick"), *row] for text, row in zip(margins, canvas.lines(), strict=True)]
-    for strip in chart.strips:
-        shares = covered_shares(strip.intervals, (x_axis.low, x_axis.high), columns)
-        label_span = (strip.label[:margin].rjust(margin), "tick")
-        lines.append([label_span, *canvas.strip_spans(shade_text(shares))])
     if chart.x_axis:
         lines.append(_x_axis_line(x_axis, chart.x_label, margin, columns))
     return Picture(lines[:height], PlotArea(margin, top_row, columns, rows))
@@ -146,9 +143,14 @@ class _Canvas:
         self._x_edges = column_edges(self._x_axis, DOTS_X * columns)
         self._cursors = (view.cursors.first, view.cursors.second)
         self._cursor_points = cursor_points(chart, view)
-        self._characters = np.full((rows, columns), _BLANK, dtype=np.uint32)
-        self._styles = np.zeros((rows, columns), dtype=np.intp)
-        self._style_names = ["plot"]
+        # The plot and, below it, the strips.
+        shape = rows + len(chart.strips), columns
+        self._all_characters = np.full(shape, _BLANK, dtype=np.uint32)
+        self._all_styles = np.zeros(shape, dtype=np.intp)
+        self._characters, self._strips = np.split(self._all_characters, [rows])
+        self._styles, self._strip_styles = np.split(self._all_styles, [rows])
+        self._style_names = ["plot", "strip"]
+        self._strip_styles[:] = 1
         # Bits of the dots at the edges of each trace with lines or dots, by its index.
         self._edges: dict[int, NDArray[np.uint32]] = {}
 
@@ -158,6 +160,10 @@ class _Canvas:
         if chart.backdrop is not None:
             self._draw_shades(chart.backdrop)
         guide_labels = self._draw_guides()
+        limits = (self._x_axis.low, self._x_axis.high)
+        for cells, strip in zip(self._strips, chart.strips, strict=True):
+            shares = covered_shares(strip.intervals, limits, self._columns)
+            cells[:] = list(map(ord, shade_text(shares)))
         if chart.stacked:
             self._draw_areas()
         else:
@@ -185,8 +191,8 @@ class _Canvas:
         # Coordinates of the middle of the columns and rows.
         cell_x = self._x_axis.values((np.arange(self._columns) + 0.5) / self._columns)
         cell_y = self._y_axis.values(1.0 - (np.arange(self._rows) + 0.5) / self._rows)
-        x_indices, y_indices = _nearest(backdrop.x, cell_x), _nearest(backdrop.y, cell_y)
-        levels = backdrop.levels[x_indices[None, :], y_indices[:, None]]
+        x_indices = nearest_indices(backdrop.x, cell_x)
+        levels = backdrop.levels[x_indices, nearest_indices(backdrop.y, cell_y)[:, None]]
         shades = [(ord(shade.character), self._style_id(shade.style)) for shade in backdrop.shades]
         characters, styles = np.array(shades, dtype=np.intp).T
         inside_x = (cell_x >= backdrop.x[0]) & (cell_x <= backdrop.x[-1])
@@ -197,43 +203,40 @@ class _Canvas:
 
     def _draw_plateau_labels(self, backdrop: Backdrop) -> None:
         for x, y, text in backdrop.labels:
-            cell = self._cell_at(x, y)
-            if cell is not None:
-                padded = f" {text} "
-                column = cell[1] - len(padded) // 2
-                self._write(cell[0], column, padded, self._style_id("plot"))
+            self._write_at(x, y, f" {text} ", self._style_id("plot"))
 
     def _draw_guides(self) -> list[tuple[int, int, str, int]]:
         # Returns row, first column, text and style of the labels.
         labels: list[tuple[int, int, str, int]] = []
         for guide in self._chart.guides:
-            style = self._style_id(guide_style(guide))
-            axis = self._x_axis if guide.vertical else self._y_axis
-            position = float(axis.positions(guide.value))
-            if not 0.0 <= position <= 1.0:
+            style, label = self._style_id(guide_style(guide)), guide.label
+            cell = self._column_at(guide.value) if guide.vertical else self._row_at(guide.value)
+            if cell is None:
                 continue
             if guide.vertical:
-                column = _cell_index(position, self._columns)
-                self._draw_line(self._characters[:, column], _VERTICAL, _HORIZONTAL)
-                self._styles[:, column] = style
+                line, crossed_line = _VERTICAL, _HORIZONTAL
                 # Labels have separate rows, so that neighbours do not overlap.
-                labels.append((min(len(labels), self._rows - 1), column + 1, guide.label, style))
+                labels.append((min(len(labels), self._rows - 1), cell + 1, label, style))
             else:
-                row = self._rows - 1 - _cell_index(position, self._rows)
-                self._draw_line(self._characters[row], _HORIZONTAL, _VERTICAL)
-                self._styles[row] = style
-                labels.append((row, self._columns - len(guide.label), guide.label, style))
+                line, crossed_line = _HORIZONTAL, _VERTICAL
+                labels.append((cell, self._columns - len(label), label, style))
+            cells = (slice(None), cell) if guide.vertical else (cell, slice(None))
+            is_crossed = self._characters[cells] == crossed_line
+            self._characters[cells] = np.where(is_crossed, _CROSSING, line)
+            self._styles[cells] = style
         return labels
-
-    @staticmethod
-    def _draw_line(cells: NDArray[np.uint32], line: int, crossed_line: int) -> None:
-        cells[:] = np.where(cells == crossed_line, _CROSSING, line)
 
     def _write(self, row: int, column: int, text: str, style: int) -> None:
         column = max(min(column, self._columns - len(text)), 0)
         text = text[: self._columns - column]
         self._characters[row, column : column + len(text)] = [ord(character) for character in text]
         self._styles[row, column : column + len(text)] = style
+
+    def _write_at(self, x: float, y: float, text: str, style: int) -> None:
+        # Write a text in the middle of a point, if it is inside the plot.
+        row, column = self._row_at(y), self._column_at(x)
+        if row is not None and column is not None:
+            self._write(row, column - len(text) // 2, text, style)
 
     def _draw_curves(self) -> None:
         # Draw lines and dots; of several traces only the top one is filled where it is dense.
@@ -286,7 +289,8 @@ class _Canvas:
     def _draw_marks(self, index: int, trace: Trace) -> None:
         x, y = self._x_axis.positions(trace.x), self._y_axis.positions(trace.y)
         inside = (x >= 0.0) & (x <= 1.0) & (y >= 0.0) & (y <= 1.0)
-        rows, columns = self._cells_at(x[inside], y[inside])
+        columns = np.minimum(x[inside] * self._columns, self._columns - 1).astype(np.intp)
+        rows = self._rows - 1 - np.minimum(y[inside] * self._rows, self._rows - 1).astype(np.intp)
         # The marks on a line have gaps, and those of another trace are in other columns.
         step = 1
         if trace.look == "marked" and trace.ordered and columns.size > 1:
@@ -315,19 +319,6 @@ class _Canvas:
             raster.draw_lines(x[dot_count:], y[dot_count:])
         return raster
 
-    def _cells_at(
-        self, x: NDArray[np.float64], y: NDArray[np.float64]
-    ) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-        # Rows and columns of axis positions.
-        columns = np.minimum((x * self._columns).astype(np.intp), self._columns - 1)
-        rows = self._rows - 1 - np.minimum((y * self._rows).astype(np.intp), self._rows - 1)
-        return rows, columns
-
-    def _cell_at(self, x: float, y: float) -> tuple[int, int] | None:
-        # Row and column of a point; None if it is outside the plot.
-        column, row = self._column_at(x), self._row_at(y)
-        return None if column is None or row is None else (row, column)
-
     def _column_at(self, x: float) -> int | None:
         position = float(self._x_axis.positions(x))
         return _cell_index(position, self._columns) if 0.0 <= position <= 1.0 else None
@@ -339,16 +330,14 @@ class _Canvas:
     def _draw_trace_numbers(self) -> None:
         # Numbers distinguish lines without colour. They stand at evenly spaced x, or at the end of
         # an unordered trace.
-        count = len(self._chart.traces)
         for index, trace in self._traces:
             if trace.look != "line" or not trace.x.size:
                 continue
-            target_x = self._x_axis.value((index + 0.5) / count)
+            target_x = self._x_axis.value((index + 0.5) / len(self._chart.traces))
             sample = int(np.searchsorted(trace.x, target_x)) if trace.ordered else trace.x.size - 1
             sample = min(sample, trace.x.size - 1)
-            cell = self._cell_at(float(trace.x[sample]), float(trace.y[sample]))
-            if cell is not None:
-                row, column = cell
+            row, column = self._row_at(trace.y[sample]), self._column_at(trace.x[sample])
+            if row is not None and column is not None:
                 # A dense trace has its number at its nearest edge.
                 edge_rows = np.flatnonzero(self._edges[index][:, column])
                 if edge_rows.size:
@@ -368,31 +357,19 @@ class _Canvas:
             cells = self._characters[:, column]
             cells[cells == _BLANK] = vertical
             self._styles[:, column] = style
+            if not chart.is_plane:
+                self._strips[:, column], self._strip_styles[:, column] = vertical, style
         if row is not None and chart.is_plane and not chart.curve_label:
             cells = self._characters[row]
             cells[cells == _BLANK] = _HORIZONTAL
             self._styles[row] = style
         # Points of stacked areas are above those below them.
         for point in points if not chart.stacked else ():
-            cell = self._cell_at(point.x, point.y)
-            if cell is not None:
-                self._write(*cell, CURSOR_SIGNS[index], style)
-
-    def strip_spans(self, shades: str) -> Iterator[Span]:
-        """The shades of a row below the plot, with the cursors."""
-        styles, characters = ["strip"] * len(shades), list(shades)
-        for index in (1, 0):
-            position, is_plane = self._cursors[index], self._chart.is_plane
-            column = None if position is None or is_plane else self._column_at(position[0])
-            if column is not None:
-                line, styles[column] = _CURSORS[index]
-                characters[column] = chr(line)
-        for style, group in groupby(zip(characters, styles, strict=True), key=itemgetter(1)):
-            yield "".join(character for character, _ in group), style
+            self._write_at(point.x, point.y, CURSOR_SIGNS[index], style)
 
     def lines(self) -> Iterator[list[Span]]:
-        """The rows from the top, split into runs of one style."""
-        for characters, styles in zip(self._characters, self._styles, strict=True):
+        """The rows of plot and strips from the top, split into runs of one style."""
+        for characters, styles in zip(self._all_characters, self._all_styles, strict=True):
             text = "".join(map(chr, characters.tolist()))
             bounds = [0, *(np.flatnonzero(np.diff(styles)) + 1).tolist(), len(text)]
             yield [
@@ -404,13 +381,6 @@ class _Canvas:
 def _cell_index(position: float, cells: int) -> int:
     # Index of the cell at an axis position from 0 to 1, but for rounding errors.
     return min(max(int(position * cells), 0), cells - 1)
-
-
-def _nearest(axis: NDArray[np.float64], values: NDArray[np.float64]) -> NDArray[np.intp]:
-    # Indices of the values along `axis` that are nearest to `values`.
-    upper = np.clip(np.searchsorted(axis, values), 1, axis.size - 1)
-    lower_is_nearer = values - axis[upper - 1] < axis[upper] - values
-    return upper - lower_is_nearer.astype(np.intp)
 
 
 def _margins(axis: Axis, rows: int) -> list[str]:
