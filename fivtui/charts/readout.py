@@ -38,7 +38,7 @@ _MISSING_TEXT: Final = "none"
 # Index of the "trace" of points in the backdrop.
 _BACKDROP: Final = -1
 
-# A text and the name of its style.
+# A text and the name of its style; after a blank, the action of a click on the text.
 Span = tuple[str, str]
 
 
@@ -197,7 +197,8 @@ def _legend_spans(chart: Chart, view: View) -> list[Span]:
         mark = "─" if is_plain_line else trace_mark(trace, index)
         # A blank separates a letter from the name.
         gap = " " if mark.isalpha() else ""
-        spans.append((f" {index + 1}{gap}{mark}{gap}{trace.name}", style))
+        # A click hides or shows the trace.
+        spans.append((f" {index + 1}{gap}{mark}{gap}{trace.name}", f"{style} trace({index + 1})"))
     return spans
 
 

@@ -52,7 +52,7 @@ def tradeoff_chart(
     floor = result.floor.of(quantity)
     uncertainty = Guide(floor, "uncertainty", vertical=False)
     return Chart(
-        Label("CPU time (s)", "CPU time of a run (s)"),
+        Label("CPU (s)", "CPU time of a run (s)"),
         _LABELS[quantity],
         tuple(traces),
         guides=(uncertainty,) if floor > 0.0 else (),

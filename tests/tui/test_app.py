@@ -65,14 +65,14 @@ async def test_a_finished_run_fills_plots_summary_and_tabs(
     plot = chart_of(pilot, "plot-y")
     pilot.app.screen.query_one("#plot-P").focus()
     await pilot.press("G")
-    await until_shown(pilot, "90 95 100")
+    await until_shown(pilot, "90 92 94 96 98 100")
     contact_strip = next(line for line in text_of(pilot).splitlines() if "off belt" in line)
     assert "███" in contact_strip
     assert "░" in contact_strip
     await pilot.press("r")
-    await until_shown(pilot, "0 50 100")
+    await until_shown(pilot, "0 20 40 60 80 100")
     await pilot.press("plus", "plus", "h")
-    await until(pilot, lambda: "0 50 100" not in flat_text_of(pilot))
+    await until(pilot, lambda: "0 20 40 60 80 100" not in flat_text_of(pilot))
     for name in ("#plot-y", "#plot-P"):
         x = pilot.app.screen.query_one(name, ChartView).view.x
         assert x is not None

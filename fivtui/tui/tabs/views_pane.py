@@ -91,9 +91,16 @@ class ViewsPane(Pane):
     @on(Resize)
     def _fit_titles(self) -> None:
         self.show_titles()
-        self.fit_charts()
+        # The sizes of the parts follow that of the pane.
+        self.call_after_refresh(self._refit_charts)
         if self.has_class("-cursors"):
             self._show_cursors()
+
+    def _refit_charts(self) -> None:
+        shown = [chart.display for chart in self.page.query(ChartView)]
+        self.fit_charts()
+        if shown != [chart.display for chart in self.page.query(ChartView)]:
+            self.draw()
 
     def on_mount(self) -> None:
         """Restore limits and scales of the charts."""

@@ -168,8 +168,8 @@ def test_a_hidden_curve_is_struck_out_in_the_legend_and_has_no_dots() -> None:
     picture = draw(chart, view, 60, 24)
     assert {round(y) for _, y in Reading(picture).dots()} == {0}
     styles = dict(picture.lines[0])
-    assert styles[" 2─high"] == "hidden"
-    assert styles[" 1─low"] == "series-1"
+    assert styles[" 2─high"] == "hidden trace(2)"
+    assert styles[" 1─low"] == "series-1 trace(1)"
 
 
 def test_a_cursor_is_drawn_at_the_sample_whose_values_it_displays() -> None:

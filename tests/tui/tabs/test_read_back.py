@@ -349,7 +349,7 @@ def test_a_trade_off_has_errors_over_seconds_and_rows_in_milliseconds() -> None:
         ("events", "error of events (s)"),
     ):
         chart = tradeoff_chart(result, name, rows[0])
-        assert chart.x_label == "CPU time (s)"
+        assert chart.x_label == "CPU (s)"
         assert chart.y_label == label
         assert [trace.name for trace in chart.traces] == ["taylor", "rk4", "now"]
         for trace, source in zip(chart.traces, (*rows, rows[0]), strict=True):

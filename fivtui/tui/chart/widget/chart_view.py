@@ -1,9 +1,9 @@
 """The widget of a chart that keys and mouse zoom, pan and read."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import ClassVar, Final
 
+from textual import on
 from textual.binding import Binding, BindingType
 from textual.events import (
     Click,
@@ -16,7 +16,7 @@ from textual.events import (
 )
 from textual.message import Message
 
-from fivtui.charts import INKS, NearestPoint, Position, Span, View, points_at
+from fivtui.charts import NearestPoint, Position, View, points_at
 from fivtui.tui.chart.cursor_moves import cursor_position, move_cursor, step_cursor, switch_cursor
 
 from .drawn_chart import DrawnChart
@@ -264,18 +264,13 @@ class ChartView(DrawnChart, can_focus=True):
         self._drag_position = None
         self.release_mouse()
 
-    def on_mouse_scroll_up(self, event: MouseScrollUp) -> None:
-        """Zoom in at the pointer."""
-        self._zoom_at_pointer(event, -1)
-
-    def on_mouse_scroll_down(self, event: MouseScrollDown) -> None:
-        """Zoom out at the pointer."""
-        self._zoom_at_pointer(event, 1)
-
-    def _zoom_at_pointer(self, event: MouseScrollUp | MouseScrollDown, direction: int) -> None:
+    @on(MouseScrollUp)
+    @on(MouseScrollDown)
+    def _zoom_at_pointer(self, event: MouseScrollUp | MouseScrollDown) -> None:
         picture = self.current_picture()
         if picture is not None:
             event.stop()
+            direction = -1 if isinstance(event, MouseScrollUp) else 1
             self._zoom(_WHEEL_FACTOR, direction, picture.axis_positions(event.x, event.y))
 
     async def on_click(self, event: Click) -> None:
@@ -286,17 +281,11 @@ class ChartView(DrawnChart, can_focus=True):
         picture = self.current_picture()
         if picture is None or self._was_dragged:
             return
-        if event.y < picture.plot_area.top_row:
-            # Clickable labels at the end of the heading: columns and action.
-            for first, stop, action in self._controls:
-                if event.y == 0 and first <= event.x < stop:
-                    name = f"action_{action.partition('(')[0]}"
-                    owner = next(node for node in self.ancestors_with_self if hasattr(node, name))
-                    await self.app.run_action(action, owner)
-                    return
-            index = _legend_index(picture.lines[event.y], event.x)
-            if index is not None:
-                self.action_trace(index + 1)
+        # Controls and entries of the legend have an action, of the chart or of a widget around it.
+        if action := self.screen.get_style_at(event.screen_x, event.screen_y).meta.get("action"):
+            name = f"action_{action.partition('(')[0]}"
+            owner = next(node for node in self.ancestors_with_self if hasattr(node, name))
+            await self.app.run_action(action, owner)
             return
         position = picture.axis_positions(event.x, event.y)
         if not all(0.0 <= coordinate <= 1.0 for coordinate in position):
@@ -311,16 +300,3 @@ class ChartView(DrawnChart, can_focus=True):
         self._move_cursor(position)
         if event.chain == 2 and self._runs_points:
             self.action_open()
-
-
-def _legend_index(spans: Sequence[Span], column: int) -> int | None:
-    # Index of the trace whose legend entry covers a column; an entry begins with a blank and the
-    # number of its trace.
-    end = 0
-    for text, style in spans:
-        end += len(text)
-        if column < end:
-            # The style of an entry is the role of a colour, or that of hidden traces.
-            is_entry = style == "hidden" or style in INKS
-            return int(text[1]) - 1 if is_entry and text[1:2].isdigit() else None
-    return None

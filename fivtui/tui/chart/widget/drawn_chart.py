@@ -11,6 +11,8 @@ from typing import Final
 from rich.color import Color
 from rich.segment import Segment
 from rich.style import Style
+from textual import on
+from textual.events import Blur, Focus
 from textual.geometry import Region
 from textual.strip import Strip
 from textual.widget import Widget
@@ -94,9 +96,6 @@ class DrawnChart(Widget):
         # Whether the terminal shows a picture over the characters of the plot.
         self.is_covered = False
         self._styles_by_name: dict[str, Style] = {}
-        self._plot_colours: PlotColours | None = None
-        # First column, end column and action of every control.
-        self._controls: list[tuple[int, int, str]] = []
 
     @property
     def chart(self) -> Chart | None:
@@ -142,36 +141,27 @@ class DrawnChart(Widget):
     def notify_style_update(self) -> None:
         """Follow a change of theme."""
         self._styles_by_name.clear()
-        self._plot_colours = None
         super().notify_style_update()
 
     def _style(self, name: str) -> Style:
         if name not in self._styles_by_name:
             styles = {**CHART_STYLES, **(FOCUSED_STYLES if self.has_focus else {})}
-            style = self.app.stylesheet.parse_style(styles[name])
-            self._styles_by_name[name] = (self.visual_style + style).rich_style
+            role, _, action = name.partition(" ")
+            style = (self.visual_style + self.app.stylesheet.parse_style(styles[role])).rich_style
+            self._styles_by_name[name] = style + Style(meta={"action": action})
         return self._styles_by_name[name]
 
     @property
     def plot_colours(self) -> PlotColours:
         """The colours of the plot as codes, for pictures."""
-        if self._plot_colours is None:
-            plain = self._style("plot")
-            roles = {role: _colour_code(self._style(role).color) for role in INKS}
-            self._plot_colours = PlotColours(
-                _colour_code(plain.bgcolor), _colour_code(plain.color), roles
-            )
-        return self._plot_colours
+        plain = self._style("plot")
+        roles = {role: _colour_code(self._style(role).color) for role in INKS}
+        return PlotColours(_colour_code(plain.bgcolor), _colour_code(plain.color), roles)
 
-    def on_focus(self) -> None:
-        """Use the styles of a focused chart."""
-        self._restyle()
-
-    def on_blur(self) -> None:
-        """Use the usual styles."""
-        self._restyle()
-
+    @on(Focus)
+    @on(Blur)
     def _restyle(self) -> None:
+        # A focused chart has styles of its own.
         self._styles_by_name.clear()
         self._refresh_lines(self._picture)
 
@@ -189,13 +179,11 @@ class DrawnChart(Widget):
             text_lines = wrap(self._empty_text, max(width - len(_INDENT) - 1, 1))
             return [[("", "plot")], *([(f"{_INDENT}{line}", "label")] for line in text_lines)]
         if self._picture is None:
-            self._controls.clear()
             controls = self._control_spans(width)
             control_width = sum(len(text) for text, _ in controls)
             self._picture = draw(self._chart, self.view, width, height, reserved=control_width)
             if self._picture.plot_area.top_row > 1 and has_long_heading(self._chart, self.view):
                 # A heading that does not fit beside the controls takes their place.
-                self._controls.clear()
                 controls = []
                 self._picture = draw(self._chart, self.view, width, height)
             # The last span of the first line is blank: it has the columns reserved for controls.
@@ -214,14 +202,10 @@ class DrawnChart(Widget):
         view = self.view
         has_limits = view.x is not None or view.y is not None
         is_on = {"log('x')": view.log_x, "log('y')": view.log_y, "fit": has_limits}
-        column = width - sum(len(text) + 1 for text in texts)
         spans: list[Span] = []
         for control, text in zip(controls, texts, strict=True):
             style = "control-on" if is_on.get(control.action) else "control"
-            spans += [(" ", "plot"), (text, style)]
-            first, stop = column + 1, column + 1 + len(text)
-            self._controls.append((first, stop, control.action))
-            column = stop
+            spans += [(" ", "plot"), (text, f"{style} {control.action}")]
         return spans
 
     def on_resize(self) -> None:

@@ -52,9 +52,6 @@ class LimitsDialog(ModalScreen[View | None]):
                 yield Button("Cancel", id="limits-cancel", compact=True)
 
     @on(Input.Changed)
-    def _show_error(self) -> None:
-        self._read_limits()
-
     def _read_limits(self) -> View | None:
         # The view with the typed limits; if they are invalid, None, and the hint is the error.
         # While the dialog opens, an input or the hint may not exist yet.

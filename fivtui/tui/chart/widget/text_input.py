@@ -7,10 +7,6 @@ from textual.events import Paste
 from textual.widgets import Input
 
 
-def _keep_text(text: str) -> str:
-    return text
-
-
 class TextInput(Input):
     """An input of one line; pasted lines are joined.
 
@@ -19,7 +15,7 @@ class TextInput(Input):
     """
 
     def __init__(
-        self, value: str, *, replace_commas: Callable[[str], str] = _keep_text, **options: Any
+        self, value: str, *, replace_commas: Callable[[str], str] = str, **options: Any
     ) -> None:
         super().__init__(value, **options)
         self._replace_commas = replace_commas
