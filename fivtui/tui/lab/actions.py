@@ -1,13 +1,11 @@
-"""Actions of the main screen on its parts, tabs and files.
+"""Actions of the main screen on its parts and tabs.
 
 The main screen is the laboratory, in which a scene, a parameter set with the settings of its run,
 is edited and run. Its verdict says whether the slider is stable.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from functools import cached_property
-from typing import TYPE_CHECKING, cast
 
 from textual.binding import ActiveBinding
 from textual.screen import Screen
@@ -20,11 +18,6 @@ from fivtui.tui.tabs import Pane, Reported, TabBook, TabLine
 from .form.form import Form, field_of
 from .run_list import RunsPane
 
-if TYPE_CHECKING:
-    from .file_control import FileController
-    from .scene_control import SceneController
-    from .screen import LabScreen
-
 
 class LabActions(Screen[None]):
     """Actions that key bindings and palette entries of the main screen call."""
@@ -33,20 +26,6 @@ class LabActions(Screen[None]):
         super().__init__()
         self.session = session
         self._shows_welcome = show_welcome
-
-    @cached_property
-    def files(self) -> "FileController":
-        """The controller that opens and saves files; imported on first use, because it is slow."""
-        from .file_control import FileController
-
-        return FileController(cast("LabScreen", self))
-
-    @cached_property
-    def scenes(self) -> "SceneController":
-        """The controller of the editor and of the scene's file; imported on first use."""
-        from .scene_control import SceneController
-
-        return SceneController(cast("LabScreen", self))
 
     def show_inputs(self) -> None:
         """Display the fields, their errors and the verdict."""
@@ -64,6 +43,10 @@ class LabActions(Screen[None]):
         except (InputError, ComputationError) as error:
             self.report(str(error), error=True)
 
+    def run_in_thread(self, name: str, function: Callable[[], object]) -> None:
+        """Call a function in a thread; `name` appears in the report of an unexpected error."""
+        self.run_worker(function, name=name, thread=True, exit_on_error=False)
+
     @property
     def tab_book(self) -> TabBook:
         """The tabs."""
@@ -76,16 +59,20 @@ class LabActions(Screen[None]):
         return dict(sorted(bindings.items(), key=lambda item: item[1].node is not self))
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:  # noqa: ARG002
-        """Whether an action is available: stop during a run, actions that start a run otherwise."""
-        if action == "reload_scene":
-            return scene_file(self.session.source) is not None
-        running = self.session.runs.active is not None
-        availability = {
-            "run": not running,
-            "stop": running,
-            "compare_engines": not running,
-        }
-        return availability.get(action, True)
+        """Whether an action is available, such as stop during a run."""
+        session = self.session
+        match action:
+            case "run" | "compare_engines":
+                return session.runs.active is None
+            case "stop":
+                return session.runs.active is not None
+            case "reload_scene":
+                return scene_file(session.source) is not None
+            case "undo":
+                return session.can_undo
+            case "redo":
+                return session.can_redo
+        return True
 
     def _remove_welcome(self) -> None:
         if self._shows_welcome:
@@ -125,38 +112,6 @@ class LabActions(Screen[None]):
     def pane(self) -> Pane | None:
         """The pane of the current tab; None before it is created."""
         return self.tab_book.pane
-
-    def action_export(self, kind: str) -> None:
-        """Export the figure or the data of the current tab."""
-        self.tab_book.when_ready(lambda pane: self._export(pane, kind))
-
-    def _export(self, pane: Pane, kind: str) -> None:
-        with self.report_errors():
-            self.files.export(pane.export(kind))
-
-    def action_open_scene(self) -> None:
-        """Open a scene or result file."""
-        self.files.open_scene()
-
-    def action_edit_scene(self) -> None:
-        """Edit the scene in the user's editor."""
-        self.scenes.edit()
-
-    def action_reload_scene(self) -> None:
-        """Read the scene's file again."""
-        self.scenes.reload()
-
-    def action_save_scene(self) -> None:
-        """Save the edited scene to its file."""
-        self.files.save_scene(ask=False)
-
-    def action_save_scene_as(self) -> None:
-        """Save the edited scene to another file."""
-        self.files.save_scene(ask=True)
-
-    def action_read_result(self) -> None:
-        """Read a run, sweep, map or trade-off from a file."""
-        self.files.read_result()
 
     def action_help(self) -> None:
         """Show the active keys, help on the focused field, and the equations."""

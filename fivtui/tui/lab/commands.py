@@ -13,11 +13,13 @@ from functools import partial
 from pathlib import Path
 from typing import Final, cast
 
+from textual.binding import Binding
 from textual.command import DiscoveryHit, Hit, Hits, Provider
 from textual.fuzzy import Matcher
 
 from fivtui.model import InputError
 from fivtui.scene import PRESETS, Scene
+from fivtui.tui.chart import ChartView
 from fivtui.tui.persistence import Slot, load_session
 from fivtui.tui.session import FIELDS, Run
 from fivtui.tui.tabs import (
@@ -32,6 +34,7 @@ from fivtui.tui.tabs import (
     paper_scenes,
 )
 
+from .keys import LAB_KEYS, key_text
 from .screen import LabScreen
 
 # Scores if all words of a search match the title or the search terms. An entry that contains only
@@ -39,16 +42,31 @@ from .screen import LabScreen
 _TITLE_SCORE: Final = 2.0
 _TERMS_SCORE: Final = 1.0
 _LETTERS_SCORE: Final = 0.5
-_EXPORT_TERMS: Final = {
-    "figure": "plot picture image pdf png svg save export write graph print",
-    "data": "csv npz parquet json table numbers save export write excel",
-}
 _BELT_EXPORT_TERMS: Final = {
     "figure": "film movie video animation gif mp4 plot picture image save export write",
     "data": "sound wav audio noise csv npz parquet save export write",
 }
-# Search terms of tabs and views, by identifier.
+# Search terms of keys, tabs and views, by identifier; other keys are not in the palette.
 _SEARCH_TERMS: Final = {
+    "run": "simulate transient compute start calculate solve",
+    "both": "native solver check verify compare",
+    "stop": "cancel abort break",
+    "engine": "fmu solver co-simulation switch",
+    "help": "shortcuts manual equations keymap config",
+    "live": "ghost redraw preview background",
+    "open": "load file toml",
+    "edit": "text toml vim nano",
+    "save": "write file toml",
+    "save-as": "write file toml",
+    "reload": "reload disk revert",
+    "read": "import load open csv npz json parquet",
+    "compute": "study start calculate",
+    "figure": "plot picture image pdf png svg save export write graph print",
+    "data": "csv npz parquet json table numbers save export write excel",
+    "undo": "back revert restore",
+    "redo": "again",
+    "reset": "default original revert",
+    "reset-all": "default original revert",
     "stability": "squeal verdict critical linear modes unstable stable",
     "over-mu": "frequency growth rate critical friction mode coupling",
     "plane": "root locus poles complex",
@@ -62,7 +80,7 @@ _SEARCH_TERMS: Final = {
     "measured": "import csv experiment test data validate tolerance band overlay shift",
     "sweep": "parameter study amplitude vary scan",
     "map": "stability regions safe critical boundary plane",
-    "trade-off": "accuracy error cost cpu time speed tolerance method benchmark solver",
+    "trade-off": "accuracy error cost cpu time tolerance method benchmark solver",
     "paper": "figures claims article verify",
     "figures": "paper",
     "claims": "paper verify check statements",
@@ -78,6 +96,18 @@ _SEARCH_TERMS: Final = {
     "log": "messages errors history",
     "identification": "identify fit measured data parameters least squares estimate calibrate",
     "branch": "bifurcation continuation limit cycles hopf fold attractors coexistence",
+}
+# Search terms of the actions of a plot that are in the palette.
+_CURSOR_TERMS: Final = "read value point crosshair measure difference delta"
+_PLOT_TERMS: Final = {
+    "limits": "range zoom scale",
+    "fit": "reset zoom limits all",
+    "zoom(-1)": "enlarge magnify",
+    "zoom(1)": "shrink",
+    "cursor(0)": _CURSOR_TERMS,
+    "cursor(1)": _CURSOR_TERMS,
+    "log('x')": "linear scale",
+    "log('y')": "linear scale",
 }
 # Search terms of the commands of every Textual application, by title.
 _SYSTEM_COMMAND_TERMS: Final = {
@@ -112,75 +142,19 @@ class PaletteEntry:
 
 
 def _lab_entries(lab: LabScreen) -> Iterator[PaletteEntry]:
-    session, keys = lab.session, lab.session.key_names
-    if session.runs.active is None:
-        yield PaletteEntry(
-            "Run the transient",
-            keys["run"],
-            lab.action_run,
-            "simulate compute start calculate solve",
-        )
-        yield PaletteEntry(
-            "Run with native solver and FMU",
-            f"{keys['both']}: native solver, then FMU, then compare",
-            lab.action_compare_engines,
-            "check verify compare",
-        )
-    else:
-        yield PaletteEntry("Stop the run", keys["stop"], lab.action_stop, "cancel abort break")
+    session = lab.session
+    for binding in LAB_KEYS:
+        name = str(binding.id)
+        terms = _SEARCH_TERMS.get(name.removeprefix("tab-"), "")
+        if name in EXPORT_KINDS:
+            yield from _export_entries(lab, name)
+        elif terms and lab.check_action(binding.action, ()):
+            run = partial(lab.run_action, binding.action)
+            title = binding.tooltip or binding.description
+            yield PaletteEntry(title, session.key_names[name], run, terms)
     yield from _tab_entries(lab)
-    yield PaletteEntry(
-        f"Engine: {session.next_engine}",
-        f"{keys['engine']}; now {session.engine}",
-        lab.action_switch_engine,
-        "fmu solver co-simulation switch",
-    )
-    yield PaletteEntry(
-        "Help: keys that work now",
-        keys["help"],
-        lab.action_help,
-        "shortcuts manual equations keymap config",
-    )
-    yield PaletteEntry(
-        f"Live curve {'off' if session.live_enabled else 'on'}",
-        f"{keys['live']}: the transient follows every edit; its runs are not kept",
-        lab.action_switch_live,
-        "ghost redraw preview background",
-    )
-    for title, key, action, terms in (
-        ("Open a scene or result…", "open", lab.action_open_scene, "load file toml"),
-        ("Edit the scene in your editor", "edit", lab.action_edit_scene, "text toml vim nano"),
-        ("Save the scene", "save", lab.action_save_scene, "write file toml"),
-        ("Save the scene as…", "save-as", lab.action_save_scene_as, "write file toml"),
-    ):
-        yield PaletteEntry(title, keys[key], action, terms)
-    if lab.check_action("reload_scene", ()):
-        yield PaletteEntry(
-            f"Read {session.source} again",
-            keys["reload"],
-            lab.action_reload_scene,
-            "reload scene file changed on disk revert",
-        )
     for path in session.recent:
-        open_scene = partial(lab.files.open_path, Path(path))
-        yield PaletteEntry(f"Recent: {path}", "Open again", open_scene)
-    yield PaletteEntry(
-        "Read a result…",
-        f"{keys['read']}: a run, sweep, map, trade-off, branch",
-        lab.action_read_result,
-        "import load open csv npz json parquet",
-    )
-    if session.can_undo:
-        yield PaletteEntry("Undo", keys["undo"], lab.action_undo, "back revert restore deleted run")
-    if session.can_redo:
-        yield PaletteEntry("Redo", keys["redo"], lab.action_redo)
-    if session.changed_fields:
-        yield PaletteEntry(
-            "Reset all fields",
-            "To the values of the loaded scene",
-            lab.action_reset_all,
-            "default original revert",
-        )
+        yield PaletteEntry(f"Recent: {path}", "Open again", partial(lab.open_path, Path(path)))
     # The entry offers the other kind of belt: of finite speed, or always faster than the slider.
     is_finite = session.belt_is_finite
     stick_help = "Fields v_belt, μ_s and v_s: the slider sticks"
@@ -194,7 +168,7 @@ def _lab_entries(lab: LabScreen) -> Iterator[PaletteEntry]:
     yield PaletteEntry(
         "Parameters over time from a file…",
         "CSV: time, F, mu, v_belt, k2, c1, …",
-        lab.files.read_tables,
+        lab.read_tables,
         table_terms,
     )
     if session.over_time:
@@ -203,13 +177,23 @@ def _lab_entries(lab: LabScreen) -> Iterator[PaletteEntry]:
         )
     yield from _field_entries(lab)
     for tab in TABS:
-        show = partial(lab.action_show_tab, tab.id)
-        yield PaletteEntry(
-            f"Tab {tab.title}", keys[f"tab-{tab.id}"], show, _SEARCH_TERMS.get(tab.id, "")
-        )
         yield from _view_entries(lab, tab)
     yield from _scene_entries(lab)
     yield from _run_entries(lab)
+
+
+def _export_entries(lab: LabScreen, kind: str) -> Iterator[PaletteEntry]:
+    # A tab without content to export raises `InputError`.
+    with suppress(InputError):
+        if lab.pane is not None:
+            export = lab.pane.export(kind)
+            is_belt = not {".gif", ".wav"}.isdisjoint(export.suffixes)
+            yield PaletteEntry(
+                f"Export the {export.kind} of {export.subject}…",
+                f"{lab.session.key_names[kind]}: {', '.join(export.suffixes)}",
+                partial(lab.action_export, kind),
+                _BELT_EXPORT_TERMS[kind] if is_belt else _SEARCH_TERMS[kind],
+            )
 
 
 def _tab_entries(lab: LabScreen) -> Iterator[PaletteEntry]:
@@ -217,22 +201,11 @@ def _tab_entries(lab: LabScreen) -> Iterator[PaletteEntry]:
     pane = lab.pane
     if pane is None:
         return
-    for kind in EXPORT_KINDS:
-        # A tab without content to export raises `InputError`.
-        with suppress(InputError):
-            export = pane.export(kind)
-            is_belt = not {".gif", ".wav"}.isdisjoint(export.suffixes)
-            yield PaletteEntry(
-                f"Export the {export.kind} of {export.subject}…",
-                f"{lab.session.key_names[kind]}: {', '.join(export.suffixes)}",
-                partial(lab.action_export, kind),
-                (_BELT_EXPORT_TERMS if is_belt else _EXPORT_TERMS)[kind],
-            )
     with suppress(InputError):
         yield PaletteEntry(
             "Copy the command line",
             pane.command_line(),
-            partial(lab.files.copy_command, pane),
+            partial(lab.copy_command, pane),
             "clipboard shell script cli",
         )
     if isinstance(pane, ViewsPane) and pane.visible_charts() is not None:
@@ -243,35 +216,25 @@ def _plot_entries(lab: LabScreen, pane: ViewsPane) -> Iterator[PaletteEntry]:
     # Entries that act on the first visible plot.
     plot = next(view for view in pane.shown_chart_views() if view.chart is not None)
 
-    def entry(title: str, key: str, action: Callable[[], object], terms: str) -> PaletteEntry:
-        def focus_and_run() -> None:
-            plot.focus()
-            action()
+    async def focus_and_run(action: str) -> None:
+        plot.focus()
+        await plot.run_action(action)
 
-        return PaletteEntry(title, f"In the plot: {key}", focus_and_run, terms)
-
-    yield entry("Limits of the axes…", "i", plot.action_limits, "range zoom scale")
-    yield entry("Fit the axes", "r", plot.action_fit, "reset zoom limits all")
-    yield entry("Zoom in", "+", partial(plot.action_zoom, -1), "enlarge magnify")
-    yield entry("Zoom out", "-", partial(plot.action_zoom, 1), "shrink")
-    for number, (key, title) in enumerate((("c", "First cursor"), ("C", "Second cursor"))):
-        set_cursor = partial(plot.action_cursor, number)
-        yield entry(title, key, set_cursor, "read value point crosshair measure difference delta")
-    for axis in "xy":
-        toggle_log = partial(plot.action_log, axis)
-        yield entry(f"Logarithmic {axis} axis", axis, toggle_log, "log linear scale")
-    yield PaletteEntry(
-        "Copy the plot as text",
-        "To the clipboard",
-        partial(lab.files.copy_plot, pane),
-        "picture image copy characters",
-    )
-    yield PaletteEntry(
-        "Copy the picture",
-        "To the clipboard, as PNG",
-        partial(lab.files.copy_picture, pane),
-        "plot figure image png clipboard",
-    )
+    for binding in ChartView.BINDINGS:
+        if isinstance(binding, Binding) and binding.action in _PLOT_TERMS:
+            yield PaletteEntry(
+                binding.tooltip or binding.description,
+                f"In the plot: {key_text(lab.app, binding.key.split(',')[0])}",
+                partial(focus_and_run, binding.action),
+                _PLOT_TERMS[binding.action],
+            )
+    for title, help_text, copy, terms in (
+        ("Copy the plot as text", "", lab.copy_plot, "picture image characters"),
+        ("Copy the picture", ", as PNG", lab.copy_picture, "plot figure image png"),
+    ):
+        yield PaletteEntry(
+            title, f"To the clipboard{help_text}", partial(copy, pane), f"{terms} clipboard"
+        )
 
 
 def _view_entries(lab: LabScreen, tab: TabSpec) -> Iterator[PaletteEntry]:

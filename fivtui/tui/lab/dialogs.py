@@ -35,7 +35,7 @@ class PathDialog(ModalScreen[Path | None]):
     library.
     """
 
-    BINDINGS: ClassVar[list[BindingType]] = [Binding("escape", "dismiss_dialog", "Cancel")]
+    BINDINGS: ClassVar[list[BindingType]] = [Binding("escape", "dismiss", "Cancel")]
 
     def __init__(
         self,
@@ -62,7 +62,7 @@ class PathDialog(ModalScreen[Path | None]):
             yield Static(self._hint, id="dialog-hint", markup=False)
             with Horizontal(id="dialog-buttons"):
                 yield Button(self._verb, id="save", variant="primary", compact=True)
-                yield Button("Cancel", id="cancel", compact=True)
+                yield Button("Cancel", compact=True, action="screen.dismiss")
 
     @on(Input.Changed, "#path")
     def _reset_hint(self) -> None:
@@ -112,34 +112,11 @@ class PathDialog(ModalScreen[Path | None]):
         for button in self.query("#save").results(Button):
             button.label = label
 
-    @on(Button.Pressed, "#cancel")
-    def action_dismiss_dialog(self) -> None:
-        """Close without writing."""
-        self.dismiss(None)
-
-
-class _HelpText(RowsView):
-    # The rows of the help, between title and button.
-
-    def __init__(self, title: str, rows: Sequence[Row]) -> None:
-        super().__init__(id="dialog")
-        self._title, self._help_rows = title, rows
-
-    def compose(self) -> ComposeResult:
-        yield Label(self._title, id="dialog-title", markup=False)
-        yield from super().compose()
-        yield Button("Close", id="close", compact=True)
-
-    def on_mount(self) -> None:
-        self.show(self._help_rows)
-
 
 class HelpDialog(ModalScreen[None]):
     """Help as rows of label and value."""
 
-    BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("escape,f1,q,enter", "close", "Close"),
-    ]
+    BINDINGS: ClassVar[list[BindingType]] = [Binding("escape,f1,q,enter", "dismiss", "Close")]
 
     def __init__(self, title: str, rows: Sequence[Row]) -> None:
         super().__init__()
@@ -148,12 +125,14 @@ class HelpDialog(ModalScreen[None]):
 
     def compose(self) -> ComposeResult:
         """A title over the rows."""
-        yield _HelpText(self._title, self._rows)
+        with Vertical(id="dialog"):
+            yield Label(self._title, id="dialog-title", markup=False)
+            yield RowsView()
+            yield Button("Close", compact=True, action="screen.dismiss")
 
-    @on(Button.Pressed, "#close")
-    def action_close(self) -> None:
-        """Close the help."""
-        self.dismiss()
+    def on_mount(self) -> None:
+        """Show the rows, which have the focus."""
+        self.query_one(RowsView).show(self._rows)
 
 
 class PartKey(ModalScreen[str]):

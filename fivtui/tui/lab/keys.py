@@ -15,60 +15,47 @@ from textual.widgets import Input
 from fivtui.results import Row
 from fivtui.tui.tabs import TABS
 
-_ENGINES: Final = "Next engine: native solver, Python FMU, native FMU"
-
 
 def _key(
     id: str,  # noqa: A002
     keys: str,
     action: str,
     description: str,
-    *,
     label: str = "",
+    *,
     priority: bool = False,
-    tooltip: str = "",
 ) -> Binding:
     # `id`: name of the key in the configuration file. `label`: its text in the key bar.
-    # `tooltip`: its description in the help.
     return Binding(
         keys,
         action,
-        description,
+        label or description,
         show=bool(label),
-        key_display=label or None,
+        key_display=keys.partition(",")[0].upper() if label else None,
         priority=priority,
-        tooltip=tooltip,
+        tooltip=description,
         id=id,
     )
 
 
 LAB_KEYS: Final = (
     # "stop" has the keys of "run": `LabActions.check_action` enables it only during a run.
-    _key("run", "f5,ctrl+r", "run", "Run", label="F5", tooltip="Run the scene and keep the run"),
-    _key("stop", "f5,ctrl+r", "stop", "Stop", label="F5", tooltip="Stop the run"),
+    _key("run", "f5,ctrl+r", "run", "Run the scene and keep the run", "Run"),
+    _key("stop", "f5,ctrl+r", "stop", "Stop the run", "Stop"),
     _key(
         "compute",
         "f10,ctrl+g",
         "toggle_computation",
+        "Start or stop the computation of the tab",
         "Compute",
-        label="F10",
-        tooltip="Compute in the tab, or stop",
     ),
-    _key(
-        "help",
-        "f1,question_mark",
-        "help",
-        "Help",
-        label="F1",
-        priority=True,
-        tooltip="All keys that work now",
-    ),
-    _key("next-tab", "f2", "switch_tab(1)", "Tab", label="F2", tooltip="Next tab"),
+    _key("help", "f1,question_mark", "help", "Help: keys that work now", "Help", priority=True),
+    _key("next-tab", "f2", "switch_tab(1)", "Next tab", "Tab"),
     _key("previous-tab", "shift+f2", "switch_tab(-1)", "Previous tab"),
-    _key("runs", "f3", "toggle_runs", "Runs", label="F3", tooltip="Go to the run list, or back"),
-    _key("figure", "f6", "export('figure')", "Figure", label="F6", tooltip="Write the figure"),
-    _key("data", "f7", "export('data')", "Data", label="F7", tooltip="Write the data"),
-    _key("engine", "f4", "switch_engine", _ENGINES),
+    _key("runs", "f3", "toggle_runs", "Go to the run list, or back", "Runs"),
+    _key("figure", "f6", "export('figure')", "Write the figure", "Figure"),
+    _key("data", "f7", "export('data')", "Write the data", "Data"),
+    _key("engine", "f4", "switch_engine", "Next engine: native solver, Python FMU, native FMU"),
     _key("both", "f9", "compare_engines", "Compare with the FMU"),
     # The live curve is the motion of the edited scene, run in the background after every edit.
     _key("live", "alt+l", "switch_live", "Live curve on or off", priority=True),
@@ -76,7 +63,7 @@ LAB_KEYS: Final = (
     _key("reset-all", "shift+f8", "reset_all", "Reset all fields"),
     _key("open", "ctrl+o", "open_scene", "Open a scene or result"),
     _key("save", "ctrl+s", "save_scene", "Save the scene"),
-    _key("save-as", "alt+s", "save_scene_as", "Save the scene as"),
+    _key("save-as", "alt+s", "save_scene(True)", "Save the scene as"),
     # Like "open", but its dialog accepts only results.
     _key("read", "alt+o", "read_result", "Read a result"),
     _key("edit", "e", "edit_scene", "Edit the scene in your editor"),
@@ -89,7 +76,12 @@ LAB_KEYS: Final = (
     _key("go-bar", "alt+i", "focus_part('bar')", "Go to the action and ranges", priority=True),
     _key("go-plot", "alt+p", "focus_part('plot')", "Go to the plot or table", priority=True),
     _key("go-runs", "alt+r", "focus_part('runs')", "Go to the run list", priority=True),
-    _key("go", "ctrl+w", "ask_part", "Then h: fields, l: plot, k: titles of the tabs, j: runs"),
+    _key(
+        "go",
+        "ctrl+w",
+        "ask_part",
+        "Go to the fields (then h), the plot (l), the titles (k) or the runs (j)",
+    ),
     *(
         _key(f"tab-{tab.id}", tab.key, f"show_tab('{tab.id}')", f"Tab {tab.title}", priority=True)
         for tab in TABS

@@ -6,7 +6,6 @@ live curve is a run that follows every edit of the scene.
 
 from collections.abc import Callable, Mapping, Sequence
 from datetime import datetime
-from functools import partial
 from typing import Any, ClassVar, Final
 
 from textual import on
@@ -22,13 +21,10 @@ from fivtui.equilibrium import verdict
 from fivtui.model import ComputationError, InputError
 from fivtui.tui.persistence import Slot, restore_results
 from fivtui.tui.session import (
-    SAFETY_MAPS,
     SCREEN_RESPONSE,
-    DisplayedStudy,
     Session,
     crash_message,
     stability_summary,
-    study_key,
     verdict_kind,
     welcome_text,
 )
@@ -37,22 +33,19 @@ from fivtui.tui.tabs import (
     FieldFocused,
     JobPane,
     LiveRequested,
-    Pane,
     Reported,
     RunsChanged,
-    StudyPane,
     TabBook,
     TabKeyPressed,
     TabLine,
 )
 
-from .edit_actions import EditActions
+from .editor_actions import EditorActions
 from .form.form import Form
 from .key_bar import KeyBar
 from .keys import LAB_KEYS
 from .live_control import LiveController
 from .notices import NoticeView
-from .run_actions import RunActions
 from .run_list import RunsPane
 from .search_control import SearchController
 from .verdict.gauge import GaugeView
@@ -67,14 +60,7 @@ _INPUTS_INTERVAL_S: Final = 0.1
 _TOO_SMALL: Final = "This window is too small for fivtui: it needs 40 columns and 10 lines."
 
 
-def _show_study(pane: Pane, key: str) -> None:
-    if isinstance(pane, StudyPane):
-        if key in pane.VIEWS:
-            pane.show_view(key)
-        pane.reset_charts()
-
-
-class LabScreen(EditActions, RunActions):
+class LabScreen(EditorActions):
     """The laboratory's main screen; it owns the session and handles all messages."""
 
     BINDINGS: ClassVar[list[BindingType]] = [*LAB_KEYS]
@@ -119,7 +105,7 @@ class LabScreen(EditActions, RunActions):
         """Display the session and start polling the progress of runs."""
         # The screen polls, so that the thread of a run never waits for the screen.
         self._progress_timer = self.set_interval(_POLL_INTERVAL_S, self._poll_progress, pause=True)
-        self.set_interval(_WATCH_INTERVAL_S, self._check_scene_file)
+        self.set_interval(_WATCH_INTERVAL_S, self.check_scene_file)
         self.show_inputs()
         self._update_runs()
         self.query_one(Form).focus_field("mu")
@@ -248,10 +234,6 @@ class LabScreen(EditActions, RunActions):
         self.tab_book.update_pane(lambda pane: pane.scene_changed())
         self.tab_book.update_pane(lambda pane: pane.status_changed())
 
-    def _check_scene_file(self) -> None:
-        if self.check_action("reload_scene", ()):
-            self.scenes.check_file()
-
     def _poll_progress(self) -> None:
         if not SCREEN_RESPONSE.pending:
             self._show_progress()
@@ -307,15 +289,6 @@ class LabScreen(EditActions, RunActions):
         self.query_one(RunsPane).show(self.session.runs, self.session.live)
         self._show_curves()
         self.refresh_bindings()
-
-    def show_study(self, kind: str, study: DisplayedStudy[Any]) -> None:
-        """Display a result read from a file in the tab of its kind."""
-        key = study_key(kind, study.value)
-        self.session.studies[key] = study
-        self.action_show_tab("safe-mu" if key in SAFETY_MAPS else kind)
-        self.tab_book.when_ready(partial(_show_study, key=key))
-        self.tab_book.update_pane_from_session()
-        self.report(f"{kind} read from {study.source}")
 
     def restore_results(self, results: Mapping[str, Any], errors: Sequence[str]) -> None:
         """Display the results of the last session; `errors` lists those that could not be read."""

@@ -115,9 +115,7 @@ class SearchController:
             if safe.result is not None or safe.error:
                 post(self._store_safe_friction, safe.result)
 
-        self._screen.run_worker(
-            search, name="search for limit cycles", thread=True, exit_on_error=False
-        )
+        self._screen.run_in_thread("search for limit cycles", search)
 
     def _store_and_show(self, job: Job, store: Callable[..., None], *args: object) -> None:
         # Call `store(key, *args)` in the screen's thread, unless the parameters were edited since.

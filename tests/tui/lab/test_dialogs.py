@@ -81,7 +81,7 @@ async def test_exports_overwrite_files_only_after_a_confirmation(
     def raise_memory_error(*_: object, **__: object) -> str:
         raise MemoryError("too large")
 
-    monkeypatch.setattr("fivtui.tui.lab.file_control.write_export", raise_memory_error)
+    monkeypatch.setattr("fivtui.tui.lab.file_actions.write_export", raise_memory_error)
     await pilot.press("f7")
     await answer(pilot, "c.csv")
     await until_notice(pilot, "data: unexpected MemoryError: too large")
@@ -93,7 +93,7 @@ async def test_help_describes_the_focused_field_and_the_keys(pilot: Pilot[None])
     await pilot.press("question_mark")
     await until_shown(pilot, "Keys that work now")
     page = flat_text_of(pilot)
-    for phrase in ("F5 Ctrl+R Run the scene", "F1 ? All keys", "↑ Increase", "Shift+F2"):
+    for phrase in ("F5 Ctrl+R Run the scene", "F1 ? Help: keys", "↑ Increase", "Shift+F2"):
         assert phrase in page, phrase
     pages = []
     while "Eq. 4" not in page:
@@ -244,11 +244,11 @@ async def test_plots_are_copied_as_text_and_as_pictures(
     monkeypatch.delenv("DISPLAY", raising=False)
     await run_to_end(pilot)
     # `when_ready`: as soon as the pane of the tab exists.
-    lab.tab_book.when_ready(lab.files.copy_plot)
+    lab.tab_book.when_ready(lab.copy_plot)
     await until(pilot, lambda: "off belt" in pilot.app.clipboard)
     assert "⢕" in pilot.app.clipboard
     assert "t (s)" in pilot.app.clipboard
-    lab.tab_book.when_ready(lab.files.copy_picture)
+    lab.tab_book.when_ready(lab.copy_picture)
     await until_notice(pilot, "a picture cannot be copied without a desktop")
     program_folder = tmp_path / "bin"
     program_folder.mkdir()
@@ -258,11 +258,11 @@ async def test_plots_are_copied_as_text_and_as_pictures(
     monkeypatch.setenv("PATH", f"{program_folder}:{os.environ['PATH']}")
     monkeypatch.setenv("DISPLAY", ":0")
     monkeypatch.setenv("COPIED", str(tmp_path / "copied.png"))
-    lab.tab_book.when_ready(lab.files.copy_picture)
+    lab.tab_book.when_ready(lab.copy_picture)
     await until_notice(pilot, "the figure of run 1 is copied")
     assert (tmp_path / "copied.png").read_bytes().startswith(b"\x89PNG")
     (program_folder / "xclip").write_text("#!/bin/sh\nexit 1\n")
-    lab.tab_book.when_ready(lab.files.copy_picture)
+    lab.tab_book.when_ready(lab.copy_picture)
     await until_notice(pilot, "the picture is not copied: xclip failed")
 
 
@@ -284,7 +284,7 @@ async def test_the_palette_lists_and_runs_applicable_commands(
 ) -> None:
     session = app_of(pilot).session
     await pilot.press("ctrl+p")
-    await until_shown(pilot, "Run the transient")
+    await until_shown(pilot, "Run the scene and keep the run")
     for query in ("of run", "Undo", "Stop the run"):
         assert query not in text_of(pilot)
     await pilot.press("escape")

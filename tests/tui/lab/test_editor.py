@@ -14,7 +14,7 @@ from fivtui.model import InputError, Parameters
 from fivtui.scene import PRESETS, load_scene, save_scene
 from fivtui.tui.app import FivtuiApp
 from fivtui.tui.lab import screen
-from fivtui.tui.lab.scene_control import editor_command
+from fivtui.tui.lab.editor_actions import editor_command
 from tests.support.laboratory import app_of, text_of, until, until_notice, until_shown
 
 Editor = Callable[[str], None]

@@ -17,7 +17,7 @@ from fivtui.sweeps import parse_design, scene_study
 from fivtui.sweeps.run import local_engine, sweep_to_file
 from fivtui.tradeoffs import measure as tradeoff
 from fivtui.tui.app import FivtuiApp
-from fivtui.tui.lab.file_control import load_displayable
+from fivtui.tui.lab.file_actions import load_displayable
 from tests.support.laboratory import (
     answer,
     app_of,

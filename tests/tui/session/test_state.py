@@ -14,7 +14,7 @@ from fivtui.model.parameters import Parameters
 from fivtui.scene.presets import PRESETS
 from fivtui.simulation import simulate
 from fivtui.transient.files import save_trajectory
-from fivtui.tui.lab.file_control import load_run
+from fivtui.tui.lab.file_actions import load_run
 from fivtui.tui.persistence.autosave import Autosave
 from fivtui.tui.persistence.state_file import (
     STATE_VERSION,

@@ -81,7 +81,7 @@ async def check_refusal(pilot: Pilot[None], key: str, message: str) -> None:
 async def copy_command(pilot: Pilot[None]) -> list[str]:
     pilot.app.copy_to_clipboard("")
     # `when_ready`: as soon as the pane of the tab exists.
-    lab_of(pilot).tab_book.when_ready(lab_of(pilot).files.copy_command)
+    lab_of(pilot).tab_book.when_ready(lab_of(pilot).copy_command)
     await until(pilot, lambda: bool(pilot.app.clipboard))
     command = shlex.split(pilot.app.clipboard)
     assert command[0] == "fivtui"

@@ -57,14 +57,14 @@ class ChartView(DrawnChart, can_focus=True):
         Binding("G,end", "show_end(True)", "End", show=False),
         Binding("ctrl+d,pagedown", "half_page(1)", "Half a window on", show=False),
         Binding("ctrl+u,pageup", "half_page(-1)", "Half a window back", show=False),
-        Binding("r", "fit", "Fit"),
+        Binding("r", "fit", "Fit", tooltip="Fit the axes"),
         Binding("c", "cursor(0)", "Cursor", tooltip="First cursor: on, move, off"),
         Binding("C", "cursor(1)", "Second cursor: on, move, off", show=False),
         Binding("escape", "cursor_off", "Cursors off", show=False),
         Binding("enter", "open", "Open", key_display="⏎", tooltip="Run the point at the cursor"),
-        Binding("i", "limits", "Limits"),
-        Binding("x", "log('x')", "Log x", show=False),
-        Binding("y", "log('y')", "Log y", show=False),
+        Binding("i", "limits", "Limits", tooltip="Limits of the axes…"),
+        Binding("x", "log('x')", "Logarithmic x axis", show=False),
+        Binding("y", "log('y')", "Logarithmic y axis", show=False),
         *(
             Binding(str(number), f"trace({number})", f"Trace {number}", show=False)
             for number in range(1, 10)

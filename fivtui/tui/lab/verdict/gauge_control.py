@@ -5,8 +5,7 @@ are shown at once; a thread finds the zones that large disturbances limit.
 """
 
 from collections import OrderedDict
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, NamedTuple
 
 from fivtui.equilibrium import Stability, mu_scan_end
 from fivtui.model import ALL_PARAMETERS, ComputationError, InputError, System
@@ -26,8 +25,7 @@ _STATIC_FRICTION: Final = "mu_s"
 _DEFAULT_SECOND: Final = "F"
 
 
-@dataclass(frozen=True, slots=True)
-class _GaugeRange:
+class _GaugeRange(NamedTuple):
     # A range of the parameter `name`. Its value in `system` is `high`, which is always allowed, so
     # that equal ranges are equal keys of the cache whatever the edited value is.
     system: System
@@ -145,21 +143,11 @@ class GaugeController:
 
             # Wait until the screen has responded to the edit.
             job.report(0.0)
-            outcome = compute_outcome(
-                lambda: safety_zones(
-                    gauge_range.system,
-                    gauge_range.name,
-                    gauge_range.low,
-                    gauge_range.high,
-                    progress=job.report,
-                )
-            )
+            outcome = compute_outcome(lambda: safety_zones(*gauge_range, progress=job.report))
             if outcome.result is not None or outcome.error:
                 self._screen.call_later(self.store, gauge_range, outcome.result)
 
-        self._screen.run_worker(
-            compute, name="zones over a parameter", thread=True, exit_on_error=False
-        )
+        self._screen.run_in_thread("zones over a parameter", compute)
 
     def store(self, gauge_range: _GaugeRange, zones: Zones | None) -> None:
         """Cache the zones of a range, even if the parameters were edited since."""

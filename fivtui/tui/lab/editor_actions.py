@@ -1,4 +1,4 @@
-"""The scene in the user's editor, and scene files that other programs change."""
+"""Actions on the scene as text: in the user's editor, and in files that other programs change."""
 
 import os
 import shlex
@@ -8,7 +8,7 @@ import subprocess
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from tempfile import mkdtemp
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 from textual.app import App, SuspendNotSupported
 
@@ -17,8 +17,7 @@ from fivtui.scene import load_scene, save_scene, scene_file
 from fivtui.tui.session import EditState
 from fivtui.tui.tabs import SceneLoaded
 
-if TYPE_CHECKING:
-    from .screen import LabScreen
+from .file_actions import FileActions
 
 _NO_EDITOR: Final = "no editor: set the environment variable EDITOR, such as EDITOR=nano"
 _NO_TERMINAL: Final = "an editor needs a terminal: save the scene, and edit its file"
@@ -28,31 +27,28 @@ _UNCHANGED: Final = "scene not changed; an editor with a window must wait, as 'c
 _Version = tuple[Path, int, int]
 
 
-class SceneController:
+class EditorActions(FileActions):
     """Opens the scene in the user's editor, and offers to read its file again when it changes."""
 
-    def __init__(self, lab: "LabScreen") -> None:
-        self._lab = lab
-        self._session = lab.session
-        # A file that the editor left invalid, and the edits that it replaces: opened again.
-        self._draft: tuple[Path, EditState] | None = None
-        # The version of the scene's file that was read, or whose reading was offered.
-        self._version: _Version | None = None
-        self._checking = False
+    # A file that the editor left invalid, and the edits that it replaces: opened again.
+    _draft: tuple[Path, EditState] | None = None
+    # The version of the scene's file that was read, or whose reading was offered.
+    _version: _Version | None = None
+    _is_checking_file = False
 
-    def edit(self) -> None:
+    def action_edit_scene(self) -> None:
         """Edit the scene as text, and read it back.
 
         A scene without unsaved edits is edited in its file, any other in a temporary file.
         """
-        with self._lab.report_errors():
-            if self._lab.app.is_web:
+        with self.report_errors():
+            if self.app.is_web:
                 raise InputError(_NO_TERMINAL)
-            command, keys = editor_command(os.environ), self._session.key_names
+            command, keys = editor_command(os.environ), self.session.key_names
             file = self._scene_file
-            is_draft = file is None or not file.is_file() or bool(self._session.changed_fields)
+            is_draft = file is None or not file.is_file() or bool(self.session.changed_fields)
             path = self._draft_file() if file is None or is_draft else file
-            run_editor(self._lab.app, command, path)
+            run_editor(self.app, command, path)
             if not is_draft:
                 self._version = _version(path)
             try:
@@ -62,32 +58,32 @@ class SceneController:
             if is_draft:
                 shutil.rmtree(path.parent, ignore_errors=True)
                 self._draft = None
-            if scene == self._session.scene():
-                self._lab.report(_UNCHANGED)
+            if scene == self.session.scene():
+                self.report(_UNCHANGED)
             elif is_draft:
-                self._lab.replace_scene(scene, f"scene read back; {keys['undo']} undoes")
+                self.replace_scene(scene, f"scene read back; {keys['undo']} undoes")
             else:
                 report = f"scene {scene.name} read from {path}; {keys['undo']} undoes"
-                self._lab.post_message(SceneLoaded(scene, str(path), report))
+                self.post_message(SceneLoaded(scene, str(path), report))
 
     @property
     def _scene_file(self) -> Path | None:
-        return scene_file(self._session.source)
+        return scene_file(self.session.source)
 
     def _draft_file(self) -> Path:
         # The file that the editor left invalid, unless the form has changed since; or a copy.
-        if self._draft is None or self._draft[1] != self._session.edit_state:
+        if self._draft is None or self._draft[1] != self.session.edit_state:
             path = Path(mkdtemp(prefix="fivtui-")) / "scene.toml"
-            save_scene(self._session.scene(), path)
-            self._draft = path, self._session.edit_state
+            save_scene(self.session.scene(), path)
+            self._draft = path, self.session.edit_state
         return self._draft[0]
 
-    def check_file(self) -> None:
+    def check_scene_file(self) -> None:
         """Offer to read the scene's file if another program has changed it; call at intervals."""
-        file, loaded, last_version = self._scene_file, self._session.loaded, self._version
-        if file is None or self._checking:
+        file, loaded, last_version = self._scene_file, self.session.loaded, self._version
+        if file is None or self._is_checking_file:
             return
-        self._checking = True
+        self._is_checking_file = True
 
         def check() -> None:
             version, change = _version(file), ""
@@ -97,29 +93,29 @@ class SceneController:
                         change = f"{file} has changed on disk"
                 except InputError as error:
                     change = f"changed on disk: {error}"
-            self._lab.call_later(offer, version, change)
+            self.call_later(offer, version, change)
 
         def offer(version: _Version | None, change: str) -> None:
-            self._checking = False
+            self._is_checking_file = False
             # The scene may have been saved, edited as text or replaced since.
-            if self._session.loaded is loaded and self._version == last_version:
+            if self.session.loaded is loaded and self._version == last_version:
                 self._version = version
                 if change:
                     self._offer(change)
 
         # In a thread, because a file of a network may be slow.
-        self._lab.run_worker(check, name="watching", thread=True, exit_on_error=False)
+        self.run_in_thread("watching", check)
 
     def _offer(self, change: str) -> None:
-        keys, has_edits = self._session.key_names, bool(self._session.changed_fields)
+        keys, has_edits = self.session.key_names, bool(self.session.changed_fields)
         edits = f"; {keys['undo']} then brings your edits back" if has_edits else ""
-        self._lab.report(f"{change}; {keys['reload']} reads it{edits}")
+        self.report(f"{change}; {keys['reload']} reads it{edits}")
 
-    def reload(self) -> None:
+    def action_reload_scene(self) -> None:
         """Read the scene's file again."""
         file = self._scene_file
         if file is not None:
-            self._lab.files.open_path(file)
+            self.open_path(file)
 
 
 def _version(file: Path) -> _Version | None:

@@ -1,25 +1,27 @@
-"""Opens and saves files: asks for paths in dialogs, and reads and writes in threads."""
+"""Actions that open and save files: in dialogs for their paths, and in threads."""
 
 import os
 import re
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
+from functools import partial
 from io import BytesIO
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 from fivtui.io import check_distinct, describe_files, output_path
 from fivtui.model import InputError
 from fivtui.scene import Scene, load_scene, read_over_time, scene_file
 from fivtui.studies import check_readable, kind_of, load_study
 from fivtui.transient import Transient
-from fivtui.tui.session import FILE_WRITES, DisplayedStudy, check_drawable
+from fivtui.tui.session import FILE_WRITES, SAFETY_MAPS, DisplayedStudy, check_drawable, study_key
 from fivtui.tui.tabs import (
     Export,
     Pane,
     SceneLoaded,
+    StudyPane,
     ViewsPane,
     check_scene_path,
     copy_picture,
@@ -28,9 +30,8 @@ from fivtui.tui.tabs import (
 )
 
 from .dialogs import PathDialog
-
-if TYPE_CHECKING:
-    from .screen import LabScreen
+from .edit_actions import EditActions
+from .run_actions import RunActions
 
 _RESULT_HINT: Final = (
     "A file written by fivtui: run, sweep or map (.csv, .npz, .parquet), map, trade-off or "
@@ -42,12 +43,15 @@ _TABLE_HINT: Final = (
 )
 
 
-class FileController:
-    """Opens and saves files for the main screen."""
+def _show_study(pane: Pane, key: str) -> None:
+    if isinstance(pane, StudyPane):
+        if key in pane.VIEWS:
+            pane.show_view(key)
+        pane.reset_charts()
 
-    def __init__(self, lab: "LabScreen") -> None:
-        self._lab = lab
-        self._session = lab.session
+
+class FileActions(EditActions, RunActions):
+    """Actions on files of scenes, results, figures and data, and copies."""
 
     def _ask_path(self, dialog: PathDialog, use_path: Callable[[Path], None]) -> None:
         # Call `use_path` with the chosen path, unless the dialog is cancelled.
@@ -55,15 +59,20 @@ class FileController:
             if path is not None:
                 use_path(path)
 
-        self._lab.app.push_screen(dialog, handle_answer)
+        self.app.push_screen(dialog, handle_answer)
 
-    def _run_in_thread(self, name: str, function: Callable[[], None]) -> None:
-        # `name` appears in the report of an unexpected error.
-        self._lab.run_worker(function, name=name, thread=True, exit_on_error=False)
+    def action_export(self, kind: str) -> None:
+        """Export the figure or the data of the current tab."""
 
-    def export(self, export: Export) -> None:
-        """Ask for a path and write an export to it."""
-        scene_path = scene_file(self._session.source)
+        def export(pane: Pane) -> None:
+            with self.report_errors():
+                self._export(pane.export(kind))
+
+        self.tab_book.when_ready(export)
+
+    def _export(self, export: Export) -> None:
+        # Ask for a path and write an export to it.
+        scene_path = scene_file(self.session.source)
         title = f"Export the {export.kind} of {export.subject}"
 
         def check(path: Path) -> None:
@@ -81,7 +90,7 @@ class FileController:
                 except InputError as error:
                     raise InputError(_remove_folder(str(error), folder)) from None
 
-        if self._lab.app.is_web:
+        if self.app.is_web:
             # The browser chooses the folder; a download overwrites no file.
             hint = f"{export.hint} The browser downloads the file."
             dialog = PathDialog(title, export.file_name, hint, check_download, verb="Download")
@@ -96,30 +105,32 @@ class FileController:
                 path = Path(folder) / name
                 error = _remove_folder(write_export(export, path), folder)
                 data = None if error else path.read_bytes()
-            self._lab.call_later(self._report, export.kind, Path(name), error, data)
+            self.call_later(self._report_export, export.kind, Path(name), error, data)
 
-        self._run_in_thread(export.kind, write_download)
+        self.run_in_thread(export.kind, write_download)
 
     def _write(self, export: Export, path: Path) -> None:
         def write_file() -> None:
             # The program waits for this file before it exits.
             with FILE_WRITES.track(str(path)):
                 error = write_export(export, path)
-            self._lab.call_later(self._report, export.kind, path, error)
+            self.call_later(self._report_export, export.kind, path, error)
 
-        self._run_in_thread(export.kind, write_file)
+        self.run_in_thread(export.kind, write_file)
 
-    def _report(self, kind: str, path: Path, error: str, download: bytes | None = None) -> None:
+    def _report_export(
+        self, kind: str, path: Path, error: str, download: bytes | None = None
+    ) -> None:
         # `download` is the content of the file if it goes to a browser.
         text = error or f"{kind} written to {describe_files(path)}"
         if download is not None:
-            self._lab.app.deliver_binary(BytesIO(download), save_filename=path.name)
+            self.app.deliver_binary(BytesIO(download), save_filename=path.name)
             text = f"{kind} {path.name}: in the downloads folder of the browser"
-        self._lab.report(text, error=bool(error))
+        self.report(text, error=bool(error))
 
     def copy_command(self, pane: Pane) -> None:
         """Copy the command that computes the content of a tab."""
-        with self._lab.report_errors():
+        with self.report_errors():
             line = pane.command_line()
             self._copy(line, f"copied: {line}")
 
@@ -129,25 +140,25 @@ class FileController:
         if views:
             self._copy("\n".join(view.text() for view in views), "the plot is copied as text")
         else:
-            self._lab.report("there is no plot to copy", error=True)
+            self.report("there is no plot to copy", error=True)
 
     def _copy(self, text: str, report: str) -> None:
-        self._lab.app.copy_to_clipboard(text)
-        self._lab.report(report)
+        self.app.copy_to_clipboard(text)
+        self.report(report)
 
     def copy_picture(self, pane: Pane) -> None:
         """Copy the figure of a tab as a picture."""
 
         def copy_figure() -> None:
-            with self._lab.report_errors():
+            with self.report_errors():
                 copy_picture(export)
-                self._lab.report(f"the figure of {export.subject} is copied")
+                self.report(f"the figure of {export.subject} is copied")
 
-        with self._lab.report_errors():
+        with self.report_errors():
             export = pane.export("figure")
-            self._run_in_thread("copying", copy_figure)
+            self.run_in_thread("copying", copy_figure)
 
-    def open_scene(self) -> None:
+    def action_open_scene(self) -> None:
         """Ask for a scene or result file and open it."""
 
         def load(path: Path) -> None:
@@ -163,26 +174,26 @@ class FileController:
                 check_readable(path)
 
         hint = "A scene (.toml) or a result file written by fivtui."
-        if self._session.recent:
+        if self.session.recent:
             hint += " The palette (Ctrl+P) lists recent scenes."
         self._ask_path(PathDialog("Open a scene or a result", "", hint, check, verb="Open"), load)
 
     def open_path(self, path: Path) -> None:
         """Load a scene file."""
-        with self._lab.report_errors():
+        with self.report_errors():
             scene = load_scene(path)
             report = f"scene {scene.name} opened: {path}"
-            self._lab.post_message(SceneLoaded(scene, str(path), report))
+            self.post_message(SceneLoaded(scene, str(path), report))
 
-    def save_scene(self, *, ask: bool) -> None:
+    def action_save_scene(self, ask: bool = False) -> None:
         """Save the edited scene to its file.
 
         Asks for a path if `ask`, if the scene has no file, or if the file was changed elsewhere.
         """
-        with self._lab.report_errors():
-            scene = self._session.scene()
+        with self.report_errors():
+            scene = self.session.scene()
             # The source may also be the name of a preset, or empty.
-            source = Path(self._session.source)
+            source = Path(self.session.source)
             scene_path = source if _is_scene(source) else None
             if scene_path is not None and not ask and self._file_is_current(scene_path):
                 self._save(scene, output_path(scene_path, force=True))
@@ -194,14 +205,14 @@ class FileController:
 
     def _file_is_current(self, path: Path) -> bool:
         try:
-            return load_scene(path) == self._session.loaded
+            return load_scene(path) == self.session.loaded
         except InputError:
             return False
 
     def _save(self, scene: Scene, path: Path) -> None:
-        with self._lab.report_errors():
+        with self.report_errors():
             saved_scene = save_scene_as(scene, path)
-            self._lab.record_saved_scene(saved_scene, path)
+            self.record_saved_scene(saved_scene, path)
 
     def read_tables(self) -> None:
         """Ask for a file with parameters over time, and add them to the scene."""
@@ -209,27 +220,36 @@ class FileController:
         self._ask_path(dialog, self._read_tables)
 
     def _read_tables(self, path: Path) -> None:
-        with self._lab.report_errors():
+        with self.report_errors():
             # Raises `InputError` if the tables do not fit the parameters of the scene.
-            scene = replace(self._session.scene(), over_time=read_over_time(path))
-            self._lab.set_tables(scene.over_time, f"tables over time from {path}")
+            scene = replace(self.session.scene(), over_time=read_over_time(path))
+            self.set_tables(scene.over_time, f"tables over time from {path}")
 
-    def read_result(self) -> None:
+    def action_read_result(self) -> None:
         """Ask for a result file and read it."""
         dialog = PathDialog("Read a result", "", _RESULT_HINT, check_readable, verb="Read")
         self._ask_path(dialog, self._read_result)
 
     def _read_result(self, path: Path) -> None:
         def read_file() -> None:
-            with self._lab.report_errors():
+            with self.report_errors():
                 kind = kind_of(path)
                 if kind == "run":
-                    self._lab.call_later(self._lab.add_run, path, *load_run(path))
+                    self.call_later(self.add_run, path, *load_run(path))
                 else:
                     study = DisplayedStudy(load_displayable(kind, path), path.stem, str(path))
-                    self._lab.call_later(self._lab.show_study, kind, study)
+                    self.call_later(self.show_study, kind, study)
 
-        self._run_in_thread("reading", read_file)
+        self.run_in_thread("reading", read_file)
+
+    def show_study(self, kind: str, study: DisplayedStudy[Any]) -> None:
+        """Display a result in the tab of its kind."""
+        key = study_key(kind, study.value)
+        self.session.studies[key] = study
+        self.action_show_tab("safe-mu" if key in SAFETY_MAPS else kind)
+        self.tab_book.when_ready(partial(_show_study, key=key))
+        self.tab_book.update_pane_from_session()
+        self.report(f"{kind} read from {study.source}")
 
 
 def load_displayable(kind: str, path: Path) -> Any:
