@@ -36,7 +36,7 @@ from .lab import (
     key_names,
     register_alt_keys,
 )
-from .persistence import Autosave, Slot, State, load_config, session_state
+from .persistence import Autosave, Config, State, load_config, session_state
 from .session import SCREEN_RESPONSE, ComputingThreads, Session
 from .tabs import Reported, SessionRequested
 
@@ -130,23 +130,18 @@ class FivtuiApp(App[None]):
         self._mode = self.DEFAULT_MODE
         self.add_mode(self._mode, self.get_default_screen)
         self._state_file = state
-        self._autosave = Autosave(state)
+        self.autosave = Autosave(state)
         # The last reported error of saving.
         self._reported_error = ""
         self._save_timer: Timer | None = None
         self._is_first_start = False
-        # The configuration file overrides the theme of the saved session, and whether it has a live
-        # curve: a run of the edited scene that follows every edit.
-        self._configured_theme = ""
-        self._live_enabled: bool | None = None
-        self._pictures_enabled = True
-        self._key_names = key_names(self, {})
         # Reports to be posted when the screen is displayed.
         self._reports: list[Reported] = []
-        self._configure(config)
+        # It overrides the theme of the saved session, and whether a live curve follows its edits.
+        self._config = self._configure(config)
         self._restore(scene, source)
 
-    def _configure(self, path: Path | None) -> None:
+    def _configure(self, path: Path | None) -> Config:
         try:
             config = load_config(path, KEY_IDS)
             for name, colours in config.themes.items():
@@ -156,20 +151,18 @@ class FivtuiApp(App[None]):
                 raise unknown_name_error("theme", config.theme, self.available_themes)
         except InputError as error:
             self._reports.append(Reported(f"{path}: {error}", error=True))
-            return
+            return Config()
         self.set_keymap(config.keys)
-        self._key_names = key_names(self, config.keys)
-        self._configured_theme, self._live_enabled = config.theme, config.live
-        self._pictures_enabled = config.pictures
         if config.theme:
             self.theme = config.theme
+        return config
 
     def _restore(self, scene: Scene | None, source: str) -> None:
-        session = self._autosave.load()
+        session = self.autosave.load()
         self._is_first_start = (
-            self._autosave.enabled and session is None and not self._autosave.other_slots
+            self.autosave.enabled and session is None and not self.autosave.other_slots
         )
-        self._reports += [Reported(text, error=True) for text in self._autosave.notices]
+        self._reports += [Reported(text, error=True) for text in self.autosave.notices]
         if session is not None:
             notes = self._open(session)
             text = "; ".join(["last session restored", *notes])
@@ -178,29 +171,17 @@ class FivtuiApp(App[None]):
         if scene is not None:
             self.session.begin(scene, source)
             self.session.tab = ""
-        numbers = ", ".join(str(slot.number) for slot in reversed(self._autosave.other_slots))
+        numbers = ", ".join(str(slot.number) for slot in reversed(self.autosave.other_slots))
         if numbers:
-            text = (
-                f"session {self._autosave.number}; other saved sessions: {numbers} (Ctrl+P, Open)"
-            )
+            text = f"session {self.autosave.number}; other saved sessions: {numbers} (Ctrl+P, Open)"
             self._reports.append(Reported(text))
 
     def _open(self, session: Session) -> list[str]:
         # Returns messages about results that were not saved.
-        if session.theme in self.available_themes and not self._configured_theme:
+        if session.theme in self.available_themes and not self._config.theme:
             self.theme = session.theme
         self.session = session
         return [f"{key} was not saved: {reason}" for key, reason in session.not_stored.items()]
-
-    @property
-    def save_error(self) -> str:
-        """Why the session or a result could not be saved; empty if both were saved."""
-        return self._autosave.save_error
-
-    @property
-    def other_sessions(self) -> list[Slot]:
-        """The other saved sessions."""
-        return self._autosave.other_slots
 
     @on(SessionRequested)
     def _open_session(self, event: SessionRequested) -> None:
@@ -210,8 +191,8 @@ class FivtuiApp(App[None]):
         except InputError as error:
             self.screen_stack[0].post_message(Reported(str(error), error=True))
             return
-        self._autosave.close(self._session_state())
-        self._autosave, self._reported_error = autosave, ""
+        self.autosave.close(self._session_state())
+        self.autosave, self._reported_error = autosave, ""
         texts = [f"session {event.number} opened", *self._open(session)]
         self._reports.append(Reported("; ".join(texts)))
         # Removing the screen of the previous session ends its computations.
@@ -223,12 +204,12 @@ class FivtuiApp(App[None]):
 
     def get_default_screen(self) -> LabScreen:
         """The laboratory's screen."""
-        self.session.key_names = self._key_names
-        if self._live_enabled is not None:
-            self.session.live_enabled = self._live_enabled
+        self.session.key_names = key_names(self, self._config.keys)
+        if self._config.live is not None:
+            self.session.live_enabled = self._config.live
         screen = LabScreen(
             self.session,
-            lambda: self.other_sessions,
+            lambda: self.autosave.other_slots,
             has_waiting_keys=lambda: self._keys.has_waiting,
             show_welcome=self._is_first_start,
         )
@@ -311,7 +292,7 @@ class FivtuiApp(App[None]):
         exit_timer.daemon = True
         exit_timer.start()
         # Save first: the terminal may be closed.
-        self._autosave.close(self._session_state())
+        self.autosave.close(self._session_state())
         self._stop_computing()
         self.exit(return_code=status)
 
@@ -326,7 +307,7 @@ class FivtuiApp(App[None]):
 
     def on_mount(self) -> None:
         """Start saving the session at intervals, and report what was restored."""
-        if self._autosave.enabled:
+        if self.autosave.enabled:
             self._save_timer = self.set_interval(_SAVE_INTERVAL_S, self._save_session)
         if not self.is_headless:
             self._install_signal_handlers()
@@ -342,7 +323,7 @@ class FivtuiApp(App[None]):
         # After the first frame, because loading the kernel is slow.
         self.call_after_refresh(_report_interpreted_kernel, lab)
         if self.session.unread_results:
-            autosave, unread = self._autosave, dict(self.session.unread_results)
+            autosave, unread = self.autosave, dict(self.session.unread_results)
             # After the first frame, because reading files may be slow.
             self.call_after_refresh(
                 self.run_worker,
@@ -390,7 +371,7 @@ class FivtuiApp(App[None]):
             name.startswith(_PLAIN_TERMINALS) for name in names
         )
         is_able = self._can_ask_terminal and not self.is_headless and not is_plain
-        if self._pictures_enabled and is_able and self._driver is not None:
+        if self._config.pictures and is_able and self._driver is not None:
             self._pictures.start(self._driver.write)
 
     def _session_state(self) -> State:
@@ -398,11 +379,11 @@ class FivtuiApp(App[None]):
         return session_state(self.session)
 
     def _save_session(self) -> None:
-        if self._autosave.save_error != self._reported_error:
-            self._reported_error = self._autosave.save_error
+        if self.autosave.save_error != self._reported_error:
+            self._reported_error = self.autosave.save_error
             text = self._reported_error or "the session is saved again"
             self.screen_stack[0].post_message(Reported(text, error=bool(self._reported_error)))
-        autosave, state = self._autosave, self._session_state()
+        autosave, state = self.autosave, self._session_state()
         if autosave.needs_save(state):
             # In a thread, because writing files may be slow.
             self.run_worker(lambda: autosave.save(state), thread=True, exit_on_error=False)
@@ -412,4 +393,4 @@ class FivtuiApp(App[None]):
         self._pictures.stop()
         if self._save_timer is not None:
             self._save_timer.stop()
-        self._autosave.close(self._session_state())
+        self.autosave.close(self._session_state())

@@ -49,8 +49,8 @@ def run(scene: "Scene | None" = None, source: str = "") -> None:
         FILE_WRITES.wait(_report_pending_writes)
     except KeyboardInterrupt:
         os._exit(_INTERRUPTED_STATUS)
-    if app.save_error:
-        sys.stderr.write(f"{app.save_error}\n")
+    if app.autosave.save_error:
+        sys.stderr.write(f"{app.autosave.save_error}\n")
     if threads.busy:
         # A normal exit of Python would stop threads inside compiled code, which may crash.
         sys.stdout.flush()

@@ -149,7 +149,7 @@ async def use_lab(path: Path) -> None:
             await pilot.press("f5")
             await until(
                 pilot,
-                lambda: runs.active is None and not app._autosave.needs_save(app._session_state()),
+                lambda: runs.active is None and not app.autosave.needs_save(app._session_state()),
             )
 
 

@@ -22,10 +22,9 @@ from .run_list import RunsPane
 class LabActions(Screen[None]):
     """Actions that key bindings and palette entries of the main screen call."""
 
-    def __init__(self, session: Session, *, show_welcome: bool) -> None:
+    def __init__(self, session: Session) -> None:
         super().__init__()
         self.session = session
-        self._shows_welcome = show_welcome
 
     def show_inputs(self) -> None:
         """Display the fields, their errors and the verdict."""
@@ -75,9 +74,7 @@ class LabActions(Screen[None]):
         return True
 
     def _remove_welcome(self) -> None:
-        if self._shows_welcome:
-            self._shows_welcome = False
-            self.query("#welcome").remove()
+        self.query("#welcome").remove()
 
     def action_switch_tab(self, direction: int) -> None:
         """Show the next (+1) or previous (-1) tab."""

@@ -1,11 +1,17 @@
 """The key bar in the last line of the screen: the active keys and what they do."""
 
+from typing import Final
+
 from textual.binding import ActiveBinding
 from textual.content import Content
 from textual.events import Click
 from textual.screen import Screen
 from textual.style import Style
 from textual.widget import Widget
+
+from .keys import LAB_KEYS
+
+_IDS: Final = [str(binding.id) for binding in LAB_KEYS]
 
 
 class KeyBar(Widget):
@@ -33,13 +39,18 @@ class KeyBar(Widget):
             if active.binding.show:
                 by_action.setdefault(active.binding.action, active)
         line, width = Content(""), self.size.width - palette_key.cell_length
-        always_active = (self.screen, self.app)
-        for active in sorted(by_action.values(), key=lambda key: key.node not in always_active):
+        for active in sorted(by_action.values(), key=self._rank):
             key = self._key(active)
             if line.cell_length + key.cell_length > width:
                 break
             line += key
         return line.pad_right(max(width - line.cell_length, 0)) + palette_key
+
+    def _rank(self, active: ActiveBinding) -> tuple[bool, int]:
+        # Keys of screen and app come first, in the order of `LAB_KEYS` also if they are configured.
+        is_of_widget = active.node not in (self.screen, self.app)
+        name = str(active.binding.id)
+        return is_of_widget, _IDS.index(name) if name in _IDS else len(_IDS)
 
     def _key(self, active: ActiveBinding) -> Content:
         binding = active.binding

@@ -12,7 +12,6 @@ from fivtui.tui.session import (
     NATIVE_ENGINE,
     Outcome,
     Run,
-    Session,
     engine_difference_text,
     execute,
     result_summary,
@@ -36,11 +35,9 @@ class RunActions(LabActions):
     with an FMU: the scenes that are computed differ from it in method and step.
     """
 
-    def __init__(self, session: Session, *, show_welcome: bool) -> None:
-        super().__init__(session, show_welcome=show_welcome)
-        # During a comparison: the scene that an FMU computes next, then the finished native run.
-        self._next_scene: Scene | None = None
-        self._native_run: Run | None = None
+    # During a comparison: the scene that an FMU computes next, then the finished native run.
+    _next_scene: Scene | None = None
+    _native_run: Run | None = None
 
     def action_run(self) -> None:
         """Run the edited scene."""

@@ -75,8 +75,9 @@ class LabScreen(EditorActions):
         has_waiting_keys: Callable[[], bool],
         show_welcome: bool = False,
     ) -> None:
-        super().__init__(session, show_welcome=show_welcome)
+        super().__init__(session)
         self.other_sessions = other_sessions
+        self._shows_welcome = show_welcome
         self._search = SearchController(self)
         self._live = LiveController(self)
         self._gauges = GaugeController(self)

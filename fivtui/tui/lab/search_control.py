@@ -8,6 +8,7 @@ the slider may leave the belt.
 from collections import OrderedDict
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING, Final
 
 from textual.timer import Timer
@@ -43,7 +44,6 @@ class SearchController:
         self._job: Job | None = None
         self._pause_timer: Timer | None = None
         self._cache: OrderedDict[CacheKey, Attractors] = OrderedDict()
-        self._coexistence: Coexistence | None = None
 
     def attractors(self, system: System, *, stable: bool) -> Attractors:
         """The results so far; schedules a search if the parameters are new.
@@ -55,14 +55,14 @@ class SearchController:
             self.stop()
             self._key = key
             if key not in self._cache or not self._cache[key].complete:
-                self._pause_timer = self._screen.set_timer(_PAUSE, self._start_after_pause)
+                self._pause_timer = self._screen.set_timer(_PAUSE, self._start)
         # Without results, the text says that the search is running; there is no such search for
         # an unstable equilibrium.
         return self._cache.get(key, Attractors() if stable else Attractors(text=""))
 
     def stop(self) -> None:
         """Stop the search."""
-        self._key = self._coexistence = None
+        self._key = None
         if self._pause_timer is not None:
             self._pause_timer.stop()
             self._pause_timer = None
@@ -70,91 +70,84 @@ class SearchController:
             self._job.stop()
             self._job = None
 
-    def _start_after_pause(self) -> None:
+    def _start(self) -> None:
         if self._screen.is_busy:
-            self._pause_timer = self._screen.set_timer(_PAUSE, self._start_after_pause)
-        else:
-            self._start_search()
+            self._pause_timer = self._screen.set_timer(_PAUSE, self._start)
+        elif self._key is not None:
+            self._pause_timer, self._job = None, Job()
+            search = partial(_search, *self._key, self._job, partial(self._post, self._job))
+            self._screen.run_in_thread("search for limit cycles", search)
 
-    def _start_search(self) -> None:
-        if self._key is None:
-            return
-        (system, stable), self._pause_timer = self._key, None
-        self._job = job = Job()
+    def _post(self, job: Job, attractors: Attractors) -> None:
+        self._screen.call_later(self._store, job, attractors)
 
-        def post(store: Callable[..., None], *args: object) -> None:
-            self._screen.call_later(self._store_and_show, job, store, *args)
-
-        def store_partial_coexistence(result: "Coexistence") -> None:
-            post(self._store_coexistence, result, False)
-
-        def search() -> None:
-            from fivtui.orbits import coexistence
-            from fivtui.safety import safe_friction
-
-            if stable:
-                outcome = compute_outcome(
-                    lambda: coexistence(
-                        system, progress=job.report, on_found=store_partial_coexistence
-                    )
-                )
-                if outcome.error:
-                    post(self._store_error, outcome.error)
-                elif outcome.result is not None:
-                    post(self._store_coexistence, outcome.result, True)
-                else:
-                    # The search was stopped.
-                    return
-            parameters = system.parameters
-            if parameters.v_belt is not None:
-                post(self._store_safe_friction, None)
-                return
-            safe = compute_outcome(
-                lambda: safe_friction(parameters, separation=system.separation, progress=job.report)
-            )
-            if safe.result is not None or safe.error:
-                post(self._store_safe_friction, safe.result)
-
-        self._screen.run_in_thread("search for limit cycles", search)
-
-    def _store_and_show(self, job: Job, store: Callable[..., None], *args: object) -> None:
-        # Call `store(key, *args)` in the screen's thread, unless the parameters were edited since.
+    def _store(self, job: Job, attractors: Attractors) -> None:
+        # Results of a stopped search are ignored.
         if job is not self._job or self._key is None:
             return
-        store(self._key, *args)
+        self._cache[self._key] = attractors
         while len(self._cache) > _CACHE_SIZE:
             self._cache.popitem(last=False)
+        if attractors.complete:
+            self._job = None
         self._screen.show_search_result()
 
-    def _store_error(self, key: CacheKey, error: str) -> None:
-        self._cache[key] = Attractors(f"search for limit cycles failed: {error}", searched=True)
 
-    def _store_coexistence(self, key: CacheKey, result: "Coexistence", searched: bool) -> None:
-        # `searched`: whether this search has ended; that for the safe μ, which sets `complete`,
-        # follows.
-        from fivtui.orbits import coexistence_phrase
+def _search(
+    system: System, stable: bool, job: Job, show_attractors: Callable[[Attractors], None]
+) -> None:
+    # Both searches; `stable` is whether the equilibrium is stable. Returns early when stopped.
+    from fivtui.orbits import coexistence
+    from fivtui.safety import safe_friction
 
-        self._coexistence = result
-        note = (result.warning or "") if searched else ""
-        self._cache[key] = Attractors(coexistence_phrase(result), note, result.coexists, searched)
+    def show_partial_result(result: "Coexistence") -> None:
+        show_attractors(_attractors(result, searched=False))
 
-    def _store_safe_friction(self, key: CacheKey, safe: "SafeFriction | None") -> None:
-        # The last result of a search. It may know from which μ on limit cycles exist, or know one
-        # that the first search has not found: the text on coexistence is changed to say so.
-        self._job = None
-        previous = self._cache.get(key, Attractors(text=""))
-        self._cache[key] = replace(previous, safe=safe, complete=True)
-        if safe is None or not previous.text:
+    attractors, coexisting = Attractors(text=""), None
+    if stable:
+        outcome = compute_outcome(
+            lambda: coexistence(system, progress=job.report, on_found=show_partial_result)
+        )
+        coexisting = outcome.result
+        if coexisting is not None:
+            attractors = _attractors(coexisting, searched=True)
+        elif outcome.error:
+            text = f"search for limit cycles failed: {outcome.error}"
+            attractors = Attractors(text, searched=True)
+        else:
             return
-        from fivtui.orbits import coexistence_phrase
-        from fivtui.safety import largest_cycle_text
+        show_attractors(attractors)
+    parameters, safe = system.parameters, None
+    if parameters.v_belt is None:
+        safe_outcome = compute_outcome(
+            lambda: safe_friction(parameters, separation=system.separation, progress=job.report)
+        )
+        safe = safe_outcome.result
+        if safe is None and not safe_outcome.error:
+            return
+    attractors = replace(attractors, safe=safe, complete=True)
+    if safe is not None and attractors.text:
+        attractors = _with_safe_friction(attractors, safe, coexisting)
+    show_attractors(attractors)
 
-        coexistence = self._coexistence
-        attractors_below_critical_mu = safe.others
-        if coexistence is not None and coexistence.coexists and attractors_below_critical_mu:
-            suffix = f" from μ = {attractors_below_critical_mu[0].mu:.4g}"
-            self._cache[key] = replace(
-                self._cache[key], text=coexistence_phrase(coexistence, suffix)
-            )
-        elif sentence := largest_cycle_text(safe):
-            self._cache[key] = replace(self._cache[key], text=sentence, coexists=True)
+
+def _attractors(result: "Coexistence", *, searched: bool) -> Attractors:
+    # `searched`: whether the search for coexisting attractors has ended.
+    from fivtui.orbits import coexistence_phrase
+
+    note = (result.warning or "") if searched else ""
+    return Attractors(coexistence_phrase(result), note, result.coexists, searched)
+
+
+def _with_safe_friction(
+    attractors: Attractors, safe: "SafeFriction", coexisting: "Coexistence | None"
+) -> Attractors:
+    # The text says from which μ on limit cycles exist, or that the second search has found one.
+    from fivtui.orbits import coexistence_phrase
+    from fivtui.safety import largest_cycle_text
+
+    if coexisting is not None and coexisting.coexists and safe.others:
+        text = coexistence_phrase(coexisting, f" from μ = {safe.others[0].mu:.4g}")
+        return replace(attractors, text=text)
+    text = largest_cycle_text(safe)
+    return replace(attractors, text=text, coexists=True) if text else attractors

@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from .autosave import Autosave
-    from .config import config_path, load_config
+    from .config import Config, config_path, load_config
     from .slots import Slot
     from .state_file import (
         State,

@@ -199,7 +199,7 @@ async def test_the_session_is_restored_at_the_next_start(
         await pilot.press("escape")
         assert "F = 92.0" in (tmp_path / "mine.toml").read_text()
         await pilot.press("ctrl+p")
-        await until_shown(pilot, "Run the transient")
+        await until_shown(pilot, "Run the scene and keep the run")
         await pilot.press(*"recent")
         await until_shown(pilot, "Recent: ")
         await pilot.press("enter")

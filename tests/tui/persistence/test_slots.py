@@ -298,7 +298,7 @@ def test_a_session_that_was_not_saved_is_reported_at_the_end(
 
 def test_a_run_that_leaves_the_list_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
     reports: list[str] = []
-    lab = RunActions(Session(), show_welcome=False)
+    lab = RunActions(Session())
     monkeypatch.setattr(lab, "post_message", lambda _: None)
     monkeypatch.setattr(lab, "run_worker", lambda *_, **__: None)
     monkeypatch.setattr(lab, "action_show_tab", lambda _: None)
@@ -336,7 +336,7 @@ async def test_the_palette_opens_another_session_and_keeps_this_one(tmp_path: Pa
 
 async def open_from_palette(pilot: Any, title: str) -> None:
     await pilot.press("ctrl+p")
-    await until_shown(pilot, "Run the transient")
+    await until_shown(pilot, "Run the scene and keep the run")
     # The search finds "Open session" without the blank, which is no name of a key.
     await pilot.press(*"opensession")
     await until_shown(pilot, title)
