@@ -84,7 +84,13 @@ class FivtuiApp(App[None]):
     ]
     COMMANDS: ClassVar[set[type[Provider] | Callable[[], type[Provider]]]] = {_command_provider}
     BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("ctrl+q", "quit", "Quit", show=True, priority=True),
+        Binding(
+            "ctrl+q",
+            "quit",
+            "Quit",
+            tooltip="Quit; the next start restores the session",
+            priority=True,
+        ),
     ]
     # A Textual mode per session, so that sessions can be switched.
     DEFAULT_MODE = "session"

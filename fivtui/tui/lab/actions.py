@@ -7,7 +7,6 @@ is edited and run. Its verdict says whether the slider is stable.
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-from textual.binding import ActiveBinding
 from textual.screen import Screen
 
 from fivtui.model import ComputationError, InputError
@@ -50,12 +49,6 @@ class LabActions(Screen[None]):
     def tab_book(self) -> TabBook:
         """The tabs."""
         return self.query_one(TabBook)
-
-    @property
-    def active_bindings(self) -> dict[str, ActiveBinding]:
-        """The active keys; those of this screen come before those of the focused widget."""
-        bindings = super().active_bindings
-        return dict(sorted(bindings.items(), key=lambda item: item[1].node is not self))
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:  # noqa: ARG002
         """Whether an action is available, such as stop during a run."""

@@ -21,7 +21,7 @@ from fivtui.model import InputError
 from fivtui.scene import PRESETS, Scene
 from fivtui.tui.chart import ChartView
 from fivtui.tui.persistence import Slot, load_session
-from fivtui.tui.session import FIELDS, Run
+from fivtui.tui.session import FIELDS
 from fivtui.tui.tabs import (
     EXPORT_KINDS,
     TABS,
@@ -35,6 +35,7 @@ from fivtui.tui.tabs import (
 )
 
 from .keys import LAB_KEYS, key_text
+from .run_list import RunsTable
 from .screen import LabScreen
 
 # Scores if all words of a search match the title or the search terms. An entry that contains only
@@ -108,6 +109,14 @@ _PLOT_TERMS: Final = {
     "cursor(1)": _CURSOR_TERMS,
     "log('x')": "linear scale",
     "log('y')": "linear scale",
+}
+# Search terms of actions on runs.
+_RUN_TERMS: Final = {
+    "load": "scene",
+    "overlay": "hide draw beside",
+    "baseline": "compare difference",
+    "show": "plots results",
+    "delete": "remove",
 }
 # Search terms of the commands of every Textual application, by title.
 _SYSTEM_COMMAND_TERMS: Final = {
@@ -268,24 +277,18 @@ def _scene_entries(lab: LabScreen) -> Iterator[PaletteEntry]:
 
 
 def _run_entries(lab: LabScreen) -> Iterator[PaletteEntry]:
-    runs = lab.session.runs
-
-    def entry(title: str, help_text: str, run: Run, action: str) -> PaletteEntry:
-        return PaletteEntry(
-            title, help_text, partial(lab.post_message, RunActionRequested(run.number, action))
-        )
-
-    for run in runs:
-        yield entry(f"Load the scene of run {run.number}", "In the run list: Enter", run, "load")
-        yield entry(f"Delete run {run.number}", "In the run list: x; remove", run, "delete")
-        if run.result is None:
-            continue
-        if run is not runs.displayed:
-            yield entry(f"Show run {run.number}", "Plots and results of this run", run, "show")
-            title = f"{'Hide' if run.overlaid else 'Overlay'} run {run.number}"
-            yield entry(title, "In the run list: Space; overlay", run, "overlay")
-        title = "Clear the baseline" if run is runs.baseline else f"Baseline: run {run.number}"
-        yield entry(title, "In the run list: b; compare", run, "baseline")
+    bindings = [binding for binding in RunsTable.BINDINGS if isinstance(binding, Binding)]
+    for run in lab.session.runs:
+        for binding in bindings:
+            action = next((name for name in _RUN_TERMS if f"'{name}'" in binding.action), "")
+            if action and (run.result is not None or action in ("load", "delete")):
+                request = RunActionRequested(run.number, action)
+                yield PaletteEntry(
+                    f"{binding.description} run {run.number}",
+                    f"In the run list: {key_text(lab.app, binding.key.split(',')[0])}",
+                    partial(lab.post_message, request),
+                    _RUN_TERMS[action],
+                )
 
 
 def _saved_session_entries(lab: LabScreen, slots: Iterable[Slot]) -> Iterator[PaletteEntry]:

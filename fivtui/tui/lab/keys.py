@@ -4,7 +4,7 @@ The laboratory is the screen of the terminal program in which a scene, a paramet
 settings of its run, is edited and run.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from typing import Any, Final
 
 from textual.app import App
@@ -101,29 +101,23 @@ _SCROLLING_ACTIONS: Final = ("scroll_", "page_")
 
 def active_keys(screen: Screen[Any]) -> list[Row]:
     """Rows of the active keys: of the focused widget, the laboratory, typing and scrolling."""
-    focused: list[ActiveBinding] = []
-    laboratory: list[ActiveBinding] = []
-    general: list[ActiveBinding] = []
-    for active in screen.active_bindings.values():
-        if not active.enabled or not active.binding.description:
-            continue
+
+    def rank(active: ActiveBinding) -> int:
         is_typing = isinstance(active.node, Input) and active.binding.key in _TYPING_KEYS
         if is_typing or active.binding.action.startswith(_SCROLLING_ACTIONS):
-            general.append(active)
-        else:
-            (laboratory if active.node in (screen, screen.app) else focused).append(active)
-    return [*_rows(screen, focused), *_rows(screen, laboratory), *_rows(screen, general)]
+            return 2
+        return int(active.node in (screen, screen.app))
 
-
-def _rows(screen: Screen[Any], group: Iterable[ActiveBinding]) -> list[Row]:
     # One row per purpose lists all keys that serve it.
     keys: dict[str, list[str]] = {}
-    for _, binding, _, tooltip in group:
-        purpose = tooltip or binding.description
+    for active in sorted(screen.active_bindings.values(), key=rank):
+        binding = active.binding
+        purpose = active.tooltip or binding.description
         if binding.id is None and purpose.istitle():
             # Textual capitalizes every word of its own descriptions.
             purpose = purpose.capitalize()
-        keys.setdefault(purpose, []).append(key_text(screen.app, binding.key))
+        if active.enabled and purpose:
+            keys.setdefault(purpose, []).append(key_text(screen.app, binding.key))
     return [Row(" ".join(dict.fromkeys(names)), purpose) for purpose, names in keys.items()]
 
 

@@ -4,7 +4,9 @@ from dataclasses import dataclass
 from textwrap import shorten, wrap
 from typing import Final
 
+from textual import on
 from textual.content import Content
+from textual.events import Click
 from textual.widget import Widget
 
 # Notices cover the lower edge of the form, where its hint has three lines, but no button or field.
@@ -69,10 +71,7 @@ class NoticeView(Widget):
             for line, notice in self._wrapped_lines()
         )
 
-    def on_click(self) -> None:
-        """Remove the notices."""
-        self.clear()
-
+    @on(Click)
     def clear(self) -> None:
         """Remove the notices."""
         self.notices.clear()

@@ -13,7 +13,6 @@ from .fields import FormField
 
 # Keys and what they do.
 HINTS: Final = (
-    Row("Tab, Shift+Tab", "next and previous field, button, plot"),
     Row("↑ ↓", "in a number: increase or decrease by a step; with Shift: by a tenth of it"),
     Row(
         "Escape",
@@ -38,8 +37,6 @@ HINTS: Final = (
     Row(
         "zoom t, y", "in a title: axes t and y keep their limits for new runs; r fits them to data"
     ),
-    Row("Ctrl+P", "palette: all commands that apply now, found by name or meaning"),
-    Row("Ctrl+Q", "quit; the next start restores the session"),
 )
 
 
@@ -66,7 +63,7 @@ def general_help() -> list[Row]:
 
 def field_help(field: FormField) -> list[Row]:
     """Meaning, unit, range, default and details of a field."""
-    rows = [
+    return [
         Row("meaning", field.meaning),
         Row("symbol", field.symbol or field.name),
         Row("unit", field.unit or "none"),
@@ -74,7 +71,3 @@ def field_help(field: FormField) -> list[Row]:
         Row("default", field.default or "none"),
         *(Row(label, text) for label, text in field.details),
     ]
-    # Only fields with numbers have a rule by which keys change their value in steps.
-    if field.step_rule is not None:
-        rows.append(Row("keys", "↑ ↓ increase or decrease by a step, with Shift by a tenth of it"))
-    return rows

@@ -186,7 +186,7 @@ async def test_keys_focus_every_part_and_follow_in_the_key_bar(
 
 TITLE_BY_QUERY = {
     "csv": "Export the data", "phase": "Run: Phase", "plot": "Export the figure",
-    "help": "Help: keys", "save": "Save the scene", "load": "Load the scene", "import": "Read a",
+    "help": "Help: keys", "save": "Save the scene", "load": "Load run", "import": "Read a",
     "picture": "Copy the picture", "pdf": "Export the figure", "exit": "Quit", "dark": "Theme",
     "fft": "Run: Spectrum", "film": "Run: Belt", "wav": "Run: Belt",
     "measured": "Run: Measured", "validate": "Run: Measured", "log": "Logarithmic x",
