@@ -10,12 +10,15 @@ from contextlib import contextmanager
 from textual.screen import Screen
 
 from fivtui.model import ComputationError, InputError
+from fivtui.results import Row
 from fivtui.scene import scene_file
-from fivtui.tui.session import Session
+from fivtui.tui.session import Session, field_help, general_help
 from fivtui.tui.tabs import Pane, Reported, TabBook, TabLine
 
+from .dialogs import HelpDialog, PartKey
 from .form.form import Form, field_of
-from .run_list import RunsPane
+from .keys import active_keys
+from .run_list import RunsPane, RunsTable
 
 
 class LabActions(Screen[None]):
@@ -82,7 +85,7 @@ class LabActions(Screen[None]):
             self.query_one(Form).focus_field("mu")
         else:
             self.add_class("-runs")
-            pane.take_focus()
+            self.query_one(RunsTable).focus()
 
     def action_toggle_computation(self) -> None:
         """Start or stop the computation of the current tab."""
@@ -105,12 +108,6 @@ class LabActions(Screen[None]):
 
     def action_help(self) -> None:
         """Show the active keys, help on the focused field, and the equations."""
-        from fivtui.results import Row
-        from fivtui.tui.session import field_help, general_help
-
-        from .dialogs import HelpDialog
-        from .keys import active_keys
-
         rows, field = active_keys(self), field_of(self.focused)
         if field is not None:
             heading = Row("", f"{field.name}: {field.meaning}")
@@ -127,19 +124,13 @@ class LabActions(Screen[None]):
             self.query_one(TabLine).focus()
         elif part == "runs":
             self.add_class("-runs")
-            self.query_one(RunsPane).take_focus()
+            self.query_one(RunsTable).focus()
         else:
             self.tab_book.when_ready(lambda pane: pane.focus_content(bar_first=part == "bar"))
 
     def action_ask_part(self) -> None:
         """Focus the part of the screen that the next key names."""
-        from .dialogs import PartKey
-
-        def focus_part(part: str | None) -> None:
-            if part:
-                self.action_focus_part(part)
-
-        self.app.push_screen(PartKey(), focus_part)
+        self.app.push_screen(PartKey(), lambda part: self.action_focus_part(part) if part else None)
 
     def focus_field(self, name: str) -> None:
         """Focus a field of the form."""

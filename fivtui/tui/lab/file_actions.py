@@ -55,11 +55,7 @@ class FileActions(EditActions, RunActions):
 
     def _ask_path(self, dialog: PathDialog, use_path: Callable[[Path], None]) -> None:
         # Call `use_path` with the chosen path, unless the dialog is cancelled.
-        def handle_answer(path: Path | None) -> None:
-            if path is not None:
-                use_path(path)
-
-        self.app.push_screen(dialog, handle_answer)
+        self.app.push_screen(dialog, lambda path: None if path is None else use_path(path))
 
     def action_export(self, kind: str) -> None:
         """Export the figure or the data of the current tab."""

@@ -118,10 +118,6 @@ class RunsPane(Vertical):
         if self._plot_marks != _plot_marks(runs, live):
             self.show(runs, live)
 
-    def take_focus(self) -> None:
-        """Focus the table."""
-        self.query_one(RunsTable).focus()
-
     @on(DataTable.RowSelected)
     def _show_selected(self, event: DataTable.RowSelected) -> None:
         # A mouse click selects a row; Enter loads the scene instead.

@@ -92,7 +92,7 @@ class FieldList(VerticalScroll, SearchableList):
 
     def action_edit(self) -> None:
         """Focus the editor at the cursor."""
-        self.row.take_focus()
+        self.row.editor.focus()
 
     @on(FieldFocused)
     def _move_cursor_to(self, event: FieldFocused) -> None:
@@ -129,7 +129,7 @@ class Form(Vertical):
 
     def text_of(self, name: str) -> str:
         """The text in a field's editor."""
-        return self._rows[name].text
+        return self._rows[name].editor.text
 
     def show(
         self,
@@ -181,11 +181,11 @@ class Form(Vertical):
 
     def take_focus(self) -> None:
         """Focus the field at the list's cursor."""
-        self.query_one(FieldList).row.take_focus()
+        self.query_one(FieldList).row.editor.focus()
 
     def focus_field(self, name: str) -> None:
         """Focus a field."""
-        self._rows[name].take_focus()
+        self._rows[name].editor.focus()
 
 
 def field_of(widget: Widget | None) -> FormField | None:

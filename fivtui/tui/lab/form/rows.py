@@ -61,8 +61,8 @@ class FieldRow(Widget):
 
     def __init__(self, field: FormField, text: str) -> None:
         self.field = field
-        self._editor = editor_of(field, text)
-        super().__init__(self._editor, id=f"row-{field.name}")
+        self.editor = editor_of(field, text)
+        super().__init__(self.editor, id=f"row-{field.name}")
         self._symbol = field.symbol or field.name
         self._error = ""
         self._note = ""
@@ -98,7 +98,7 @@ class FieldRow(Widget):
         """Draw everything but the editor."""
         field, width = self.field, self.size.width
         first_column, editor_width = self.editor_span(width)
-        focused = self._editor.has_focus or self.has_class("-cursor")
+        focused = self.editor.has_focus or self.has_class("-cursor")
         symbol = self._symbol.ljust(_SYMBOL_WIDTH - 1)
         parts: list[tuple[str, str]] = [
             (_CHANGED_SIGN if self._changed else " ", "$text-warning"),
@@ -116,22 +116,17 @@ class FieldRow(Widget):
         lines_below = (Content.styled(_INDENT + line, style) for line in self._lines_below(width))
         return Content("\n").join([line.truncate(width), *lines_below])
 
-    @property
-    def text(self) -> str:
-        """The text in the editor."""
-        return self._editor.text
-
     def show(self, text: str, error: str, note: str, *, changed: bool) -> None:
         """Display the text, its error or note, and whether it was changed."""
-        self._editor.show(text)
+        self.editor.show(text)
         if changed is not self._changed:
             self._changed = changed
             self.refresh()
         if (error, note) != (self._error, self._note):
             self._error, self._note = error, note
-            self._editor.set_class(bool(error), "-invalid")
+            self.editor.set_class(bool(error), "-invalid")
             self.refresh(layout=True)
-            if error and self._editor.has_focus:
+            if error and self.editor.has_focus:
                 self.call_after_refresh(self.scroll_visible, animate=False)
 
     def on_descendant_focus(self) -> None:
@@ -148,10 +143,6 @@ class FieldRow(Widget):
         self.set_class(selected, "-cursor")
         self.refresh()
 
-    def take_focus(self) -> None:
-        """Focus the editor."""
-        self._editor.focus()
-
     def on_click(self, event: Click) -> None:
         """Change the number by a step on a click on − or +; elsewhere focus the editor."""
         first_column, width = self.editor_span(self.size.width)
@@ -161,4 +152,4 @@ class FieldRow(Widget):
             direction = -1 if sign_index == 0 else 1
             self.post_message(FieldStepped(self.field.name, direction, fine=False))
         else:
-            self.take_focus()
+            self.editor.focus()

@@ -77,27 +77,17 @@ StyledTexts = list[tuple[str, str]]
 
 @dataclass(frozen=True, slots=True)
 class Gauge:
-    """The content of a gauge.
+    """The content of a gauge: the zones of a parameter, and the edited value."""
 
-    Attributes
-    ----------
-    label : str
-        Symbol and unit of the parameter.
-    zones : Zones
-        The zones and their bounds, over the range of the gauge.
-    value, text : float, str
-        The edited value, and its text in the form.
-    searching : bool
-        Whether large disturbances are still being searched.
-    basis : str
-        Names of the methods that found the zones.
-    """
-
+    # Symbol and unit of the parameter.
     label: str
     zones: Zones
     value: float
+    # The text of the value in the form.
     text: str
+    # Whether large disturbances are still being searched.
     searching: bool
+    # Names of the methods that found the zones.
     basis: str
 
     def lines(self, width: int, marker_style: str = "bold") -> tuple[StyledTexts, StyledTexts]:
