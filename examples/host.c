@@ -1,6 +1,6 @@
 /* Run the native FMU without Python: the base scene over 100 s; print y and the separations.
 
-       fivtui fmu build --flavour native --force --out belt.fmu && unzip -qo belt.fmu -d belt
+       fivtui fmu build --force --out belt.fmu && unzip -qo belt.fmu -d belt
        cc host.c -I"$(.venv/bin/python -c 'import fmpy; print(fmpy.__path__[0])')/c-code" -ldl -o host
        ./host belt                                                                              */
 

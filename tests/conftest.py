@@ -65,7 +65,7 @@ def fmu(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The Python FMU of the slider-belt, which tests only read."""
     from fmu_src.build.builder import build_fmu
 
-    return build_fmu(tmp_path_factory.mktemp("fmu") / "slider_belt.fmu")
+    return build_fmu(tmp_path_factory.mktemp("fmu") / "slider_belt.fmu", flavour="python")
 
 
 def pytest_collection_finish() -> None:

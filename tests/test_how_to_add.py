@@ -389,7 +389,7 @@ ends = [
     for change in (-step, step)
 ]
 assert math.isclose(rates.final.y, (ends[1] - ends[0]) / (2 * step), rel_tol=1e-5)
-fmu = build_fmu("lifted.fmu")
+fmu = build_fmu("lifted.fmu", flavour="python")
 values = dict(F=-5.0, x_start=0.5, y_start=0.4, vy_start=-2.0, start_static=False)
 driven = run_fmu(fmu, t_end=5.0, start_values=values, outputs=["y", "mode"])
 same([driven.columns["y"][-1]], [first.final.y])

@@ -31,10 +31,10 @@ _RUN: Final = "Run"
 fmu_argument = click.argument("fmu_file", type=InputFile("the FMU"), metavar="FILE.fmu")
 flavour_option = option(
     "--flavour",
-    default="python",
+    default="native",
     metavar="NAME",
-    help="python (crashes in folders with characters such as ü, %, # or [) or native.  "
-    "[default: python]",
+    help="native, or python: needs Python where it runs, and a folder of plain characters.  "
+    "[default: native]",
 )
 
 
@@ -75,7 +75,7 @@ def fmu_build(out: Path, platform: str | None, **options: Any) -> None:
 
     The native flavour runs without Python and also offers model exchange. It runs on this platform
     or on those of --platform, which needs the extra fivtui[cross]. With --sources, `fmpy compile`
-    builds it for other platforms.
+    builds it for other platforms. The Python flavour is one file for Linux and Windows.
     """
     from fmu_src.build import build_fmu
 

@@ -64,7 +64,7 @@ SECTIONS: Final[Mapping[str, Mapping[str, Entry]]] = {
     },
     "FMU": {
         "fmu": Entry("how-to/fmu-in-fmpy", "fmu build --out slider-belt.fmu"),
-        "fmu build": Entry("how-to/fmu-in-c", "fmu build --flavour native --out native.fmu"),
+        "fmu build": Entry("how-to/fmu-in-c", "fmu build --fmi 3 --out slider-belt-3.fmu"),
         "fmu run": Entry("how-to/fmu-inputs", "fmu run slider-belt.fmu --set F=60 --t-end 20"),
         "fmu check": Entry("how-to/fmu-in-fmpy", "fmu check slider-belt.fmu"),
         "fmu system": Entry("how-to/fmu-inputs", "fmu system --out brake.ssp"),

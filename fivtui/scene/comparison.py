@@ -84,7 +84,7 @@ def compare(
     check_figure_path(figure)
     work = Progress(progress)
     begin = time.perf_counter()
-    build_fmu(fmu)
+    build_fmu(fmu, flavour="python")
     build_s = time.perf_counter() - begin
     case_1, case_2 = (dataclasses.replace(scene, separation=flag) for flag in (True, False))
     considered = _case_runs(case_1, fmu, work.stage(0.0, 0.5))

@@ -28,7 +28,7 @@ from .terminals import pictures_and_terminals
 SUFFIX: Final = ".fmu"
 PYTHON: Final = "python"
 NATIVE: Final = "native"
-FLAVOURS: Final = (PYTHON, NATIVE)
+FLAVOURS: Final = (NATIVE, PYTHON)
 _VERSIONS: Final = ("2", "3")
 _DESCRIPTION: Final = "modelDescription.xml"
 # A constant date and system in the archive keep its bytes independent of time and machine.
@@ -57,7 +57,7 @@ def build_fmu(
     *,
     component: str = DEFAULT_COMPONENT,
     fmi: str = "2",
-    flavour: str = PYTHON,
+    flavour: str = NATIVE,
     platforms: Sequence[str] = (),
     sources: bool = False,
     force: bool = False,
@@ -72,10 +72,10 @@ def build_fmu(
         One of `COMPONENTS`; the slider-belt model if not given.
     fmi : "2" or "3"
         FMI 2.0, or FMI 3.0 in the native flavour.
-    flavour : "python" or "native"
-        ``"python"``: for co-simulation on Linux and Windows; needs Python where it runs.
+    flavour : "native" or "python"
         ``"native"``: compiled, for co-simulation and model exchange; needs no Python, and runs on
         `platforms` alone.
+        ``"python"``: for co-simulation on Linux and Windows; needs Python where it runs.
     platforms : sequence of str
         Platforms of the native flavour: ``"linux64"``, ``"win64"``, ``"darwin64"``; by default the
         platform of this machine. Others need the package ziglang.

@@ -120,14 +120,12 @@ def _machine() -> tuple[str, str]:
 def _host_platform() -> str:
     """Name in `PLATFORMS` of the platform of this machine."""
     if _machine() not in HOSTS:
-        raise InputError(
-            f"no native FMU supports {', '.join(_machine())}; build the Python flavour"
-        )
+        raise InputError(f"no native FMU supports {', '.join(_machine())}; take --flavour python")
     return HOSTS[_machine()]
 
 
 def _read_binary(model: str) -> bytes:
-    advice = "install fivtui anew, or build the Python flavour"
+    advice = "install fivtui anew, or take --flavour python"
     file = NATIVE / f"{model}{PLATFORMS[_host_platform()].suffix}"
     if not file.is_file():
         reason = "not installed"

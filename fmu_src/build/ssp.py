@@ -12,7 +12,7 @@ from xml.etree import ElementTree as ET
 from fivtui.io import check_output, check_suffix, output_path, temporary_folder, write_atomically
 from fmu_src.slave import Role, Type, Variable
 
-from .builder import PYTHON, ZIP_DATE, build_fmu
+from .builder import NATIVE, ZIP_DATE, build_fmu
 from .components import COMPONENTS
 from .description import about_attributes, base_exponents, type_name, xml_bytes
 
@@ -45,7 +45,7 @@ _MASTER: Final = {
 
 
 def build_ssp(
-    path: str | Path, *, flavour: str = PYTHON, ports: bool = False, force: bool = False
+    path: str | Path, *, flavour: str = NATIVE, ports: bool = False, force: bool = False
 ) -> Path:
     """Build an SSP archive of the slider-belt coupled with the brake actuator.
 
@@ -53,7 +53,7 @@ def build_ssp(
     ----------
     path : str or Path
         The ``.ssp`` file to write.
-    flavour : "python" or "native"
+    flavour : "native" or "python"
         Flavour of both FMUs; see `build_fmu`.
     ports : bool
         Whether the system has ports: the inputs that are not connected, and all outputs. All

@@ -31,7 +31,7 @@ def descriptions(tmp_path_factory: pytest.TempPathFactory) -> dict[str, ET.Eleme
     """The model description of each component."""
     folder, roots = tmp_path_factory.mktemp("fmu"), {}
     for which in COMPONENTS:
-        fmu = build_fmu(folder / f"{which}.fmu", component=which)
+        fmu = build_fmu(folder / f"{which}.fmu", component=which, flavour=PYTHON)
         with zipfile.ZipFile(fmu) as archive:
             roots[which] = ET.fromstring(archive.read("modelDescription.xml"))
     return roots

@@ -9,13 +9,13 @@ from pathlib import Path
 
 import pytest
 
-from fmu_src.build.builder import build_fmu
 from tests.support.fmu_driver import Call, Driver
+from tests.support.fmu_tools import build_python_fmu
 
 
 @pytest.fixture(scope="module")
 def fmu(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return build_fmu(
+    return build_python_fmu(
         tmp_path_factory.mktemp("fmu") / "brake_actuator.fmu", component="brake-actuator"
     )
 

@@ -28,6 +28,7 @@ from fmu_src.build.components import COMPONENTS
 from fmu_src.build.description import base_exponents
 from fmu_src.slave.variables import VARIABLES
 from tests.support.fmu_driver import Driver
+from tests.support.fmu_tools import build_python_fmu
 from tests.support.processes import run_python
 
 ROOT = Path(__file__).parents[2]
@@ -46,7 +47,7 @@ def test_the_mode_is_also_an_integer_and_an_enumeration(fmu: Path) -> None:
 
 @pytest.mark.parametrize("component", COMPONENTS)
 def test_every_component_follows_the_schema_of_the_standard(component: str, tmp_path: Path) -> None:
-    fmu = build_fmu(tmp_path / "m.fmu", component=component)
+    fmu = build_python_fmu(tmp_path / "m.fmu", component=component)
     folder = Path(fmpy.__file__).parent / "schema" / "fmi2"
     schema = etree.XMLSchema(etree.parse(folder / "fmi2ModelDescription.xsd"))
     with zipfile.ZipFile(fmu) as archive:
@@ -56,7 +57,7 @@ def test_every_component_follows_the_schema_of_the_standard(component: str, tmp_
 
 @pytest.mark.parametrize("component", COMPONENTS)
 def test_the_reference_run_in_the_fmu_can_be_repeated(component: str, tmp_path: Path) -> None:
-    fmu = build_fmu(tmp_path / "m.fmu", component=component)
+    fmu = build_python_fmu(tmp_path / "m.fmu", component=component)
     model = COMPONENTS[component].model
     with zipfile.ZipFile(fmu) as archive:
         for name in ("in.csv", "ref.csv", "ref.opt"):
@@ -159,8 +160,11 @@ def test_the_same_project_builds_the_same_bytes_anywhere_at_the_same_date(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("SOURCE_DATE_EPOCH", "1000000000")
-    first = build_fmu(tmp_path / "first.fmu")
-    code = "import sys; from fmu_src.build.builder import build_fmu; build_fmu(sys.argv[1])"
+    first = build_python_fmu(tmp_path / "first.fmu")
+    code = (
+        "import sys; from fmu_src.build.builder import build_fmu; "
+        "build_fmu(sys.argv[1], flavour='python')"
+    )
     run_python(
         "-c",
         code,
@@ -175,7 +179,7 @@ def test_the_guid_is_the_same_at_another_date(
     fmu: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("SOURCE_DATE_EPOCH", "0")
-    old = read_model_description(build_fmu(tmp_path / "old.fmu"))
+    old = read_model_description(build_python_fmu(tmp_path / "old.fmu"))
     assert old.generationDateAndTime == "1970-01-01T00:00:00Z"
     assert old.guid == read_model_description(fmu).guid
 
@@ -186,7 +190,7 @@ def test_an_invalid_date_is_refused(
 ) -> None:
     monkeypatch.setenv("SOURCE_DATE_EPOCH", date)
     with pytest.raises(InputError, match=r"SOURCE_DATE_EPOCH = .*: must be seconds since 1970"):
-        build_fmu(tmp_path / "m.fmu")
+        build_python_fmu(tmp_path / "m.fmu")
 
 
 def test_a_source_folder_that_is_not_installed_has_the_same_licence(
@@ -241,9 +245,9 @@ def test_the_fmu_has_its_licence_figure_icon_and_terminals(
 
 
 def test_building_does_not_change_the_process(tmp_path: Path) -> None:
-    build_fmu(tmp_path / "first.fmu")
+    build_python_fmu(tmp_path / "first.fmu")
     state_before = sys.path[:], set(sys.modules), Path.cwd(), set(sys.path_importer_cache)
-    build_fmu(tmp_path / "second.fmu")
+    build_python_fmu(tmp_path / "second.fmu")
     state_after = sys.path[:], set(sys.modules), Path.cwd(), set(sys.path_importer_cache)
     assert state_before == state_after
     assert sorted(path.name for path in tmp_path.iterdir()) == ["first.fmu", "second.fmu"]
@@ -258,7 +262,7 @@ def test_two_different_builds_run_in_one_process(
         return original(package, name).replace('"mass of the slider"', '"another meaning"')
 
     monkeypatch.setattr(builder, "_read_source", read_altered_source)
-    altered_fmu = build_fmu(tmp_path / "other.fmu")
+    altered_fmu = build_python_fmu(tmp_path / "other.fmu")
     monkeypatch.undo()
     first, second = read_model_description(fmu), read_model_description(altered_fmu)
     assert first.guid != second.guid
@@ -316,20 +320,20 @@ def test_an_invalid_target_is_refused_and_nothing_is_written(
     (tmp_path / "taken.fmu").write_text("mine")
     (tmp_path / "folder.fmu").mkdir()
     with pytest.raises(InputError, match=re.escape(message)):
-        build_fmu(tmp_path / name)
+        build_python_fmu(tmp_path / name)
     assert (tmp_path / "taken.fmu").read_text() == "mine"
     assert len(list(tmp_path.iterdir())) == 2
 
 
 def test_an_unknown_component_is_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="did you mean brake-actuator"):
-        build_fmu(tmp_path / "m.fmu", component="actuator")
+        build_python_fmu(tmp_path / "m.fmu", component="actuator")
 
 
 def test_force_replaces_a_file(tmp_path: Path) -> None:
     target = tmp_path / "taken.fmu"
     target.write_text("old")
-    built = build_fmu(target, force=True)
+    built = build_python_fmu(target, force=True)
     assert built == target
     # The permission to replace the file does not pass to users of the returned path.
     assert not is_replaceable(built)
@@ -346,14 +350,14 @@ def test_a_failed_build_keeps_the_old_file_and_does_not_change_the_process(
     )
     path, modules = sys.path[:], set(sys.modules)
     with pytest.raises(RuntimeError, match="broken"):
-        build_fmu(target, force=True)
+        build_python_fmu(target, force=True)
     assert target.read_text() == "old"
     assert list(tmp_path.iterdir()) == [target]
     assert (sys.path, set(sys.modules)) == (path, modules)
 
 
 def test_the_fmu_has_the_original_wrapper_without_its_builder(tmp_path: Path) -> None:
-    with zipfile.ZipFile(build_fmu(tmp_path / "slider_belt.fmu")) as archive:
+    with zipfile.ZipFile(build_python_fmu(tmp_path / "slider_belt.fmu")) as archive:
         wrapper_sources = {
             Path(name).stem: archive.read(name).decode()
             for name in archive.namelist()
@@ -380,4 +384,4 @@ def test_an_unsupported_version_of_fmi_is_refused(
     options: dict[str, str], message: str, tmp_path: Path
 ) -> None:
     with pytest.raises(InputError, match=message):
-        build_fmu(tmp_path / "m.fmu", fmi=options["fmi"])
+        build_python_fmu(tmp_path / "m.fmu", fmi=options["fmi"])

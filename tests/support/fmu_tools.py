@@ -8,10 +8,11 @@ from typing import Final
 
 from pythonfmu import FmuBuilder
 
-from fivtui import simulate
+from fivtui import build_fmu, simulate
 
 # Runs with the interpreted kernel, which Python FMUs contain.
 simulate_interpreted: Final = partial(simulate, kernel="interpreted")
+build_python_fmu: Final = partial(build_fmu, flavour="python")
 
 _ACCUMULATOR = """
 from pythonfmu import Boolean, Fmi2Causality, Fmi2Slave, Fmi2Variability, Integer, Real
