@@ -28,6 +28,12 @@ from .paths import InputFile
 
 _RUN: Final = "Run"
 
+fmi_option = option(
+    "--fmi",
+    default="2",
+    metavar="2|3",
+    help="2 for FMI 2.0; 3 for FMI 3.0, in the native flavour only.",
+)
 fmu_argument = click.argument("fmu_file", type=InputFile("the FMU"), metavar="FILE.fmu")
 flavour_option = option(
     "--flavour",
@@ -54,12 +60,7 @@ def fmu(context: click.Context) -> None:
     metavar="NAME",
     help="slider-belt or brake-actuator.  [default: slider-belt]",
 )
-@option(
-    "--fmi",
-    default="2",
-    metavar="2|3",
-    help="2 for FMI 2.0; 3 for FMI 3.0, in the native flavour only.",
-)
+@fmi_option
 @flavour_option
 @option(
     "--platform",
@@ -86,6 +87,7 @@ def fmu_build(out: Path, platform: str | None, **options: Any) -> None:
 
 @fmu.command("system")
 @output_option("--out", "FILE.ssp", "The archive to write.", required=True)
+@fmi_option
 @flavour_option
 @option("--ports", is_flag=True, help="Give the system ports, which libcosim and ecos refuse.")
 @force_option

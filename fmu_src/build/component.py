@@ -26,8 +26,8 @@ _NATIVE_RULES: Final = """\
 <p>Co-simulation: inputs are held from one communication point to the next, or change
 over the next step with the given first derivatives; after that step they keep their final values.
 Results do not depend on the communication step. Continuous outputs have derivatives by time, up to
-the maxOutputDerivativeOrder of the model description, of the motion that follows if inputs are
-held, or change with the derivatives set for the next step. At an event or a jump of an input they
+the third, of the motion that follows if inputs are held, or change with the derivatives set for the
+next step. At an event or a jump of an input they
 are those after it.</p>
 <p>Model exchange: the importer integrates, and finds switches as zeros of the event
 indicators. The first is y. A belt of finite speed adds v_belt - vx in slip, and in stick mu_s P - f

@@ -14,7 +14,6 @@ from fivtui.model import InputError, check_known
 from .c_sources import (
     MODELS,
     NATIVE,
-    OUTPUT_DERIVATIVE_ORDER,
     model_guid,
     sources,
     sources_hash,
@@ -63,7 +62,9 @@ _INTERFACES: Final[Mapping[str, Mapping[str, str]]] = {
         **_CAPABILITIES,
         "canHandleVariableCommunicationStepSize": "true",
         "canInterpolateInputs": "true",
-        "maxOutputDerivativeOrder": str(OUTPUT_DERIVATIVE_ORDER),
+        # Calls return up to the third derivative. OMSimulator takes the declared order also for
+        # that of the inputs, which is 1.
+        "maxOutputDerivativeOrder": "1",
     },
 }
 

@@ -45,7 +45,12 @@ _MASTER: Final = {
 
 
 def build_ssp(
-    path: str | Path, *, flavour: str = NATIVE, ports: bool = False, force: bool = False
+    path: str | Path,
+    *,
+    fmi: str = "2",
+    flavour: str = NATIVE,
+    ports: bool = False,
+    force: bool = False,
 ) -> Path:
     """Build an SSP archive of the slider-belt coupled with the brake actuator.
 
@@ -53,6 +58,8 @@ def build_ssp(
     ----------
     path : str or Path
         The ``.ssp`` file to write.
+    fmi : "2" or "3"
+        Version of FMI of both FMUs; libcosim and fmpy couple those of FMI 2.0 only.
     flavour : "native" or "python"
         Flavour of both FMUs; see `build_fmu`.
     ports : bool
@@ -69,8 +76,8 @@ def build_ssp(
     Raises
     ------
     InputError
-        If the flavour is unknown or its binary was not compiled; if the name does not end in
-        ``.ssp``; if the folder cannot be written, or the file exists and `force` is not set.
+        If version or flavour is unknown, or the binary was not compiled; if the name does not end
+        in ``.ssp``; if the folder cannot be written, or the file exists and `force` is not set.
 
     Examples
     --------
@@ -85,7 +92,7 @@ def build_ssp(
     with temporary_folder() as folder:
         for component in COMPONENTS:
             file = folder / _fmu_name(component)
-            fmu = build_fmu(file, component=component, flavour=flavour)
+            fmu = build_fmu(file, component=component, fmi=fmi, flavour=flavour)
             content[_fmu_path(component)] = fmu.read_bytes()
 
     def write(file: BinaryIO) -> None:

@@ -1,16 +1,23 @@
-"""Every host that couples slider-belt and brake actuator computes the same motion."""
+"""Every host computes the same motion, coupled with the brake actuator or alone.
+
+Programs such as fmusim (of Reference-FMUs) and OMSimulator are tested where PATH has them.
+"""
 
 import csv
+import itertools
 import json
 import os
+import runpy
 import shutil
 import subprocess
 import sys
 import sysconfig
 import zipfile
+from collections.abc import Callable, Sequence
 from importlib.util import find_spec
 from io import BytesIO
 from pathlib import Path
+from typing import Any
 from xml.etree import ElementTree as ET
 
 import fmpy
@@ -19,6 +26,7 @@ import pytest
 from fmpy.ssp.simulation import simulate_ssp
 from fmpy.ssp.ssd import read_ssd
 
+from fivtui import Parameters, simulate
 from fivtui.model.errors import InputError
 from fmu_src.build.builder import NATIVE, PYTHON
 from fmu_src.build.ssp import build_ssp
@@ -40,28 +48,69 @@ DATE = "1000000000"
 LIBRARIES = f"{sys.prefix}/lib"
 
 
-@pytest.fixture(scope="module", params=[PYTHON, NATIVE])
-def flavour(request: pytest.FixtureRequest) -> str:
-    name: str = request.param
-    return name
+# Flavours and versions of FMI. libcosim, and fmpy for coupled FMUs, do not support FMI 3.0.
+VARIANTS = ((PYTHON, "2"), (NATIVE, "2"), (NATIVE, "3"))
+with_fmi_2 = pytest.mark.parametrize("variant", VARIANTS[:2], indirect=True)
+
+
+@pytest.fixture(scope="module", params=VARIANTS)
+def variant(request: pytest.FixtureRequest) -> tuple[str, str]:
+    flavour, fmi = request.param
+    return flavour, fmi
 
 
 @pytest.fixture(scope="module")
-def folder(flavour: str, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    folder = tmp_path_factory.mktemp("system")
+def flavour(variant: tuple[str, str]) -> str:
+    return variant[0]
+
+
+@pytest.fixture(scope="module")
+def folder(variant: tuple[str, str], tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return build_system(tmp_path_factory.mktemp("system"), *variant)
+
+
+@pytest.fixture(scope="module")
+def reference_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return build_system(tmp_path_factory.mktemp("reference"), NATIVE, "2")
+
+
+def build_system(folder: Path, flavour: str, fmi: str) -> Path:
+    """Write `brake.ssp` and its two FMUs."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("SOURCE_DATE_EPOCH", DATE)
-        build_ssp(folder / "brake.ssp", flavour=flavour)
+        build_ssp(folder / "brake.ssp", flavour=flavour, fmi=fmi)
     with zipfile.ZipFile(folder / "brake.ssp") as archive:
         for name in ("slider_belt", "brake_actuator"):
             (folder / f"{name}.fmu").write_bytes(archive.read(f"resources/{name}.fmu"))
     return folder
 
 
+def fmus_in(folder: Path) -> tuple[Path, Path]:
+    return folder / "slider_belt.fmu", folder / "brake_actuator.fmu"
+
+
 @pytest.fixture(scope="module")
-def reference_rows(folder: Path) -> list[Row]:
-    # Both FMUs, stepped by a loop in Python that exchanges their outputs.
-    return run_coupled(folder / "slider_belt.fmu", folder / "brake_actuator.fmu", steps=STEPS, h=H)
+def reference_rows(reference_folder: Path) -> list[Row]:
+    # Both native FMUs, stepped by a loop in Python that exchanges their outputs.
+    return run_coupled(*fmus_in(reference_folder), steps=STEPS, h=H)
+
+
+@pytest.fixture(scope="module")
+def tuned_rows(reference_folder: Path, tmp_path_factory: pytest.TempPathFactory) -> list[Row]:
+    # OUTPUTS of the native slider-belt, whose belt runs backward and whose k1 changes.
+    extracted = tmp_path_factory.mktemp("extracted")
+    fmpy.extract(str(reference_folder / "slider_belt.fmu"), str(extracted))
+    rows = []
+    with FmuInstance(extracted) as instance:
+        instance.begin(finite_belt=True, **START)
+        for step in range(STEPS):
+            if step == STEPS // 2:
+                instance.set(**CHANGE)
+            instance.step(H)
+            y, P_max, sticks = instance.get(*OUTPUTS)
+            rows.append((y, P_max, sticks))
+    assert rows[-1][-1] > 1
+    return rows
 
 
 def test_the_coupled_fmus_vibrate_and_the_preload_reacts_to_the_contact_force(
@@ -73,8 +122,13 @@ def test_the_coupled_fmus_vibrate_and_the_preload_reacts_to_the_contact_force(
     assert min(force for _, force, _ in reference_rows) == 0.0
 
 
+def variants_and_hosts(hosts: Sequence[Callable[..., object]]) -> list[tuple[Any, str]]:
+    names = [host.__name__ for host in hosts]
+    return [(v, name) for v in VARIANTS for name in names if v[1] == "2" or "libcosim" not in name]
+
+
 @pytest.mark.host
-@pytest.mark.parametrize("host", [host.__name__ for host in HOSTS])
+@pytest.mark.parametrize(("variant", "host"), variants_and_hosts(HOSTS), indirect=["variant"])
 def test_a_host_agrees_with_the_reference(
     host: str, folder: Path, reference_rows: list[Row], tmp_path: Path
 ) -> None:
@@ -82,22 +136,32 @@ def test_a_host_agrees_with_the_reference(
 
 
 @pytest.mark.host
-@pytest.mark.parametrize("host", [host.__name__ for host in TUNED_HOSTS])
+@pytest.mark.parametrize(("variant", "host"), variants_and_hosts(TUNED_HOSTS), indirect=["variant"])
 def test_a_host_reverses_the_belt_tunes_and_reads_totals_as_fmpy_does(
-    host: str, folder: Path, tmp_path: Path
+    host: str, folder: Path, tuned_rows: list[Row], tmp_path: Path
 ) -> None:
-    extracted = fmpy.extract(str(folder / "slider_belt.fmu"), str(tmp_path / "extracted"))
-    with FmuInstance(Path(extracted)) as instance:
-        instance.begin(finite_belt=True, **START)
-        expected = []
-        for step in range(STEPS):
-            if step == STEPS // 2:
-                instance.set(**CHANGE)
-            instance.step(H)
-            y, P_max, sticks = instance.get(*OUTPUTS)
-            expected.append((y, P_max, sticks))
-    assert expected[-1][-1] > 1
-    assert_same(run_host(host, folder, tmp_path), expected)
+    assert_same(run_host(host, folder, tmp_path), tuned_rows)
+
+
+@pytest.mark.host
+def test_fmusim_reverses_the_belt_tunes_and_reads_totals_as_fmpy_does(
+    flavour: str, folder: Path, tuned_rows: list[Row], tmp_path: Path
+) -> None:
+    t_end, values = STEPS * H, {"k1": Parameters().k1} | START
+    inputs = [(t_end * part, values) for part in (0.0, 0.5)]
+    inputs += [(t_end * part, CHANGE) for part in (0.5, 1.0)]
+    with (tmp_path / "inputs.csv").open("w") as file:
+        writer = csv.writer(file)
+        writer.writerow(["time", *CHANGE])
+        writer.writerows([t, *(row[name] for name in CHANGE)] for t, row in inputs)
+    options: list[tuple[object, ...]] = [("--interface-type", "cs"), ("--output-interval", H)]
+    options += [("--stop-time", t_end), ("--input-file", "inputs.csv")]
+    options += [("--output-file", "result.csv")]
+    options += [("--start-value", name, v) for name, v in [("finite_belt", "true"), *START.items()]]
+    options += [("--output-variable", name) for name in OUTPUTS]
+    arguments = (*itertools.chain(*options), folder / "slider_belt.fmu")
+    _, *rows = run_program("fmusim", flavour, tmp_path, *arguments)
+    assert_same([(row["y"], row["P_max"], row["sticks"]) for row in rows], tuned_rows)
 
 
 def run_host(host: str, folder: Path, tmp_path: Path) -> list[Row]:
@@ -144,29 +208,72 @@ def program_environment(flavour: str) -> dict[str, str]:
     return environment
 
 
+def run_program(
+    name: str, flavour: str, folder: Path, *arguments: object
+) -> list[dict[str, float]]:
+    """Rows of the table `result.csv` that a program of PATH writes."""
+    if shutil.which(name) is None:
+        pytest.skip(f"there is no {name}")
+    process = subprocess.run(
+        [name, *map(str, arguments)],
+        cwd=folder,
+        env=program_environment(flavour),
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert process.returncode == 0, process.stdout[-2000:]
+    assert "error:" not in process.stdout
+    with (folder / "result.csv").open() as file:
+        table = csv.DictReader(file)
+        return [{name: float(value) for name, value in row.items()} for row in table]
+
+
+def run_omsimulator(flavour: str, folder: Path, *arguments: object) -> dict[str, float]:
+    """The last values of all variables."""
+    options = ("--resultFile=result.csv", "--stripRoot=true")
+    return run_program("OMSimulator", flavour, folder, *options, *arguments)[-1]
+
+
 @pytest.mark.host
 @pytest.mark.parametrize("ports", [False, True])
 def test_omsimulator_agrees_with_the_reference(
-    ports: bool, flavour: str, folder: Path, tmp_path: Path
+    ports: bool, variant: tuple[str, str], reference_folder: Path, tmp_path: Path
 ) -> None:
-    program = shutil.which("OMSimulator")
-    if program is None:
-        pytest.skip("there is no OMSimulator")
-    environment = program_environment(flavour)
-    archive = build_ssp(tmp_path / "brake.ssp", flavour=flavour, ports=ports)
-    command = [program, "--stopTime=1", "--resultFile=result.csv", str(archive)]
-    subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, check=True)
-    with (tmp_path / "result.csv").open() as file:
-        *_, end = csv.DictReader(file)
+    flavour, fmi = variant
+    archive = build_ssp(tmp_path / "brake.ssp", flavour=flavour, fmi=fmi, ports=ports)
+    end = run_omsimulator(flavour, tmp_path, "--stopTime=1", archive)
     # The archive sets steps of 1 ms.
-    fmus = (folder / "slider_belt.fmu", folder / "brake_actuator.fmu")
-    *_, expected = run_coupled(*fmus, steps=1000, h=1e-3)
-    names = ("slider_belt.y", "slider_belt.P", "brake_actuator.F")
-    y, P, F = (float(end[f"brake.brake.{name}"]) for name in names)
+    *_, expected = run_coupled(*fmus_in(reference_folder), steps=1000, h=1e-3)
+    values = tuple(end[name] for name in ("slider_belt.y", "slider_belt.P", "brake_actuator.F"))
     # The file has twelve digits.
-    assert (y, P, F) == pytest.approx(expected, rel=1e-11)
+    assert values == pytest.approx(expected, rel=1e-11)
     if ports:
-        assert float(end["brake.brake.y"]) == y
+        assert end["y"] == end["slider_belt.y"]
+
+
+@pytest.mark.host
+def test_omsimulator_reads_all_outputs(
+    variant: tuple[str, str], folder: Path, tmp_path: Path
+) -> None:
+    flavour, _ = variant
+    fmu = folder / "slider_belt.fmu"
+    options = ("--mode=cs", "--stopTime=20", "--stepSize=0.01")
+    end = run_omsimulator(flavour, tmp_path, *options, fmu)
+    run = simulate(t_end=20.0)
+    values = [end[name] for name in ("y", "y_peak", "P_max", "separations", "mode_enumeration")]
+    expected = [run.final.y, run.peak.y_abs, run.contact_force.max, run.events.separations, 0.0]
+    assert values == pytest.approx(expected, rel=1e-11)
+
+
+@pytest.mark.host
+def test_omsimulator_extrapolates_by_output_derivatives(tmp_path: Path) -> None:
+    archive = build_ssp(tmp_path / "brake.ssp")
+    options = ("--stopTime=1", "--inputExtrapolation=true")
+    y = run_omsimulator(NATIVE, tmp_path, *options, archive)["slider_belt.y"]
+    coupled = runpy.run_path(str(Path(__file__).parents[2] / "examples/fmu_coupled.py"))["coupled"]
+    (held, _), (extrapolated, _) = (coupled(1000, 1.0, extrapolate=flag) for flag in (False, True))
+    assert abs(y - extrapolated) < 0.05 * abs(held - extrapolated)
 
 
 @pytest.mark.host
@@ -193,24 +300,25 @@ def test_the_host_ecos_in_c_plus_plus_agrees_with_the_reference(
     assert_same([(y, P, F) for y, P, F in outputs[-STEPS:]], reference_rows, abs_error=1e-6)
 
 
+@with_fmi_2
 def test_fmpy_runs_the_archive_with_inputs_of_zero_in_the_first_step(folder: Path) -> None:
     # The stop time is between two steps: rounding does not change their number.
     run = simulate_ssp(str(folder / "brake.ssp"), stop_time=1.0 - 0.5 * H, step_size=H)
-    fmus = (folder / "slider_belt.fmu", folder / "brake_actuator.fmu")
     # A row of y, P and F: the inputs P and F of the first step are zero.
     zero_row = (0.0, 0.0, 0.0)
-    expected = run_coupled(*fmus, steps=run.size, h=H, first=zero_row)
+    expected = run_coupled(*fmus_in(folder), steps=run.size, h=H, first=zero_row)
     names = ("slider_belt.y", "slider_belt.P", "brake_actuator.F")
     columns = (run[name].tolist() for name in names)
     assert_same(list(zip(*columns, strict=True)), expected)
 
 
 def test_the_archive_follows_the_standard_and_its_bytes_are_reproducible(
-    flavour: str, folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    variant: tuple[str, str], folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("SOURCE_DATE_EPOCH", DATE)
     assert_valid(folder / "brake.ssp", folder)
-    rebuilt_archive = build_ssp(tmp_path / "rebuilt.ssp", flavour=flavour)
+    flavour, fmi = variant
+    rebuilt_archive = build_ssp(tmp_path / "rebuilt.ssp", flavour=flavour, fmi=fmi)
     assert rebuilt_archive.read_bytes() == (folder / "brake.ssp").read_bytes()
 
 
@@ -237,6 +345,7 @@ def assert_valid(archive: Path, folder: Path) -> None:
     assert inputs <= targets
 
 
+@with_fmi_2
 def test_fmpy_runs_a_system_with_ports(flavour: str, folder: Path, tmp_path: Path) -> None:
     archive = build_ssp(tmp_path / "brake.ssp", flavour=flavour, ports=True)
     assert_valid(archive, folder)

@@ -5,6 +5,7 @@ printed is a JSON list of (y, P, F), or of `OUTPUTS`, at the end of every commun
 """
 
 import json
+import os
 import sys
 from pathlib import Path
 from typing import Any
@@ -204,6 +205,8 @@ def main() -> None:
     run = {host.__name__: host for host in (*HOSTS, *TUNED_HOSTS)}[sys.argv[1]]
     rows = run(Path(sys.argv[2]), int(sys.argv[3]), float(sys.argv[4]))
     print("\n" + json.dumps(rows), flush=True)
+    # Threads of ecos may still run, and crash a process that unloads its libraries.
+    os._exit(0)
 
 
 if __name__ == "__main__":
