@@ -46,9 +46,7 @@ fmi2Status fmi2CompletedIntegratorStep(fmi2Component c, fmi2Boolean no_way_back,
     if (!enter_event_mode || !terminate)
         return report(i, fmi2Error, "pointers to the results must be given");
     *enter_event_mode = *terminate = fmi2False;
-    if (COMPONENT.complete_step)
-        COMPONENT.complete_step(i);
-    return fmi2OK;
+    return !COMPONENT.complete_step || COMPONENT.complete_step(i) ? fmi2OK : fmi2Discard;
 }
 
 fmi2Status fmi2SetTime(fmi2Component c, fmi2Real time)

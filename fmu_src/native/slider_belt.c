@@ -445,14 +445,17 @@ static void compute_totals(Instance *i)
 }
 
 /* Include the states of model exchange in the totals at completed steps. */
-static void complete_step(Instance *i)
+static int complete_step(Instance *i)
 {
     Motion *m = &motion_record(i)->motion;
-    /* The time off the belt is added where that ends, by `update_mode`. */
-    const double separated_time = m->past.separated_time;
     update_outputs(i);
-    m->past = exchange_totals(i);
-    m->past.separated_time = separated_time;
+    Totals totals = exchange_totals(i);
+    /* The time off the belt is added where that ends, by `update_mode`. */
+    totals.separated_time = m->past.separated_time;
+    if (check_finite(i, "P", totals.P_max - totals.P_min) != fmi2OK)
+        return 0;
+    m->past = totals;
+    return 1;
 }
 
 /* The value; if it is zero, the least normal number with the sign of `side`. */

@@ -1,6 +1,7 @@
 /* Attacks the FMU, linked into this program, by damaged states, extreme values and random calls.
 
-   Arguments: numbers of steps and instances that measure memory growth, and of rounds per attack. */
+   Arguments: numbers of steps and instances that measure memory growth, of rounds per attack, and a
+   seed of the random numbers. */
 
 #include <math.h>
 #include <stdint.h>
@@ -27,7 +28,7 @@ enum { HEAD = 48, NUMBER_SIZE = 8, CHECKSUM_SIZE = 4, MAX_BYTES = 4096 };
 static int has_finite_belt;
 
 /* State of the random numbers: the xorshift generator of Marsaglia. */
-static uint64_t random_state = 88172645463325252u;
+static uint64_t random_state;
 
 static unsigned random_below(unsigned bound)
 {
@@ -85,6 +86,13 @@ static fmi2Component create_initialized(fmi2Type type)
     return c;
 }
 
+/* Check that a successful call returned only finite numbers. */
+static void check_finite(int status, const double *numbers, size_t count)
+{
+    for (size_t n = 0; n < count; n++)
+        CHECK(status != fmi2OK || isfinite(numbers[n]));
+}
+
 /* Make the checksum valid, so that damaged numbers are read. */
 static void update_checksum(fmi2Byte *bytes, size_t size)
 {
@@ -133,11 +141,8 @@ static void attack_states(int rounds)
                 all[n] = n;
             CHECK(fmi2SetFMUstate(c, copy) == fmi2OK);
             fmi2GetReal(c, all, VARIABLE_COUNT, values);
-            if (fmi2DoStep(c, t, 0.01, 1) == fmi2OK) {
-                CHECK(fmi2GetReal(c, all, VARIABLE_COUNT, values) == fmi2OK);
-                for (unsigned n = 0; n < VARIABLE_COUNT; n++)
-                    CHECK(!isnan(values[n]));
-            }
+            if (fmi2DoStep(c, t, 0.01, 1) == fmi2OK)
+                check_finite(fmi2GetReal(c, all, VARIABLE_COUNT, values), values, VARIABLE_COUNT);
             CHECK(fmi2FreeFMUstate(c, &copy) == fmi2OK && !copy);
             CHECK(fmi2SetFMUstate(c, state) == fmi2OK);
         }
@@ -161,24 +166,32 @@ static void check_message_3(void *host, fmi3Status status, fmi3String category, 
     CHECK(status > fmi3OK && *category && *message);
 }
 
-/* An instance of FMI 3.0 for co-simulation with events. In this FMU both versions of FMI have the same
-   type of instance, so that functions of either may be called. */
-static fmi2Component create_initialized_3(void)
+/* An instance of FMI 3.0. In this FMU both versions of FMI have the same type of instance, so that
+   functions of either may be called. */
+static fmi2Component create_initialized_3(fmi2Type type, fmi3Boolean events)
 {
-    fmi3Instance c = fmi3InstantiateCoSimulation("attacked", SLIDER_BELT_GUID, NULL, 0, 1, 1, 1, NULL,
-                                                 0, NULL, check_message_3, NULL);
+    fmi3Instance c = type == fmi2ModelExchange
+        ? fmi3InstantiateModelExchange("attacked", SLIDER_BELT_GUID, NULL, 0, 1, NULL, check_message_3)
+        : fmi3InstantiateCoSimulation("attacked", SLIDER_BELT_GUID, NULL, 0, 1, events, events, NULL, 0,
+                                      NULL, check_message_3, NULL);
     CHECK(c);
     choose_belt(c);
     CHECK(fmi3EnterInitializationMode(c, 0, 0.0, 0.0, 0, 0.0) == fmi3OK);
-    CHECK(fmi3ExitInitializationMode(c) == fmi3OK && fmi3EnterStepMode(c) == fmi3OK);
+    CHECK(fmi3ExitInitializationMode(c) == fmi3OK);
+    CHECK(!events || fmi3EnterStepMode(c) == fmi3OK);
     return c;
 }
 
-/* Check that a successful call returned only finite numbers. */
-static void check_finite(int status, const double *numbers, size_t count)
+/* Replace a state by what it becomes as bytes. */
+static void copy_state(fmi2Component c, fmi2FMUstate *state)
 {
-    for (size_t n = 0; n < count; n++)
-        CHECK(status != fmi2OK || isfinite(numbers[n]));
+    fmi3Byte bytes[MAX_BYTES];
+    size_t size;
+    if (!*state || fmi3SerializedFMUStateSize(c, *state, &size) != fmi3OK)
+        return;
+    CHECK(size <= MAX_BYTES && fmi3SerializeFMUState(c, *state, bytes, size) == fmi3OK);
+    CHECK(fmi3FreeFMUState(c, state) == fmi3OK);
+    CHECK(fmi3DeserializeFMUState(c, bytes, size, state) == fmi3OK);
 }
 
 /* Call a random function with random arguments, in any phase. */
@@ -196,9 +209,10 @@ static void call_at_random(fmi2Component c, fmi2FMUstate *state)
     /* Numbers of variables and of states, for valid and invalid calls. */
     const size_t count = random_below(3), state_count = random_below(4) ? 4 : random_below(5);
     const fmi2String category = random_below(2) ? "logStatusError" : "nonsense";
-    fmi3Boolean set[6];
+    fmi3Boolean set[6] = {random_below(2), random_below(2)};
     fmi3Int64 long_number[2];
-    switch (random_below(38)) {
+    size_t size;
+    switch (random_below(56)) {
     case 0: fmi2SetupExperiment(c, booleans[0], reals[0], reals[1], 0, reals[2]); break;
     case 1: fmi2EnterInitializationMode(c); break;
     case 2: fmi2ExitInitializationMode(c); break;
@@ -242,17 +256,144 @@ static void call_at_random(fmi2Component c, fmi2FMUstate *state)
     case 36:
         check_finite(fmi3GetOutputDerivatives(c, continuous, count, orders, read, count), read, count);
         break;
-    default: fmi2SetDebugLogging(c, booleans[0], random_below(2), &category); break;
+    case 37: fmi2SetDebugLogging(c, booleans[0], random_below(2), &category); break;
+    case 38: fmi3SetDebugLogging(c, set[0], random_below(2), &category); break;
+    case 39: fmi3Reset(c), fmi3SetTime(c, reals[0]); break;
+    case 40: fmi3Terminate(c); break;
+    case 41: fmi2CompletedIntegratorStep(c, booleans[0], flags, flags + 1); break;
+    case 42: fmi3CompletedIntegratorStep(c, fmi3True, set, set + 1); break;
+    case 43: fmi3EnterContinuousTimeMode(c), fmi3EvaluateDiscreteStates(c); break;
+    case 44: fmi3SetContinuousStates(c, reals, state_count); break;
+    case 45:
+        check_finite(fmi3GetContinuousStates(c, read, state_count), read, state_count);
+        check_finite(fmi3GetContinuousStateDerivatives(c, read, state_count), read, state_count);
+        break;
+    case 46:
+        check_finite(fmi3GetNominalsOfContinuousStates(c, read, state_count), read, state_count);
+        check_finite(fmi2GetNominalsOfContinuousStates(c, read, state_count), read, state_count);
+        break;
+    case 47: check_finite(fmi3GetEventIndicators(c, read, state_count), read, state_count); break;
+    case 48:
+        if (fmi3GetNumberOfContinuousStates(c, &size) == fmi3OK)
+            CHECK(size == 4 && fmi3GetNumberOfEventIndicators(c, &size) == fmi3OK && size == 4);
+        break;
+    case 49: fmi3SetBoolean(c, r, count, set, random_below(8) ? count : 3); break;
+    case 50: fmi3GetInt32(c, r, count, flags, count), fmi3SetInt32(c, r, count, orders, count); break;
+    case 51: fmi3GetFMUState(c, state); break;
+    case 52: fmi3SetFMUState(c, *state); break;
+    case 53: fmi3FreeFMUState(c, state); break;
+    case 54: copy_state(c, state); break;
+    case 55:
+        check_finite(fmi3GetDirectionalDerivative(c, r, count, r, count, reals, count, read, count), read,
+                     count);
+        break;
     }
 }
 
-static void attack_calls(fmi2Component c, int rounds)
+/* Instances of each kind and version, with a short sequence of random calls each. */
+static void attack_calls(int rounds)
 {
-    fmi2FMUstate state = NULL;
-    for (int round = 0; round < rounds; round++)
-        call_at_random(c, &state);
-    fmi2FreeFMUstate(c, &state);
-    fmi2FreeInstance(c);
+    for (int round = 0; round < rounds; round++) {
+        fmi2Component instances[] = {
+            create_initialized(fmi2CoSimulation), create_initialized(fmi2ModelExchange),
+            create_initialized_3(fmi2CoSimulation, round % 2), create_initialized_3(fmi2ModelExchange, 0)};
+        for (size_t n = 0; n < sizeof instances / sizeof *instances; n++) {
+            fmi2FMUstate state = NULL;
+            for (unsigned remaining = 1 + random_below(60); remaining > 0; remaining--)
+                call_at_random(instances[n], &state);
+            fmi2FreeFMUstate(instances[n], &state);
+            fmi2FreeInstance(instances[n]);
+        }
+    }
+}
+
+/* Co-simulation in which inputs and tunable parameters change between steps: all outputs, totals and
+   output derivatives stay consistent, and equal by both versions of FMI. */
+static void attack_tuning(int rounds, fmi3Boolean events)
+{
+    static const fmi2ValueReference TUNED[] = {V_k1, V_k2, V_k3, V_c1, V_c2, V_k_nl, V_F, V_mu};
+    static const fmi2ValueReference READ[] = {V_x, V_x_peak, V_y, V_y_peak, V_P, V_P_min, V_P_max, V_mode};
+    enum { X, X_PEAK, Y, Y_PEAK, P, P_MIN, P_MAX, MODE, COUNT };
+    static const int ORDERS[] = {1, 2, 3, 1};
+    static const fmi2ValueReference DERIVED[] = {V_P, V_P, V_y, V_friction_slider};
+    double v[COUNT], starts[8], by_2[4], by_3[4], next = 0.0, t = 0.0, number;
+    fmi3Boolean flags[5];
+    fmi3Int64 mode;
+    const fmi2ValueReference enumeration = V_mode_enumeration;
+    fmi2Component c = create_initialized_3(fmi2CoSimulation, events);
+    CHECK(fmi2GetReal(c, TUNED, 8, starts) == fmi2OK);
+    for (int round = 0; round < rounds; round++) {
+        const unsigned chosen = random_below(8);
+        const double value = starts[chosen] * (0.9 + 0.02 * random_below(10));
+        const double h = 0.001 * (1 + random_below(99));
+        if (events) {
+            CHECK(fmi3EnterEventMode(c) == fmi3OK);
+            CHECK(fmi3SetFloat64(c, TUNED + chosen, 1, &value, 1) == fmi3OK);
+            CHECK(fmi3UpdateDiscreteStates(c, flags, flags + 1, flags + 2, flags + 3, flags + 4, &number)
+                  == fmi3OK);
+            CHECK(fmi3EnterStepMode(c) == fmi3OK);
+        } else
+            CHECK(fmi2SetReal(c, TUNED + chosen, 1, &value) == fmi2OK);
+        CHECK(fmi3GetFloat64(c, TUNED + chosen, 1, &number, 1) == fmi3OK && number == value);
+        CHECK(fmi3DoStep(c, t, h, 1, flags, flags + 1, flags + 2, &next) == fmi3OK && next >= t);
+        t = next;
+        CHECK(fmi2GetReal(c, READ, COUNT, v) == fmi2OK);
+        CHECK(fmi3GetInt64(c, &enumeration, 1, &mode, 1) == fmi3OK);
+        CHECK(v[X_PEAK] >= fabs(v[X]) && v[Y_PEAK] >= fabs(v[Y]) && v[P_MIN] <= v[P] && v[P] <= v[P_MAX]);
+        CHECK((double)mode == v[MODE]);
+        CHECK(fmi2GetRealOutputDerivatives(c, DERIVED, 4, ORDERS, by_2) == fmi2OK);
+        CHECK(fmi3GetOutputDerivatives(c, DERIVED, 4, ORDERS, by_3, 4) == fmi3OK);
+        CHECK(memcmp(by_2, by_3, sizeof by_2) == 0);
+        check_finite(fmi2OK, by_2, 4);
+    }
+    fmi3FreeInstance(c);
+}
+
+/* Functions for what this FMU does not have refuse every call, and return nothing. */
+static void attack_absent(void)
+{
+    fmi2Component c = create_initialized_3(fmi2CoSimulation, fmi3False);
+    const fmi3ValueReference r = V_x;
+    union { fmi3Float64 real; fmi3UInt64 number; fmi3Clock clock; } v[2] = {{0}};
+    fmi3Binary binary = NULL;
+    fmi3String string = "";
+    fmi3IntervalQualifier qualifier;
+    fmi3DependencyKind kind;
+    size_t size = 0, element;
+    fmi3ValueReference independent;
+    void *value = v;
+    const int statuses[] = {
+        fmi3GetBinary(c, &r, 1, &size, &binary, 1), fmi3SetBinary(c, &r, 1, &size, &binary, 1),
+        fmi3GetClock(c, &r, 1, value), fmi3SetClock(c, &r, 1, value),
+        fmi3GetIntervalDecimal(c, &r, 1, value, &qualifier), fmi3SetIntervalDecimal(c, &r, 1, value),
+        fmi3GetIntervalFraction(c, &r, 1, value, value, &qualifier),
+        fmi3SetIntervalFraction(c, &r, 1, value, value), fmi3GetShiftDecimal(c, &r, 1, value),
+        fmi3SetShiftDecimal(c, &r, 1, value), fmi3GetShiftFraction(c, &r, 1, value, value),
+        fmi3SetShiftFraction(c, &r, 1, value, value), fmi3EnterConfigurationMode(c),
+        fmi3ExitConfigurationMode(c), fmi3GetNumberOfVariableDependencies(c, r, &size),
+        fmi3GetVariableDependencies(c, r, &element, &independent, &element, &kind, 1),
+        fmi3ActivateModelPartition(c, r, 0.0), fmi3GetFloat32(c, &r, 1, value, 1),
+        fmi3SetFloat32(c, &r, 1, value, 1), fmi3GetInt8(c, &r, 1, value, 1),
+        fmi3SetInt8(c, &r, 1, value, 1), fmi3GetUInt8(c, &r, 1, value, 1),
+        fmi3SetUInt8(c, &r, 1, value, 1), fmi3GetInt16(c, &r, 1, value, 1),
+        fmi3SetInt16(c, &r, 1, value, 1), fmi3GetUInt16(c, &r, 1, value, 1),
+        fmi3SetUInt16(c, &r, 1, value, 1), fmi3GetUInt32(c, &r, 1, value, 1),
+        fmi3SetUInt32(c, &r, 1, value, 1), fmi3SetInt64(c, &r, 1, value, 1),
+        fmi3GetUInt64(c, &r, 1, value, 1), fmi3SetUInt64(c, &r, 1, value, 1),
+        fmi3GetString(c, &r, 1, &string, 1), fmi3SetString(c, &r, 1, &string, 1),
+        fmi2GetString(c, &r, 1, &string), fmi2SetString(c, &r, 1, &string)};
+    for (size_t n = 0; n < sizeof statuses / sizeof *statuses; n++)
+        CHECK(statuses[n] == fmi3Error);
+    const int queries[] = {
+        fmi2GetStatus(c, fmi2DoStepStatus, value), fmi2GetRealStatus(c, fmi2LastSuccessfulTime, value),
+        fmi2GetIntegerStatus(c, fmi2DoStepStatus, value), fmi2GetBooleanStatus(c, fmi2Terminated, value),
+        fmi2GetStringStatus(c, fmi2PendingStatus, &string), fmi2CancelStep(c)};
+    for (size_t n = 0; n < sizeof queries / sizeof *queries; n++)
+        CHECK(queries[n] >= fmi2OK && queries[n] <= fmi2Error);
+    CHECK(*fmi2GetVersion() == '2' && *fmi3GetVersion() == '3' && *fmi2GetTypesPlatform());
+    CHECK(!fmi3InstantiateScheduledExecution("a", SLIDER_BELT_GUID, NULL, 0, 0, NULL, check_message_3, NULL,
+                                             NULL, NULL));
+    fmi3FreeInstance(c);
 }
 
 /* An importer that calls random functions in intermediate updates; the step must continue. */
@@ -389,16 +530,18 @@ static void measure_memory(int steps, int instances)
 
 int main(int count, char **arguments)
 {
-    CHECK(count == 4);
+    CHECK(count == 5);
     const int rounds = atoi(arguments[3]);
+    random_state = 88172645463325252u + (uint64_t)atoll(arguments[4]);
     CHECK(!fmi2Instantiate("a", fmi2CoSimulation, SLIDER_BELT_GUID, NULL, NULL, 0, 0));
     CHECK(fmi2DoStep(NULL, 0.0, 1.0, 1) == fmi2Error);
     fmi2FreeInstance(NULL);
     for (has_finite_belt = 0; has_finite_belt < 2; has_finite_belt++) {
         attack_states(rounds);
-        attack_calls(create_initialized(fmi2CoSimulation), 20 * rounds);
-        attack_calls(create_initialized(fmi2ModelExchange), 20 * rounds);
-        attack_calls(create_initialized_3(), 20 * rounds);
+        attack_calls(rounds);
+        attack_tuning(rounds, fmi3False);
+        attack_tuning(rounds, fmi3True);
+        attack_absent();
         attack_updates(rounds, fmi3False);
         attack_updates(rounds, fmi3True);
         attack_by_endless_step(NULL, 0);

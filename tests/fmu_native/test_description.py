@@ -94,11 +94,11 @@ def test_only_functions_of_fmi_are_exported(folder: Path) -> None:
         ({"flavour": "rust"}, "unknown flavour 'rust'"),
         ({"flavour": "native", "fmi": "1"}, "FMI 1: must be 2 or 3"),
         (
-            {"platforms": ["win64"]},
+            {"flavour": "python", "platforms": ["win64"]},
             "platforms: the python flavour always includes Linux and Windows",
         ),
         ({"flavour": "native", "platforms": ["vax"]}, "unknown platform 'vax'"),
-        ({"sources": "yes"}, "sources: the python flavour has no C files"),
+        ({"flavour": "python", "sources": True}, "sources: the python flavour has no C files"),
         ({"flavour": "native", "component": "wheel"}, "unknown component 'wheel'"),
     ],
 )

@@ -223,7 +223,7 @@ def test_invalid_and_random_calls_cause_no_fault_and_no_memory_growth(
 ) -> None:
     program = compile_attack(tmp_path, compiler, "-Og")
     # The program prints how many pages of memory remain after the steps, and after the instances.
-    output = run_without_python(program, steps, instances, rounds)
+    output = run_without_python(program, steps, instances, rounds, 0)
     remaining_pages = [int(line) for line in output.splitlines()]
     assert len(remaining_pages) == 2
     # The allocator keeps a few pages; a leak in every step or instance would take more.
@@ -234,4 +234,13 @@ def test_invalid_and_random_calls_cause_no_fault_and_no_memory_growth(
 def test_the_sanitizers_report_no_error(compiler: list[str], tmp_path: Path) -> None:
     checks = ["-fsanitize=address,undefined", "-fno-sanitize-recover=all", "-O1", "-g"]
     program = compile_attack(tmp_path, compiler, *checks, "-fno-strict-aliasing")
-    run_without_python(program, 1000, 100, 300)
+    # 52,000 sequences of random calls.
+    run_without_python(program, 1000, 100, 6500, 1)
+
+
+def test_the_attack_calls_every_exported_function() -> None:
+    if shutil.which("nm") is None:
+        pytest.skip("there is no nm")
+    attack = Path(__file__).with_name("attack.c").read_text(encoding="utf-8")
+    names = exported_names(NATIVE / "SliderBelt.so")
+    assert {name for name in names if f"{name}(" not in attack} == set()
