@@ -83,8 +83,8 @@ typedef struct {
        changed. */
     void (*event_indicators)(const struct Instance *i, double *indicators);
     int (*update_mode)(struct Instance *i);
-    /* Model exchange: includes the states in totals, such as peaks; returns whether these are finite,
-       and logs it if not. Optional. */
+    /* Model exchange: includes the states in totals, such as peaks; returns whether these are
+       finite, and logs it if not. Optional. */
     int (*complete_step)(struct Instance *i);
     /* Directional derivatives; `changes` has the change of each variable, by value reference.
        `differentiate` computes the changes of outputs and state derivatives from those of

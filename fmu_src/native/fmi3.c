@@ -23,6 +23,10 @@
             return (fmi3Status)status_;                                  \
     } while (0)
 
+/* A function that is one of FMI 2.0, named with the parameters of both. */
+#define SAME(name, name_2, parameters, ...) \
+    fmi3Status name parameters { return (fmi3Status)name_2(__VA_ARGS__); }
+
 const char *fmi3GetVersion(void) { return fmi3Version; }
 
 fmi3Instance fmi3InstantiateModelExchange(fmi3String name, fmi3String token, fmi3String resources,
@@ -73,11 +77,9 @@ fmi3Instance fmi3InstantiateScheduledExecution(fmi3String name, fmi3String token
 
 void fmi3FreeInstance(fmi3Instance c) { fmi2FreeInstance(c); }
 
-fmi3Status fmi3SetDebugLogging(fmi3Instance c, fmi3Boolean on, size_t count,
-                               const fmi3String categories[])
-{
-    return (fmi3Status)fmi2SetDebugLogging(c, on, count, categories);
-}
+SAME(fmi3SetDebugLogging, fmi2SetDebugLogging,
+     (fmi3Instance c, fmi3Boolean on, size_t count, const fmi3String categories[]),
+     c, on, count, categories)
 
 fmi3Status fmi3EnterInitializationMode(fmi3Instance c, fmi3Boolean with_tolerance,
                                        fmi3Float64 tolerance, fmi3Float64 start,
@@ -165,13 +167,9 @@ fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 current, fmi3Float64 h, fmi3Bo
     return (fmi3Status)status;
 }
 
-fmi3Status fmi3Terminate(fmi3Instance c) { return (fmi3Status)fmi2Terminate(c); }
-fmi3Status fmi3Reset(fmi3Instance c) { return (fmi3Status)fmi2Reset(c); }
-
-fmi3Status fmi3EnterContinuousTimeMode(fmi3Instance c)
-{
-    return (fmi3Status)fmi2EnterContinuousTimeMode(c);
-}
+SAME(fmi3Terminate, fmi2Terminate, (fmi3Instance c), c)
+SAME(fmi3Reset, fmi2Reset, (fmi3Instance c), c)
+SAME(fmi3EnterContinuousTimeMode, fmi2EnterContinuousTimeMode, (fmi3Instance c), c)
 
 fmi3Status fmi3CompletedIntegratorStep(fmi3Instance c, fmi3Boolean no_way_back, fmi3Boolean *event,
                                        fmi3Boolean *terminate)
@@ -187,32 +185,17 @@ fmi3Status fmi3CompletedIntegratorStep(fmi3Instance c, fmi3Boolean no_way_back, 
     return (fmi3Status)status;
 }
 
-fmi3Status fmi3SetTime(fmi3Instance c, fmi3Float64 t) { return (fmi3Status)fmi2SetTime(c, t); }
-
-fmi3Status fmi3SetContinuousStates(fmi3Instance c, const fmi3Float64 x[], size_t count)
-{
-    return (fmi3Status)fmi2SetContinuousStates(c, x, count);
-}
-
-fmi3Status fmi3GetContinuousStates(fmi3Instance c, fmi3Float64 x[], size_t count)
-{
-    return (fmi3Status)fmi2GetContinuousStates(c, x, count);
-}
-
-fmi3Status fmi3GetNominalsOfContinuousStates(fmi3Instance c, fmi3Float64 x[], size_t count)
-{
-    return (fmi3Status)fmi2GetNominalsOfContinuousStates(c, x, count);
-}
-
-fmi3Status fmi3GetContinuousStateDerivatives(fmi3Instance c, fmi3Float64 rates[], size_t count)
-{
-    return (fmi3Status)fmi2GetDerivatives(c, rates, count);
-}
-
-fmi3Status fmi3GetEventIndicators(fmi3Instance c, fmi3Float64 indicators[], size_t count)
-{
-    return (fmi3Status)fmi2GetEventIndicators(c, indicators, count);
-}
+SAME(fmi3SetTime, fmi2SetTime, (fmi3Instance c, fmi3Float64 t), c, t)
+SAME(fmi3SetContinuousStates, fmi2SetContinuousStates,
+     (fmi3Instance c, const fmi3Float64 x[], size_t count), c, x, count)
+SAME(fmi3GetContinuousStates, fmi2GetContinuousStates,
+     (fmi3Instance c, fmi3Float64 x[], size_t count), c, x, count)
+SAME(fmi3GetNominalsOfContinuousStates, fmi2GetNominalsOfContinuousStates,
+     (fmi3Instance c, fmi3Float64 x[], size_t count), c, x, count)
+SAME(fmi3GetContinuousStateDerivatives, fmi2GetDerivatives,
+     (fmi3Instance c, fmi3Float64 rates[], size_t count), c, rates, count)
+SAME(fmi3GetEventIndicators, fmi2GetEventIndicators,
+     (fmi3Instance c, fmi3Float64 indicators[], size_t count), c, indicators, count)
 
 fmi3Status fmi3GetNumberOfEventIndicators(fmi3Instance c, size_t *count)
 {
@@ -232,33 +215,15 @@ fmi3Status fmi3GetNumberOfContinuousStates(fmi3Instance c, size_t *count)
     return fmi3OK;
 }
 
-fmi3Status fmi3GetFMUState(fmi3Instance c, fmi3FMUState *state)
-{
-    return (fmi3Status)fmi2GetFMUstate(c, state);
-}
+SAME(fmi3GetFMUState, fmi2GetFMUstate, (fmi3Instance c, fmi3FMUState *state), c, state)
+SAME(fmi3SetFMUState, fmi2SetFMUstate, (fmi3Instance c, fmi3FMUState state), c, state)
+SAME(fmi3FreeFMUState, fmi2FreeFMUstate, (fmi3Instance c, fmi3FMUState *state), c, state)
+SAME(fmi3SerializedFMUStateSize, fmi2SerializedFMUstateSize,
+     (fmi3Instance c, fmi3FMUState state, size_t *size), c, state, size)
+SAME(fmi3SerializeFMUState, fmi2SerializeFMUstate,
+     (fmi3Instance c, fmi3FMUState state, fmi3Byte bytes[], size_t size),
+     c, state, (fmi2Byte *)bytes, size)
 
-fmi3Status fmi3SetFMUState(fmi3Instance c, fmi3FMUState state)
-{
-    return (fmi3Status)fmi2SetFMUstate(c, state);
-}
-
-fmi3Status fmi3FreeFMUState(fmi3Instance c, fmi3FMUState *state)
-{
-    return (fmi3Status)fmi2FreeFMUstate(c, state);
-}
-
-fmi3Status fmi3SerializedFMUStateSize(fmi3Instance c, fmi3FMUState state, size_t *size)
-{
-    return (fmi3Status)fmi2SerializedFMUstateSize(c, state, size);
-}
-
-fmi3Status fmi3SerializeFMUState(fmi3Instance c, fmi3FMUState state, fmi3Byte bytes[], size_t size)
-{
-    return (fmi3Status)fmi2SerializeFMUstate(c, state, (fmi2Byte *)bytes, size);
-}
-
-fmi3Status fmi3DeserializeFMUState(fmi3Instance c, const fmi3Byte bytes[], size_t size,
-                                   fmi3FMUState *state)
-{
-    return (fmi3Status)fmi2DeSerializeFMUstate(c, (const fmi2Byte *)bytes, size, state);
-}
+SAME(fmi3DeserializeFMUState, fmi2DeSerializeFMUstate,
+     (fmi3Instance c, const fmi3Byte bytes[], size_t size, fmi3FMUState *state),
+     c, (const fmi2Byte *)bytes, size, state)

@@ -625,17 +625,24 @@ static void differentiate_start(const Instance *i, double *d)
     d[V_vx] = d[V_vy] = 0.0;
 }
 
-/* Indices of the numbers of a saved motion: members of `MotionRecord`, then the start of its Taylor
-   step, with the counts of `Motion` in `stepping.h`. */
+/* The numbers of a saved motion: X(index, member) for members of `MotionRecord` and, in
+   STEP_MEMBERS, for the start of its Taylor step, with the counts of `Motion` in `stepping.h`. */
+#define RECORD_MEMBERS(X)                                                                          \
+    X(N_MODE, mode) X(N_SEPARATIONS, separations) X(N_REATTACHMENTS, reattachments)                \
+    X(N_SWITCHES, switches) X(N_STICKS, sticks) X(N_LAST_EVENT, last_event)                        \
+    X(N_STARTS_IN_STICK, starts_in_stick) X(N_UPDATE_SPEED, update_speed)
+#define STEP_MEMBERS(X)                                                                            \
+    X(N_REMAINDER, w.remainder) X(N_STEP_SIDE, w.side) X(N_STALLED, w.stalled)                     \
+    X(N_STEP_SEPARATIONS, w.separations) X(N_STEP_REATTACHMENTS, w.reattachments)                  \
+    X(N_LAST_SWITCH, w.last_switch) X(N_SEPARATED_TIME, w.separated_time)                          \
+    X(N_SEPARATED_REMAINDER, w.separated_remainder) X(N_STEP_STICKS, sticks) X(N_SLIPS, slips)     \
+    X(N_REVERSALS, reversals) X(N_BELT_SWITCHES, belt_switches)                                    \
+    X(N_LAST_BELT_SWITCH, last_belt_switch) X(N_INPUT_START, input_start)
+#define INDEX(index, member) index,
 enum {
-    N_MODE, N_SEPARATIONS, N_REATTACHMENTS, N_SWITCHES, N_STICKS, N_LAST_EVENT,
-    N_STARTS_IN_STICK, N_UPDATE_SPEED,
-    N_STEP_START, N_REMAINDER, N_STEP_SIDE, N_STALLED, N_STEP_SEPARATIONS, N_STEP_REATTACHMENTS,
-    N_LAST_SWITCH, N_X, N_VX, N_Y, N_VY,
-    N_STEP_MODE, N_STEP_STICKS, N_SLIPS, N_REVERSALS, N_BELT_SWITCHES, N_LAST_BELT_SWITCH,
-    N_HAS_STEP, N_INPUT_START, N_INPUTS,
-    N_SEPARATED_TIME = N_INPUTS + sizeof(Inputs) / sizeof(double), N_SEPARATED_REMAINDER,
-    N_EXTREMES,
+    RECORD_MEMBERS(INDEX) STEP_MEMBERS(INDEX)
+    N_STEP_START, N_X, N_VX, N_Y, N_VY, N_STEP_MODE, N_HAS_STEP, N_INPUTS,
+    N_EXTREMES = N_INPUTS + sizeof(Inputs) / sizeof(double),
     N_PAST = N_EXTREMES + sizeof(Extremes) / sizeof(double),
     NUMBERS = N_PAST + sizeof(Totals) / sizeof(double)
 };
@@ -647,25 +654,13 @@ static void pack(const Instance *i, double *numbers)
     const MotionRecord *record = const_record(i);
     const Motion *m = &record->motion;
     const Block *w = &m->w;
-    numbers[N_MODE] = record->mode, numbers[N_SEPARATIONS] = record->separations;
-    numbers[N_REATTACHMENTS] = record->reattachments, numbers[N_LAST_EVENT] = record->last_event;
-    numbers[N_SWITCHES] = record->switches, numbers[N_STICKS] = record->sticks;
-    numbers[N_STARTS_IN_STICK] = record->starts_in_stick;
-    numbers[N_UPDATE_SPEED] = record->update_speed;
-    numbers[N_STEP_START] = w->t, numbers[N_REMAINDER] = w->remainder;
-    numbers[N_STEP_SIDE] = w->side, numbers[N_STALLED] = w->stalled;
-    numbers[N_LAST_SWITCH] = w->last_switch;
-    numbers[N_STEP_SEPARATIONS] = w->separations, numbers[N_STEP_REATTACHMENTS] = w->reattachments;
-    numbers[N_X] = w->xs[0], numbers[N_VX] = w->xs[1];
+#define PACK_RECORD(index, member) numbers[index] = record->member;
+#define PACK_STEP(index, member) numbers[index] = m->member;
+    RECORD_MEMBERS(PACK_RECORD) STEP_MEMBERS(PACK_STEP)
+    numbers[N_STEP_START] = w->t, numbers[N_X] = w->xs[0], numbers[N_VX] = w->xs[1];
     numbers[N_Y] = w->ys[0], numbers[N_VY] = w->ys[1];
-    numbers[N_STEP_MODE] = motion_mode(m), numbers[N_STEP_STICKS] = m->sticks;
-    numbers[N_SLIPS] = m->slips;
-    numbers[N_REVERSALS] = m->reversals, numbers[N_BELT_SWITCHES] = m->belt_switches;
-    numbers[N_LAST_BELT_SWITCH] = m->last_belt_switch;
-    numbers[N_HAS_STEP] = m->has_step, numbers[N_INPUT_START] = m->input_start;
+    numbers[N_STEP_MODE] = motion_mode(m), numbers[N_HAS_STEP] = m->has_step;
     memcpy(numbers + N_INPUTS, &m->inputs, sizeof m->inputs);
-    numbers[N_SEPARATED_TIME] = w->separated_time;
-    numbers[N_SEPARATED_REMAINDER] = w->separated_remainder;
     memcpy(numbers + N_EXTREMES, &w->extremes, sizeof w->extremes);
     memcpy(numbers + N_PAST, &m->past, sizeof m->past);
 }
@@ -721,11 +716,9 @@ static int unpack(Instance *i, const double *numbers)
     const double state[STATE] = {numbers[N_X], numbers[N_VX], numbers[N_Y], numbers[N_VY]};
     Inputs inputs;
     memcpy(&inputs, numbers + N_INPUTS, sizeof inputs);
-    record->mode = numbers[N_MODE], record->separations = numbers[N_SEPARATIONS];
-    record->reattachments = numbers[N_REATTACHMENTS], record->last_event = numbers[N_LAST_EVENT];
-    record->switches = numbers[N_SWITCHES], record->sticks = numbers[N_STICKS];
-    record->starts_in_stick = numbers[N_STARTS_IN_STICK];
-    record->update_speed = numbers[N_UPDATE_SPEED];
+#define UNPACK_RECORD(index, member) record->member = numbers[index];
+#define UNPACK_STEP(index, member) m->member = numbers[index];
+    RECORD_MEMBERS(UNPACK_RECORD)
     record->belt_acceleration = 0.0;
     if (!are_valid(&inputs) || !is_possible_mode(numbers[N_MODE], s)
         || !is_possible_mode(numbers[N_STEP_MODE], s)
@@ -735,19 +728,10 @@ static int unpack(Instance *i, const double *numbers)
         return 0;
     stepping->begin(m, &inputs, separation, is_finite_belt(s), state, numbers[N_STEP_START],
                     s->tolerance * LOCAL_TOLERANCE);
-    w->remainder = numbers[N_REMAINDER], w->side = numbers[N_STEP_SIDE];
-    w->stalled = numbers[N_STALLED];
-    w->separations = numbers[N_STEP_SEPARATIONS], w->reattachments = numbers[N_STEP_REATTACHMENTS];
-    w->last_switch = numbers[N_LAST_SWITCH];
+    STEP_MEMBERS(UNPACK_STEP)
+    m->belt.mode = (int64_t)numbers[N_STEP_MODE];
     /* The coefficients of the motion on the restored side. */
     set_field(w);
-    m->belt.mode = (int64_t)numbers[N_STEP_MODE], m->sticks = numbers[N_STEP_STICKS];
-    m->slips = numbers[N_SLIPS];
-    m->reversals = numbers[N_REVERSALS], m->belt_switches = numbers[N_BELT_SWITCHES];
-    m->last_belt_switch = numbers[N_LAST_BELT_SWITCH];
-    m->input_start = numbers[N_INPUT_START];
-    w->separated_time = numbers[N_SEPARATED_TIME];
-    w->separated_remainder = numbers[N_SEPARATED_REMAINDER];
     memcpy(&w->extremes, numbers + N_EXTREMES, sizeof w->extremes);
     memcpy(&m->past, numbers + N_PAST, sizeof m->past);
     if (i->type == fmi2ModelExchange)
