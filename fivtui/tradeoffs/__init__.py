@@ -6,7 +6,8 @@ if TYPE_CHECKING:
     from .charts import tradeoff_chart
     from .measure import QUICK_S, Tradeoff, measure_tradeoff, tradeoff
     from .options import TradeoffOptions
-    from .settings import MeasuredSetting, Setting, cheapest, pareto_front
+    from .report import settings_table
+    from .settings import MeasuredSetting, Setting, cheapest
 else:
     from fivtui.lazy import lazy_exports
 

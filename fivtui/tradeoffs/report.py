@@ -14,8 +14,8 @@ from .settings import MeasuredSetting, cheapest
 _MARKS: Final = {"final": "F", "peak": "P", "half_range": "H", "events": "E"}
 
 
-def print_tradeoff(result: Tradeoff) -> None:
-    """Print the settings, the cost of features, and the cheapest setting for each error target."""
+def settings_table(result: Tradeoff) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
+    """Columns and rows of all settings; the last column names what each is best for."""
     on_belt = result.scene.parameters.v_belt is not None
     header = (
         "method",
@@ -35,6 +35,12 @@ def print_tradeoff(result: Tradeoff) -> None:
     for row in result.rows:
         marks = "".join(mark for name, mark in _MARKS.items() if row in fronts[name])
         rows.append(_cells(row, marks, on_belt))
+    return header, rows
+
+
+def print_tradeoff(result: Tradeoff) -> None:
+    """Print the settings, the cost of features, and the cheapest setting for each error target."""
+    header, rows = settings_table(result)
     title = f"Trade-off: {result.scene.name}, {result.scene.t_end:g} s"
     # Two columns, method and setting, identify a row where a wide table is split into blocks.
     print_rows(title, header, rows, keys=2)

@@ -12,9 +12,8 @@ from fivtui.scene import Scene
 from fivtui.tradeoffs import measure
 from fivtui.tradeoffs.files import load_tradeoff, save_tradeoff
 from fivtui.tradeoffs.measure import measure_tradeoff
-from fivtui.tradeoffs.report import print_tradeoff
+from fivtui.tradeoffs.report import print_tradeoff, settings_table
 from fivtui.transient import Start, Transient
-from fivtui.tui.tabs.requests.tradeoff import table_columns, table_rows
 
 BELT = Parameters(v_belt=1.0)
 WITH_STICKS = Parameters(v_belt=0.5, mu_s=0.9, v_s=0.4)
@@ -112,8 +111,9 @@ def test_a_tradeoff_on_a_belt_of_finite_speed_has_the_errors_of_every_method(
     } == {stick_error}
     print_tradeoff(result)
     assert "sticks" in capsys.readouterr().out
-    assert table_columns(result)[-1] == "sticks"
-    assert {row[-1] for row in table_rows(result, "final", None)} >= {"0", f"{stick_error:+d}"}
+    columns, rows = settings_table(result)
+    sticks = columns.index("sticks")
+    assert {row[sticks] for row in rows} >= {"+0", f"{stick_error:+d}"}
     save_tradeoff(result, tmp_path / "trade.csv")
     loaded_rows = load_tradeoff(tmp_path / "trade.csv").rows
     assert [row.error and row.error.sticks for row in loaded_rows] == [

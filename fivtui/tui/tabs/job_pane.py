@@ -65,6 +65,7 @@ class JobStatus(Static):
     def __init__(self, text: str) -> None:
         super().__init__(text, classes="job-status", markup=False)
         self._answer, self._full_text, self._is_error = "", text, False
+        self._line_count = 1
 
     def show(self, answer: str, text: str, *, is_error: bool) -> None:
         """Display an answer and a status, or the error message of an input."""
@@ -83,6 +84,9 @@ class JobStatus(Static):
                 text = text.rpartition(_FACT_SEPARATOR)[0]
             text = shorten(text, width)
         lines = flow_facts(filter(None, (*self._answer.split(FACTS), text)), width)
+        if (line_count := lines.count("\n") + 1) != self._line_count:
+            self._line_count = line_count
+            self.refresh(layout=True)
         # The status comes last, in the line of the answer if it fits there.
         status_start = len(lines) - len(text)
         content = Content(lines).stylize(_ANSWER_STYLE, 0, status_start)

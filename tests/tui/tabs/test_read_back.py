@@ -20,6 +20,7 @@ from fivtui.simulation import simulate
 from fivtui.sweeps import grid_chart, sweep_chart
 from fivtui.tradeoffs import tradeoff_chart
 from fivtui.tradeoffs.measure import Tradeoff
+from fivtui.tradeoffs.report import settings_table
 from fivtui.tradeoffs.settings import MeasuredSetting, Setting
 from fivtui.transient.charts import (
     PlottedRun,
@@ -33,7 +34,6 @@ from fivtui.transient.result import Transient
 from fivtui.tui.chart.picture import draw
 from fivtui.tui.tabs.requests.map import point_texts
 from fivtui.tui.tabs.requests.sweep import point_scene, point_separation
-from fivtui.tui.tabs.requests.tradeoff import COLUMNS, table_rows
 from tests.support import paper_model
 from tests.support.reading_charts import Reading
 from tests.test_figures_read_back import invented_sweep, output_value
@@ -357,15 +357,22 @@ def test_a_trade_off_has_errors_over_seconds_and_rows_in_milliseconds() -> None:
             assert trace.y.tolist() == [getattr(source.error, name)]
         (guide,) = chart.guides
         assert (guide.value, guide.vertical) == (getattr(floor, name), False)
-        table = table_rows(result, name, rows[1])
-        cells = [dict(zip(COLUMNS, line, strict=True)) for line in table]
-        assert [
-            (cell["method"], cell["setting"], cell["CPU ms"], cell["steps"]) for cell in cells
-        ] == [
-            ("taylor", "tol=1e-06", "20", "17"),
-            ("rk4", "tol=1e-06", "300", "17"),
-        ]
-        assert [float(cell["error"]) for cell in cells] == [
+    columns, table = settings_table(result)
+    cells = [dict(zip(columns, line, strict=True)) for line in table]
+    assert [(cell["method"], cell["setting"], cell["CPU ms"], cell["steps"]) for cell in cells] == [
+        ("taylor", "tol=1e-06", "20", "17"),
+        ("rk4", "tol=1e-06", "300", "17"),
+    ]
+    for name, column in (
+        ("final", "final state"),
+        ("peak", "peak |y|"),
+        ("half_range", "half peak-to-peak"),
+        ("events", "events s"),
+    ):
+        assert [float(cell[column]) for cell in cells] == [
             pytest.approx(getattr(source.error, name)) for source in rows
         ]
-        assert [(cell["sep."], cell["remark"]) for cell in cells] == [("+2", "best"), ("+2", "now")]
+    assert [(cell["separations"], cell["best for"]) for cell in cells] == [
+        ("+2", "FPHE"),
+        ("+2", ""),
+    ]

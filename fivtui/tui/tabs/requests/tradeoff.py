@@ -1,4 +1,4 @@
-"""Rows and texts of the trade-off tab: error against CPU time. Imports no Textual.
+"""Texts of the trade-off tab: error against CPU time. Imports no Textual.
 
 A setting is a method with its tolerance or step. It is on the Pareto front if no other measured
 setting is both faster and more accurate. The floor is the uncertainty of the errors themselves.
@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Final
 
 from fivtui.scene import Scene
-from fivtui.tradeoffs import MeasuredSetting, Setting, cheapest, pareto_front
+from fivtui.tradeoffs import MeasuredSetting, Setting, cheapest
 
 if TYPE_CHECKING:
     from fivtui.tradeoffs import Tradeoff
@@ -25,48 +25,6 @@ TITLES: Final[Mapping[str, str]] = {
     "half_range": "±2nd ½",
     "events": "Events",
 }
-COLUMNS: Final = ("method", "setting", "error", "CPU ms", "remark", "steps", "sep.")
-
-
-def table_columns(result: "Tradeoff") -> tuple[str, ...]:
-    """Column headings for the table of a trade-off."""
-    may_stick = result.scene.parameters.v_belt is not None
-    return (*COLUMNS, "sticks") if may_stick else COLUMNS
-
-
-def table_rows(
-    result: "Tradeoff", quantity: str, current: MeasuredSetting | None
-) -> list[tuple[str, ...]]:
-    """All settings as rows with the columns `table_columns`; `current` is marked."""
-    front = pareto_front(result.rows, quantity, result.floor.of(quantity))
-    column_count = len(table_columns(result))
-    rows: list[tuple[str, ...]] = []
-    for row in result.rows:
-        setting = (row.setting.label, row.setting.text)
-        cpu_ms = f"{1e3 * row.cpu_s:.3g}"
-        if row.error is None:
-            cells = [*setting, "failed", cpu_ms, row.failure, "", "", ""]
-        else:
-            remarks = ["best"] if row in front else []
-            if row is current:
-                remarks.append("now")
-            cells = [
-                *setting,
-                f"{row.error.of(quantity):.1e}",
-                cpu_ms,
-                " ".join(remarks),
-                str(row.steps),
-                _count_text(row.error.separations),
-                _count_text(row.error.sticks),
-            ]
-        # Without a belt of finite speed, the last column is omitted.
-        rows.append(tuple(cells[:column_count]))
-    return rows
-
-
-def _count_text(difference: int) -> str:
-    # Difference of a count to that of the reference.
-    return f"{difference:+d}" if difference else "0"
 
 
 def current_setting(result: "Tradeoff", scene: Scene) -> MeasuredSetting | None:

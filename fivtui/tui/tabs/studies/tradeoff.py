@@ -3,7 +3,7 @@
 A setting is a method with a tolerance or step; the current one is that of the edited scene.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, ClassVar
 
 from textual.app import ComposeResult
@@ -11,7 +11,7 @@ from textual.containers import Vertical
 
 from fivtui.model import InputError
 from fivtui.scene import Scene
-from fivtui.tradeoffs import QUICK_S, MeasuredSetting, tradeoff_chart
+from fivtui.tradeoffs import QUICK_S, MeasuredSetting, settings_table, tradeoff_chart
 from fivtui.tui.chart import ChartView
 from fivtui.tui.session import Job
 from fivtui.tui.tabs.preview import Sketch, about
@@ -19,8 +19,6 @@ from fivtui.tui.tabs.requests.tradeoff import (
     TITLES,
     current_setting,
     setting_text,
-    table_columns,
-    table_rows,
 )
 from fivtui.tui.tabs.tables import ListTable
 
@@ -31,7 +29,16 @@ if TYPE_CHECKING:
 
 
 class _SettingsTable(ListTable[str]):
-    wrapped_column, omitted_if_narrow = "method", ("sep.", "steps", "remark")
+    wrapped_column = "method"
+    omitted_if_narrow = (
+        "sticks",
+        "separations",
+        "steps",
+        "events s",
+        "half peak-to-peak",
+        "peak |y|",
+        "best for",
+    )
 
 
 class TradeoffPane(StudyPane):
@@ -94,9 +101,13 @@ class TradeoffPane(StudyPane):
             chart = tradeoff_chart(result, self.quantity, current)
             self.query_one("#errors-chart", ChartView).show(chart)
         else:
-            rows = table_rows(result, self.quantity, current)
+            columns, cells = settings_table(result)
+            rows: dict[str, Sequence[str]] = {}
+            for number, (row, (*head, best)) in enumerate(zip(result.rows, cells, strict=True)):
+                rows[str(number)] = (*head, f"{best} now".lstrip() if row is current else best)
             table: ListTable[str] = self.query_one("#settings", ListTable)
-            table.fill(table_columns(result), {str(index): row for index, row in enumerate(rows)})
+            # "final state" would not fit beside the method in 80 columns.
+            table.fill([column.removeprefix("final ") for column in columns], rows)
 
     def request_for(self, result: "Tradeoff") -> Scene:
         """The scene of a measurement."""

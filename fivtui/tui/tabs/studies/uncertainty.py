@@ -120,9 +120,8 @@ class UncertaintyPane(StudyPane):
 
     def details_text(self, result: "Uncertainty") -> str:
         """Number of samples, with remarks."""
-        warning = super().details_text(result)
-        remark = f"{result.scatter.samples} samples{index_remark(result)}"
-        return f"{warning}; {remark}" if warning else remark
+        samples = f"{result.scatter.samples} samples{index_remark(result)}"
+        return "; ".join(filter(None, (samples, super().details_text(result))))
 
     def inputs_of(self, result: "Uncertainty") -> ResultInputs:
         """The inputs of a study."""
