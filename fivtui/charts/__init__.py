@@ -27,7 +27,7 @@ if TYPE_CHECKING:
         trace_mark,
         trace_style,
     )
-    from .colours import INKS, STRONG, PlotColours, figure_colour, series_role
+    from .colours import INKS, STRONG, PlotColours, figure_colour, mix, series_role
     from .displayed_charts import charts_figure, plot_pixels, save_charts
     from .figure_style import (
         FORMATS,

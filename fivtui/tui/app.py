@@ -132,7 +132,7 @@ class FivtuiApp(App[None]):
         self._threads = threads
         self.session = Session()
         self._keys = KeyQueue(self, self._handle_event)
-        self._line = TerminalLine(self, self._urgent_regions)
+        self._line = TerminalLine(self, self._pictures, self._urgent_regions)
         self._mode = self.DEFAULT_MODE
         self.add_mode(self._mode, self.get_default_screen)
         self._state_file = state
@@ -240,18 +240,10 @@ class FivtuiApp(App[None]):
             self._pictures.read(event)
 
     def _display(self, screen: Screen[Any], renderable: Any) -> None:
-        def display() -> None:
-            # Pictures of charts follow their characters in the same update of the terminal.
-            frame: Any = self._pictures.complete(screen, renderable)
-            super(FivtuiApp, self)._display(screen, frame)
-
         is_update = isinstance(renderable, CompositorUpdate)
-        if not is_update or not self.screen_stack or self._batch_count:
-            super()._display(screen, renderable)
-        elif self.is_headless:
-            display()
-        else:
-            self._line.display(display)
+        if is_update and self.screen_stack and not self._batch_count:
+            renderable = self._line.fit(screen, renderable)
+        super()._display(screen, renderable)
 
     def _report(self, text: str) -> None:
         self.screen_stack[0].post_message(Reported(text))
@@ -259,7 +251,7 @@ class FivtuiApp(App[None]):
     async def action_quit(self) -> None:
         """Stop all computations, because threads would delay the end, and quit."""
         self._stop_computing()
-        if not self._line.is_settled:
+        if self._line.awaits_answer:
             # An answer that the terminal sends after the end would be typed into the shell.
             await asyncio.sleep(_LAST_ANSWER_S)
         await super().action_quit()
@@ -315,10 +307,10 @@ class FivtuiApp(App[None]):
         """Start saving the session at intervals, and report what was restored."""
         if self.autosave.enabled:
             self._save_timer = self.set_interval(_SAVE_INTERVAL_S, self._save_session)
-        if not self.is_headless:
+        if not self.is_headless and self._driver is not None:
             self._install_signal_handlers()
             self._end_without_terminal()
-            self._line.open()
+            self._line.open(self._driver.write)
         self._start_screen()
 
     def _start_screen(self) -> None:
@@ -361,7 +353,8 @@ class FivtuiApp(App[None]):
 
     def _urgent_regions(self) -> list[Region]:
         # What a slow line draws first: what is edited, and the verdict.
-        urgent = [self.screen.focused, *self.screen.query(VerdictView)]
+        screen = self.screen
+        urgent = [*screen.query("#headline"), screen.focused, *screen.query(VerdictView)]
         return [widget.region for widget in urgent if widget is not None]
 
     def on_cursor_position(self, event: CursorPosition) -> None:
@@ -396,7 +389,6 @@ class FivtuiApp(App[None]):
 
     def on_unmount(self) -> None:
         """Save the session, whatever ended the application."""
-        self._pictures.stop()
         if self._save_timer is not None:
             self._save_timer.stop()
         self.autosave.close(self._session_state())

@@ -20,21 +20,22 @@ from textual.events import Key
 from textual.geometry import Region
 from textual.pilot import Pilot
 
-from fivtui.charts import plot_pixels
-from fivtui.tui.chart import TerminalReply
+from fivtui.charts import mix, plot_pixels
+from fivtui.tui.chart import ChartView, TerminalReply
 from fivtui.tui.chart.graphics import GRAPHICS_QUERY
 from fivtui.tui.chart.widget.pictures import _REPLY, _ReplyParser
+from fivtui.tui.tabs.studies.sweep import SweepPane
 from tests.support import laboratory
 from tests.support.laboratory import HANG_S, app_of, show_tab, text_of, until, until_notice
 from tests.support.sixel import SIXEL, decode_sixel
 
-KITTY, CELL, STATUS = "\x1b_Gi=31;OK\x1b\\", "\x1b[6;20;10t", "\x1b[0n"
+KITTY, CELL = "\x1b_Gi=31;OK\x1b\\", "\x1b[6;20;10t"
 # Attributes with and without sixel.
 SIXEL_ATTRIBUTES, PLAIN_ATTRIBUTES = "\x1b[?62;4;22c", "\x1b[?64;1;2;6;9;15;16;17;18;21;22;28;29c"
 MOVE = re.compile(r"\x1b\[(\d+);(\d+)H\Z")
 
 
-@pytest.mark.parametrize("reply", [KITTY, CELL, SIXEL_ATTRIBUTES, PLAIN_ATTRIBUTES, STATUS])
+@pytest.mark.parametrize("reply", [KITTY, CELL, SIXEL_ATTRIBUTES, PLAIN_ATTRIBUTES])
 def test_answers_are_not_taken_for_keys_even_in_two_parts(reply: str) -> None:
     text = f"a{reply}b"
     # A shorter first part may be a key.
@@ -54,15 +55,13 @@ def test_keys_that_begin_like_answers_are_not_held_back() -> None:
 
 @dataclass
 class Screen:
-    """What a terminal would receive, which answers the end of each picture at once."""
+    """What a terminal would receive."""
 
     pilot: Pilot[None]
     frames: list[str] = field(default_factory=list)
 
     def write(self, text: str) -> None:
         self.frames.append(text)
-        if "\x1b[5n" in text:
-            self.answer(STATUS)
 
     def answer(self, *replies: str) -> None:
         for reply in replies:
@@ -136,6 +135,19 @@ async def test_a_terminal_with_sixel_shows_the_figures_of_the_charts(screen: Scr
         assert pixels.std() > 5.0
 
 
+async def test_pictures_of_outdated_results_are_dimmed(pilot: Pilot[None]) -> None:
+    await show_tab(pilot, "alt+6")
+    pane = pilot.app.screen.query_one(SweepPane)
+    chart = pane.query(ChartView).first()
+    plain = chart.plot_colours
+    pane.add_class("-outdated")
+    await pilot.pause()
+    dimmed = chart.plot_colours
+    assert dimmed.background == plain.background
+    for role, code in plain.roles.items():
+        assert dimmed.roles[role] == mix(code, plain.background, 0.6)
+
+
 def writes_into(frame: str, area: Region) -> bool:
     """Whether a frame writes characters into an area."""
     moves = [*re.finditer(r"\x1b\[(\d+);(\d+)H", SIXEL.sub("", frame)), None]
@@ -168,7 +180,7 @@ async def test_no_characters_replace_the_picture_of_a_chart_that_changes(
     assert sum(len(SIXEL.findall(frame)) for frame in screen.frames) >= len(keys)
     assert not any(writes_into(frame, area) for frame in screen.frames)
     # Without pictures, characters do.
-    app_of(screen.pilot)._pictures.stop()
+    app_of(screen.pilot)._pictures.stop("")
     await screen.pilot.press("plus")
     assert any(writes_into(frame, area) for frame in screen.frames)
 
@@ -207,12 +219,16 @@ async def test_a_terminal_without_pictures_gets_none(screen: Screen) -> None:
 
 @dataclass
 class PseudoTerminal:
-    """A terminal of 100 by 30 cells of 10 by 20 pixels that answers queries."""
+    """A terminal of 100 by 30 cells of 10 by 20 pixels.
+
+    Its answers are templates by the regular expressions of queries.
+    """
 
     process_id: int
     descriptor: int
     answers: Mapping[str, str]
     stream: str = ""
+    answered: int = 0
 
     def until(self, holds: Callable[[str], bool]) -> str:
         deadline = time.monotonic() + HANG_S
@@ -220,11 +236,13 @@ class PseudoTerminal:
             assert time.monotonic() < deadline, self.stream[-2000:]
             if select.select([self.descriptor], [], [], 0.1)[0]:
                 received = os.read(self.descriptor, 65536).decode(errors="replace")
-                before, self.stream = len(self.stream), self.stream + received
-                for query, reply in self.answers.items():
-                    first = max(before - len(query) + 1, 0)
-                    for _ in range(self.stream.count(query, first)):
-                        self.type(reply)
+                self.stream += received
+                queries = re.compile("|".join(self.answers) or "$.")
+                for query in queries.finditer(self.stream, self.answered):
+                    self.answered = query.end()
+                    matches = (re.fullmatch(key, query[0]) for key in self.answers)
+                    (match,) = filter(None, matches)
+                    self.type(match.expand(self.answers[match.re.pattern]))
         return self.stream
 
     def type(self, text: str) -> None:
@@ -266,7 +284,9 @@ def start_terminal(tmp_path: Path) -> Iterator[Callable[..., PseudoTerminal]]:
 def test_a_real_terminal_with_sixel_gets_pictures_of_whole_cells(
     start_terminal: Callable[..., PseudoTerminal],
 ) -> None:
-    terminal = start_terminal({"\x1b[c": SIXEL_ATTRIBUTES, "\x1b[5n": STATUS})
+    terminal = start_terminal(
+        {r"\x1b\[c": SIXEL_ATTRIBUTES, r"\x1b\[(\d+;\d+)H\x1b\[6n": "\x1b[\\1R"}
+    )
     terminal.until(lambda stream: "growth rate" in stream)
     # The tab Modes always has charts.
     terminal.type("\x1b2")
@@ -281,14 +301,20 @@ def test_a_real_terminal_with_sixel_gets_pictures_of_whole_cells(
     assert len(np.unique(pixels.reshape(-1, 3), axis=0)) > 2
 
 
+def plain(stream: str) -> str:
+    """What a terminal displays, without styles and positions."""
+    return re.sub(r"\x1b\[[\d;]*[a-zA-Z]", "", stream)
+
+
 @pytest.mark.host
 @pytest.mark.parametrize("config", ["", "pictures = false"])
 def test_a_real_terminal_that_does_not_answer_gets_characters(
     config: str, start_terminal: Callable[..., PseudoTerminal]
 ) -> None:
     terminal = start_terminal({}, config)
-    terminal.until(lambda stream: "growth rate" in stream)
-    terminal.type("\x1b[A")
-    stream = terminal.until(lambda stream: "0.71" in stream)
+    terminal.until(lambda stream: "growth rate" in plain(stream))
+    # The tab Modes.
+    terminal.type("\x1b2")
+    stream = terminal.until(lambda stream: "Eigenvalues" in plain(stream))
     assert stream.count("\x1b_G") == (not config)
     assert "\x1bP" not in stream

@@ -15,8 +15,6 @@ Pixels = NDArray[np.uint8]
 # attributes of the terminal, which all terminals answer.
 CELL_QUERY: Final = "\x1b[16t"
 GRAPHICS_QUERY: Final = f"\x1b_Gi=31,s=1,v=1,a=q,t=d,f=24;AAAA\x1b\\{CELL_QUERY}\x1b[c"
-# Asks for an answer after all that was written before.
-STATUS_QUERY: Final = "\x1b[5n"
 # Attribute of terminals that understand sixel.
 SIXEL_ATTRIBUTE: Final = 4
 # Bits of a channel by which colours are told apart: charts have few colours.

@@ -12,7 +12,7 @@ from textual.geometry import Region
 from textual.pilot import Pilot
 
 from fivtui.tui.app import FivtuiApp
-from fivtui.tui.lab.terminal_line import AnsweredRate, BlockingRate, Cell, changed_text
+from fivtui.tui.lab.terminal_line import Cell, Codes, LineRate, changed_text
 from tests.support.laboratory import HANG_S, app_of, text_of, until, until_still
 
 SIZE = (80, 24)
@@ -20,6 +20,7 @@ SIZE = (80, 24)
 RATE = 960.0
 # The field of μ in the form.
 VALUE = re.compile(r"│.μ +([\d.]+)")
+PLAIN: Codes = ("", "", "")
 TOKEN = re.compile(r"\x1b\[([?\d;]*)([A-Za-z])|\x1b[78]|([^\x1b])", re.DOTALL)
 
 
@@ -27,9 +28,9 @@ class Screen:
     """The cells of a terminal that executes what is written."""
 
     def __init__(self, width: int, height: int) -> None:
-        self.cells: list[list[Cell]] = [[(" ", frozenset())] * width for _ in range(height)]
+        self.cells: list[list[Cell]] = [[(" ", PLAIN)] * width for _ in range(height)]
         self.x = self.y = 0
-        self.codes: frozenset[str] = frozenset()
+        self.codes = PLAIN
 
     def execute(self, token: re.Match[str]) -> None:
         parameters, command, character = token.groups()
@@ -43,17 +44,21 @@ class Screen:
             self.y, self.x = (int(number) - 1 for number in parameters.split(";"))
         elif command == "m":
             for code in re.findall(r"[34]8;2;\d+;\d+;\d+|\d+", parameters):
-                kind = code[:3]
-                others = {old for old in self.codes if not (";" in code and old[:3] == kind)}
-                self.codes = frozenset() if code == "0" else frozenset(others | {code})
+                part = {"38": 1, "48": 2}.get(code[:2], 0)
+                parts = ["", "", ""] if code == "0" else list(self.codes)
+                parts[part] = "" if code == "0" else code
+                attributes, foreground, background = parts
+                self.codes = attributes, foreground, background
 
     @property
     def lines(self) -> list[str]:
         return ["".join(text for text, _ in row) for row in self.cells]
 
 
-styles = st.sampled_from(
-    [(), ("1",), ("38;2;1;2;3",), ("38;2;3;2;1", "48;2;0;0;0"), ("1", "48;2;9;9;9")]
+styles: st.SearchStrategy[Codes] = st.tuples(
+    st.sampled_from(["", "1", "4"]),
+    st.sampled_from(["", "38;2;1;2;3", "38;2;3;2;1"]),
+    st.sampled_from(["", "48;2;0;0;0", "48;2;9;9;9"]),
 )
 
 
@@ -64,7 +69,7 @@ def rows(draw: st.DrawFn, width: int = 12, height: int = 3) -> list[list[Cell]]:
     for _ in range(height):
         row: list[Cell] = []
         while len(row) < width:
-            codes = frozenset(draw(styles))
+            codes = draw(styles)
             character = draw(st.sampled_from("ab漢" if len(row) < width - 1 else "ab"))
             row += [(character, codes), ("", codes)][: 2 if character == "漢" else 1]
         result.append(row)
@@ -89,62 +94,54 @@ def test_pieces_of_changes_draw_the_new_cells(
 
 
 def test_changes_begin_in_the_first_region() -> None:
-    old: list[list[Cell]] = [[("a", frozenset())] * 9 for _ in range(9)]
-    new: list[list[Cell]] = [[("b", frozenset())] * 9 for _ in range(9)]
+    old: list[list[Cell]] = [[("a", PLAIN)] * 9 for _ in range(9)]
+    new: list[list[Cell]] = [[("b", PLAIN)] * 9 for _ in range(9)]
     piece = changed_text(old, new, [Region(2, 5, 3, 1), Region(0, 0, 9, 9)], 14.0)
     assert piece == "\x1b[6;3Hbbb\x1b[1;1Hb"
 
 
-def answer_piece(rate: AnsweredRate, size: int, now: float, bytes_per_s: float) -> float:
+def answer_piece(rate: LineRate, size: int, now: float, bytes_per_s: float) -> float:
     # The time at which a line of this rate has taken a piece that is written now.
     rate.write(size, now)
-    assert not rate.slow or rate.budget(now + 0.01, blocked=False) == 0.0
+    assert math.isinf(rate.budget(now)) or rate.budget(now + 0.01) == 0.0
     duration = size / bytes_per_s
-    rate.answer(duration, now + duration)
+    rate.measure(duration)
     return now + duration
 
 
 def test_answers_measure_the_rate_of_a_line() -> None:
-    rate, now = AnsweredRate(200, 0.0), 0.2
-    rate.answer(200 / RATE, now)
+    rate, now = LineRate(), 0.2
+    rate.write(200, 0.0)
+    rate.has_answered = True
+    rate.measure(200 / RATE)
     for _ in range(9):
         # A piece lasts a fraction of a second.
-        size = int(rate.budget(now, blocked=False))
+        size = int(rate.budget(now))
         assert 0.1 < size / RATE < 0.3
         now = answer_piece(rate, size + 30, now, RATE)
     # Small pieces, such as a blinking cursor, raise no rate.
     for _ in range(9):
         now = answer_piece(rate, 60, now, 1e6)
-    assert 0.1 < rate.budget(now, blocked=False) / RATE < 0.3
+    assert 0.1 < rate.budget(now) / RATE < 0.3
     # The line becomes fast, and is slow again when an answer is late.
-    while rate.slow:
-        now = answer_piece(rate, int(rate.budget(now, blocked=False)) + 30, now, 1e6)
-    assert math.isinf(rate.budget(now, blocked=False))
+    while not math.isinf(budget := rate.budget(now)):
+        now = answer_piece(rate, int(budget) + 30, now, 1e6)
     rate.write(0, now)
-    assert math.isinf(rate.budget(now + 0.1, blocked=False))
-    assert rate.budget(now + 1.0, blocked=False) == 0.0
+    assert math.isinf(rate.budget(now + 0.1))
+    assert rate.budget(now + 1.0) == 0.0
     # A lost answer does not stop the display.
-    assert 0.0 < rate.budget(now + 10.0, blocked=False) < math.inf
+    assert 0.0 < rate.budget(now + 10.0) < math.inf
 
 
-def test_blocked_writes_measure_the_rate_of_a_line_without_answers() -> None:
-    rate = BlockingRate()
-    start = rate._free_time
-    # The first frame waits for an answer of the terminal.
-    assert rate.budget(start - 0.1, blocked=False) == 0.0
-    assert math.isinf(rate.budget(start, blocked=False))
-    for tenth in range(208):
-        assert rate.budget(start + 0.1 * tenth, blocked=True) == 0.0
-    now = start + 20.8
-    size = rate.budget(now, blocked=False)
-    assert 0.05 < size / RATE < 0.3
-    rate.write(int(size), now)
-    assert rate.budget(now + 0.05, blocked=False) == 0.0
-    assert rate.budget(now + 0.3, blocked=False) == size
-    # A reader that was busy for a moment is no slow line.
-    rate = BlockingRate()
-    assert rate.budget(start, blocked=True) == 0.0
-    assert math.isinf(rate.budget(start + 0.5, blocked=False))
+def test_a_terminal_that_does_not_answer_gets_pieces_at_the_rate_of_a_slow_line() -> None:
+    rate, now, size = LineRate(), 0.0, 0
+    while now < 10.0:
+        if budget := rate.budget(now):
+            assert 0.1 < budget / RATE < 0.3
+            rate.write(int(budget), now)
+            size += int(budget)
+        now += 0.01
+    assert 0.7 < size / (10.0 * RATE) < 1.0
 
 
 class SlowTerminal:
@@ -188,7 +185,7 @@ async def terminal(pilot: Pilot[None], monkeypatch: pytest.MonkeyPatch) -> SlowT
     monkeypatch.setattr(HeadlessDriver, "is_headless", False)
     monkeypatch.setattr(HeadlessDriver, "write", lambda _, text: slow_terminal.write(text))
     monkeypatch.setattr("fivtui.tui.lab.terminal_line._LOST_ANSWER_S", HANG_S)
-    app._line.open()
+    app._line.open(slow_terminal.write)
     app.refresh()
     await read_all(pilot, slow_terminal)
     return slow_terminal
@@ -245,5 +242,5 @@ async def test_a_fast_line_gets_frames_again(pilot: Pilot[None], terminal: SlowT
         await read_all(pilot, terminal)
     await until(pilot, lambda: not terminal.is_slow)
     await pilot.press("up")
-    assert "\x1b7" in terminal.unread
+    assert "\x1b[6n" in terminal.unread
     await read_all(pilot, terminal)

@@ -17,7 +17,7 @@ from textual.geometry import Region
 from textual.strip import Strip
 from textual.widget import Widget
 
-from fivtui.charts import INKS, Chart, Cursors, PlotColours, Span, View, has_long_heading
+from fivtui.charts import INKS, Chart, Cursors, PlotColours, Span, View, has_long_heading, mix
 from fivtui.tui.chart.picture import MARGIN, Picture, draw
 
 # Minimum columns for full labels of the controls.
@@ -154,9 +154,16 @@ class DrawnChart(Widget):
     @property
     def plot_colours(self) -> PlotColours:
         """The colours of the plot as codes, for pictures."""
+        background, opacity = self.background_colors[0].hex6, self.opacity
+
+        def code(colour: Color | None) -> str:
+            # Textual applies the opacity, which is that of outdated results, to characters alone.
+            colour = colour or Color.from_rgb(0, 0, 0)
+            return mix(colour.get_truecolor().hex, background, opacity)
+
         plain = self._style("plot")
-        roles = {role: _colour_code(self._style(role).color) for role in INKS}
-        return PlotColours(_colour_code(plain.bgcolor), _colour_code(plain.color), roles)
+        roles = {role: code(self._style(role).color) for role in INKS}
+        return PlotColours(code(plain.bgcolor), code(plain.color), roles)
 
     @on(Focus)
     @on(Blur)
@@ -211,7 +218,3 @@ class DrawnChart(Widget):
     def on_resize(self) -> None:
         """Draw for the new size."""
         self.redraw()
-
-
-def _colour_code(colour: Color | None) -> str:
-    return (colour or Color.from_rgb(0, 0, 0)).get_truecolor().hex

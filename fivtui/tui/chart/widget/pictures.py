@@ -16,9 +16,8 @@ from operator import itemgetter
 from typing import Any, Final
 from zlib import crc32
 
-from rich.console import Console
 from rich.control import Control
-from textual._compositor import ChopsUpdate, Compositor, CompositorUpdate
+from textual._compositor import ChopsUpdate, Compositor, CompositorUpdate, LayoutUpdate
 from textual._xterm_parser import XTermParser
 from textual.app import App
 from textual.driver import Driver
@@ -33,7 +32,6 @@ from fivtui.tui.chart.graphics import (
     CELL_QUERY,
     GRAPHICS_QUERY,
     SIXEL_ATTRIBUTE,
-    STATUS_QUERY,
     delete_kitty,
     encode_kitty,
     encode_sixel,
@@ -42,21 +40,17 @@ from fivtui.tui.chart.picture import axis_ticks
 
 from .drawn_chart import DrawnChart
 
-# Answers to the queries: kitty's graphics, attributes, size of a cell in pixels, status.
+# Answers to the queries: kitty's graphics, attributes, size of a cell in pixels.
 _REPLY: Final = re.compile(
     r"\x1b_Gi=31;(?P<kitty>[^\x1b]*)\x1b\\"
     r"|\x1b\[\?(?P<attributes>[\d;]*)c"
     r"|\x1b\[6;(?P<height>\d+);(?P<width>\d+)t"
-    r"|\x1b\[0(?P<status>n)"
 )
-_INCOMPLETE_REPLY: Final = re.compile(r"\x1b(_G[^\x1b]*\x1b?|\[\?[\d;]*|\[6;[\d;]*|\[0)\Z")
+_INCOMPLETE_REPLY: Final = re.compile(r"\x1b(_G[^\x1b]*\x1b?|\[\?[\d;]*|\[6;[\d;]*)\Z")
 # Dots per inch of figures per pixel of a cell's height: text is nearly as high as the terminal's.
 _DPI_PER_PIXEL: Final = 6.0
 # Xterm cuts wider pictures off, pixels.
 _MAX_SIXEL_WIDTH: Final = 960
-# Time in which a terminal must answer the first query, which follows the first screen, or have read
-# a picture, s. Slower lines would delay the response to keys.
-_MAX_ANSWER_S: Final = 4.0
 # Keys that follow at most this time after the one before are those of a held key, s.
 _HELD_S: Final = 0.25
 
@@ -67,7 +61,6 @@ class TerminalReply(Message):
     def __init__(self, match: re.Match[str]) -> None:
         super().__init__()
         self.fields: Mapping[str, str | None] = match.groupdict()
-        self.arrival = time.monotonic()
 
 
 class _ReplyParser(XTermParser):
@@ -116,25 +109,22 @@ class _Plot:
 
 @dataclass(frozen=True, slots=True)
 class _DrawnPlot:
-    # A picture as text by columns from its left edge.
+    # A picture as text by columns from its left edge, and the command that removes it.
     plot: _Plot
     number: int
     checksum: int
     texts: Mapping[int, str]
+    removal: str
 
 
-class _FrameWithPictures(CompositorUpdate):
-    # An update of the screen followed by pictures.
-
-    def __init__(self, update: CompositorUpdate, pictures: str) -> None:
-        self._update, self._pictures = update, pictures
-
-    def render_segments(self, console: Console) -> str:
-        return self._update.render_segments(console) + self._pictures
+def write_changes(app: App[None]) -> None:
+    """Write pictures and cells that were deferred: the application displays an empty update."""
+    update: Any = CompositorUpdate()
+    app._display(app.screen, update)
 
 
 class Pictures:
-    """Shows pictures of the visible charts; until a terminal answers that it can, nothing.
+    """Pictures of the visible charts; none until a terminal answers that it can show them.
 
     A picture stays until that of the changed chart is drawn. The next one waits until the terminal
     has read the last one. While a key is held, charts are in characters, which follow at once.
@@ -146,19 +136,18 @@ class Pictures:
     ) -> None:
         self._app, self._wait, self._report = app, wait, report
         self._write: Callable[[str], None] = lambda _: None
-        self._query_time = 0.0
         self._has_kitty, self._has_sixel = False, False
         # Pixels of a cell; empty if unknown.
         self._cell = Size()
         self._screen_size = Size()
         self._numbers = count(1)
         self._is_drawing = False
+        # Whether pictures may wait until the terminal has read what was written.
+        self._may_wait = False
         # Time of the last key, whether it followed the one before at once, and what ends the rest.
         self._key_time = 0.0
         self._is_key_held = False
         self._rest: Timer | None = None
-        # When the terminal was asked whether it has read a picture; None after its answer.
-        self._transfer_start: float | None = None
         # By chart: plots on the screen and the cells that they cover, their newest pictures, and
         # the pictures in these cells.
         self._visible: dict[DrawnChart, tuple[_Plot, Region]] = {}
@@ -172,7 +161,6 @@ class Pictures:
     def start(self, write: Callable[[str], None]) -> None:
         """Ask the terminal what it can show; `write` sends text to it."""
         self._write = write
-        self._query_time = time.monotonic()
         self._cell = _cell_size()
         write(GRAPHICS_QUERY)
 
@@ -188,23 +176,19 @@ class Pictures:
 
     def _end_held_key(self) -> None:
         self._is_key_held = False
-        self._show_visible()
+        write_changes(self._app)
 
-    def _show_visible(self) -> None:
-        self._visible = self._find_visible(self._app.screen)
-        self._write(self._commands())
-        self._draw_next()
+    def resume(self) -> None:
+        """Show pictures that wait: the terminal has read what was written."""
+        if self._may_wait:
+            write_changes(self._app)
 
-    def stop(self) -> None:
+    def stop(self, reason: str) -> None:
         """Remove all pictures, and show no more."""
-        self._visible.clear()
-        self._write(self._commands())
-        self._has_kitty = self._has_sixel = False
-
-    def _give_up(self, reason: str) -> None:
-        self.stop()
-        if self._app.screen_stack:
-            self._app.call_later(self._app.screen.refresh)
+        if self._is_able:
+            self._has_kitty = self._has_sixel = False
+            self._visible.clear()
+            self._write(self._commands(may_send=False))
             self._report(f"pictures are off: {reason}")
 
     def read(self, reply: TerminalReply) -> None:
@@ -214,36 +198,28 @@ class Pictures:
             self._has_kitty = fields["kitty"] == "OK"
         elif fields["width"] is not None:
             self._cell = Size(int(fields["width"]), int(fields["height"] or 0))
-        elif fields["status"] is not None:
-            self._transfer_start = None
-        elif reply.arrival - self._query_time > _MAX_ANSWER_S:
-            # The line is too slow for pictures.
-            self._has_kitty = False
         else:
             attributes = (fields["attributes"] or "").split(";")
             self._has_sixel = not self._has_kitty and str(SIXEL_ATTRIBUTE) in attributes[1:]
-        self._show_visible()
+        write_changes(self._app)
 
-    def complete(self, screen: Screen[Any], update: CompositorUpdate) -> CompositorUpdate:
-        """An update of the screen followed by the pictures that it needs."""
+    def text(self, screen: Screen[Any], update: CompositorUpdate, *, may_send: bool) -> str:
+        """What follows an update of the screen: removals, and if they may be sent, pictures."""
         if not self._is_able:
-            return update
-        if self._transfer_start and time.monotonic() - self._transfer_start > _MAX_ANSWER_S:
-            self._give_up("the terminal reads them too slowly")
-            return update
+            return ""
         if self._has_sixel:
             # Text erases a picture.
             for chart, (_, area) in list(self._shown.items()):
                 if _overlaps(update, area):
                     self._forget(chart)
         self._visible = self._find_visible(screen)
-        commands = self._commands()
+        commands = self._commands(may_send=may_send)
         if screen.size != self._screen_size:
             # The size of the font may have changed.
             self._screen_size, self._cell = screen.size, _cell_size() or self._cell
             commands += CELL_QUERY
         self._draw_next()
-        return _FrameWithPictures(update, commands) if commands else update
+        return commands
 
     def _find_visible(self, screen: Screen[Any]) -> dict[DrawnChart, tuple[_Plot, Region]]:
         visible: dict[DrawnChart, tuple[_Plot, Region]] = {}
@@ -267,43 +243,34 @@ class Pictures:
                 visible[widget] = plot, area
         return visible
 
-    def _commands(self) -> str:
+    def _commands(self, *, may_send: bool) -> str:
         # Text that removes pictures of charts that are not visible, and shows new pictures.
         commands = []
         for chart, (drawn, area) in list(self._shown.items()):
             _, visible_area = self._visible.get(chart, (None, None))
             if visible_area != area:
-                commands.append(self._removal(drawn))
+                commands.append(drawn.removal)
                 self._forget(chart)
                 # The characters may have changed below the picture.
                 chart.refresh()
-        if self._transfer_start is not None:
-            return "".join(commands)
-        for chart, (plot, area) in self._visible.items():
-            newest, shown = self._drawn.get(chart), self._shown.get(chart)
+        self._may_wait = not may_send
+        for chart, (plot, area) in self._visible.items() if may_send else ():
+            newest, (shown, _) = self._drawn.get(chart), self._shown.get(chart, (None, None))
             if newest is None or not newest.plot.covers_as(plot):
                 continue
-            if shown is not None and shown[0].number == newest.number:
+            if shown is not None and shown.number == newest.number:
                 continue
             for column, text in newest.texts.items():
                 commands += [str(Control.move_to(area.x + column, area.y)), text]
             if shown is not None:
-                commands.append(self._removal(shown[0]))
+                commands.append(shown.removal)
             self._shown[chart] = newest, area
             chart.is_covered = True
-            self._transfer_start = time.monotonic()
-        if self._transfer_start is not None:
-            commands.append(STATUS_QUERY)
-        text = "".join(commands)
-        # The cursor returns to its position.
-        return f"\x1b7{text}\x1b8" if text else ""
+        return "".join(commands)
 
     def _forget(self, chart: DrawnChart) -> None:
         del self._shown[chart]
         chart.is_covered = False
-
-    def _removal(self, drawn: _DrawnPlot) -> str:
-        return delete_kitty(drawn.number) if self._has_kitty else ""
 
     def _draw_next(self) -> None:
         # Draw the visible plot that has changed and was not drawn for the longest time.
@@ -324,7 +291,7 @@ class Pictures:
         try:
             drawn = self._encode(plot, number)
         except Exception as error:  # noqa: BLE001 (it is reported, and charts stay in characters)
-            self._app.call_later(self._give_up, f"a chart cannot be drawn: {error!r}")
+            self._app.call_later(self.stop, f"a chart cannot be drawn: {error!r}")
         else:
             self._app.call_later(self._finish, chart, drawn)
 
@@ -342,14 +309,15 @@ class Pictures:
             ticks=plot.ticks,
         )
         if self._has_kitty:
-            texts = {0: encode_kitty(pixels, number, columns, rows)}
+            texts, removal = {0: encode_kitty(pixels, number, columns, rows)}, delete_kitty(number)
         else:
             step = max(_MAX_SIXEL_WIDTH // width, 1)
             texts = {
                 column: encode_sixel(pixels[:, column * width : (column + step) * width])
                 for column in range(0, columns, step)
             }
-        return _DrawnPlot(plot, number, crc32(pixels.tobytes()), texts)
+            removal = ""
+        return _DrawnPlot(plot, number, crc32(pixels.tobytes()), texts, removal)
 
     def _finish(self, chart: DrawnChart, drawn: _DrawnPlot) -> None:
         self._is_drawing = False
@@ -358,12 +326,11 @@ class Pictures:
             # The same picture need not be sent again.
             drawn = replace(previous, plot=drawn.plot)
         self._drawn[chart] = drawn
-        self._write(self._commands())
-        self._draw_next()
+        write_changes(self._app)
 
 
 def _cell_size() -> Size:
-    # Pixels of a cell of the terminal; empty if it does not tell.
+    # Pixels of a cell of the terminal; empty if the system does not tell. Xterm answers no query.
     try:
         import fcntl
         import termios
@@ -377,11 +344,9 @@ def _cell_size() -> Size:
 
 def _overlaps(update: CompositorUpdate, area: Region) -> bool:
     # Whether an update of the screen writes text into an area.
-    if not isinstance(update, ChopsUpdate):
-        return True
-    return any(
+    return isinstance(update, LayoutUpdate) or any(
         area.y <= row < area.bottom and start < area.right and stop > area.x
-        for row, start, stop in update.spans
+        for row, start, stop in (update.spans if isinstance(update, ChopsUpdate) else ())
     )
 
 
