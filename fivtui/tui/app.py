@@ -16,7 +16,7 @@ from textual.binding import Binding, BindingType
 from textual.command import Provider
 from textual.driver import Driver
 from textual.drivers._writer_thread import WriterThread
-from textual.events import CursorPosition, Event, InputEvent, Key, MouseMove, Paste
+from textual.events import CursorPosition, Event, InputEvent, Key, MouseMove, Paste, Resize
 from textual.geometry import Region
 from textual.screen import Screen
 from textual.theme import BUILTIN_THEMES, Theme
@@ -57,6 +57,8 @@ SIGNAL_STATUS_BASE: Final = 128
 _RESTORE_TIMEOUT_S: Final = 5.0
 # Time in which the terminal answers the last query about its cursor, s.
 _LAST_ANSWER_S: Final = 0.2
+# Time without a change of the terminal's size that ends a storm of sizes, s.
+_SIZE_PAUSE_S: Final = 0.3
 
 
 def _command_provider() -> type[Provider]:
@@ -133,6 +135,8 @@ class FivtuiApp(App[None]):
         self.session = Session()
         self._keys = KeyQueue(self, self._handle_event)
         self._line = TerminalLine(self, self._pictures, self._urgent_regions)
+        # The last change of the terminal's size on a slow line.
+        self._awaited_size_event: Resize | None = None
         self._mode = self.DEFAULT_MODE
         self.add_mode(self._mode, self.get_default_screen)
         self._state_file = state
@@ -244,6 +248,16 @@ class FivtuiApp(App[None]):
         if is_update and self.screen_stack and not self._batch_count:
             renderable = self._line.fit(screen, renderable)
         super()._display(screen, renderable)
+
+    def _check_resize(self) -> None:
+        size_event = self._resize_event
+        if self._line.is_slow and size_event is not self._awaited_size_event:
+            # All cells would be written for every size of a storm, so await its end.
+            self._awaited_size_event = size_event
+            self._resize_timer = self.set_timer(_SIZE_PAUSE_S, self._check_resize)
+        else:
+            self._line.forget_cells()
+            super()._check_resize()
 
     def _report(self, text: str) -> None:
         self.screen_stack[0].post_message(Reported(text))

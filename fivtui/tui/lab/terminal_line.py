@@ -31,14 +31,14 @@ if TYPE_CHECKING:
 
 # Duration of a piece on a slow line, s.
 _PIECE_S: Final = 0.15
-# A line is slow if it takes less than this rate, bytes/s, or if an answer takes this time, s.
+# A line is slow if it takes less than this rate, bytes/s, or if a frame takes this time, s. A
+# frame waits if an answer takes that time.
 _FAST_RATE: Final = 20e3
-_SLOW_ANSWER_S: Final = 0.4
+_SLOW_FRAME_S: Final = 0.4
 # Rate of a slow line until it is measured, bytes/s: less than that of 9600 baud. Its largest
-# increase by a piece of at most the following size, bytes.
+# increase by a piece.
 _FIRST_RATE: Final = 900.0
-_MAX_INCREASE: Final = 4.0
-_BURST_SIZE: Final = 400
+_MAX_INCREASE: Final = 5.0
 # Time after which an answer is not awaited any longer, s.
 _LOST_ANSWER_S: Final = 5.0
 _POLL_INTERVAL_S: Final = 0.02
@@ -76,20 +76,24 @@ class LineRate:
         self.has_answered = False
 
     @property
+    def is_fast(self) -> bool:
+        """Whether to write whole frames."""
+        return self._rate >= _FAST_RATE
+
+    @property
     def is_free(self) -> bool:
         """Whether the terminal has read the last piece."""
         return self._write_time is None
 
     def budget(self, time_s: float) -> float:
         """Bytes to write at `time_s`, s: infinite on a fast line, 0 to wait."""
-        waiting_time = 0.0 if self._write_time is None else time_s - self._write_time
-        if waiting_time > (_LOST_ANSWER_S if self.has_answered else self._size / _FIRST_RATE):
-            self._write_time = None
-        elif waiting_time > _SLOW_ANSWER_S:
-            self._rate = min(self._rate, _FIRST_RATE)
-        if self._rate >= _FAST_RATE:
-            return math.inf
-        return self._rate * _PIECE_S if self.is_free else 0.0
+        if self._write_time is not None:
+            waiting_time = time_s - self._write_time
+            if waiting_time > (_LOST_ANSWER_S if self.has_answered else self._size / _FIRST_RATE):
+                self._write_time = None
+            elif not self.is_fast or waiting_time > _SLOW_FRAME_S:
+                return 0.0
+        return math.inf if self.is_fast else self._rate * _PIECE_S
 
     def write(self, size: int, time_s: float) -> None:
         """Record that a piece was written; `size` is 0 for a frame that is not measured."""
@@ -98,11 +102,13 @@ class LineRate:
     def measure(self, duration: float) -> None:
         """Record that the terminal has read the last piece in `duration` s."""
         self._write_time = None
-        if self._size:
+        if self.is_fast:
+            if duration > _SLOW_FRAME_S:
+                self._rate = _FIRST_RATE
+        elif self._size:
             # Buffers take a small piece at once, so it cannot measure a higher rate.
             is_full = self._size > self._rate * _PIECE_S
-            increase = _MAX_INCREASE if is_full else 1.0
-            limit = math.inf if self._size > _BURST_SIZE else self._rate * increase
+            limit = self._rate * (_MAX_INCREASE if is_full else 1.0)
             self._rate = min(self._size / max(duration, 1e-6), limit)
 
 
@@ -144,6 +150,15 @@ class TerminalLine:
         write(self._piece(self._rate, _FIRST_PIECE).render_segments(self._app.console))
 
     @property
+    def is_slow(self) -> bool:
+        """Whether changes are written in pieces."""
+        return self._timer is not None
+
+    def forget_cells(self) -> None:
+        """Draw all cells again, because a terminal that changes its size may lose some."""
+        self._cells = []
+
+    @property
     def awaits_answer(self) -> bool:
         """Whether the terminal will answer a query."""
         return self._rate is not None and self._rate.has_answered and not self._rate.is_free
@@ -163,7 +178,6 @@ class TerminalLine:
                 return _Frame(update, pictures)
             return self._between_queries(rate, update, pictures)
         if self._timer is None:
-            self._pictures.stop("the terminal reads them too slowly")
             self._timer = self._app.set_interval(_POLL_INTERVAL_S, self._continue)
         text = self._changes(screen, budget) if budget else ""
         self._is_outdated = bool(text) or not budget
@@ -178,7 +192,10 @@ class TerminalLine:
         if event.x == self._number and event.y == _ROW_BEFORE:
             self._answer_time = event.time
         elif event.x == self._number and event.y == _ROW_AFTER:
+            was_fast = rate.is_fast
             rate.measure(event.time - self._answer_time)
+            if was_fast and not rate.is_fast:
+                self._pictures.stop("the terminal reads them too slowly")
             self._continue()
             self._pictures.resume()
 
@@ -204,8 +221,10 @@ class TerminalLine:
         ]
         if [len(row) for row in rows] != [len(row) for row in self._cells]:
             self._cells = [[_UNKNOWN_CELL] * len(row) for row in rows]
-        regions = [region.intersection(screen.region) for region in self._urgent_regions()]
-        return changed_text(self._cells, rows, [*regions, screen.region], budget)
+        # The screen has the size of the terminal unless its layout is to follow.
+        area = screen.region.intersection(self._app.size.region)
+        regions = [region.intersection(area) for region in self._urgent_regions()]
+        return changed_text(self._cells, rows, [*regions, area], budget)
 
     def _piece(self, rate: LineRate, text: str) -> _Frame:
         text += _RESET_STYLE

@@ -123,14 +123,18 @@ def test_answers_measure_the_rate_of_a_line() -> None:
     for _ in range(9):
         now = answer_piece(rate, 60, now, 1e6)
     assert 0.1 < rate.budget(now) / RATE < 0.3
-    # The line becomes fast, and is slow again when an answer is late.
+    # The line becomes fast; a frame waits for a late answer.
     while not math.isinf(budget := rate.budget(now)):
         now = answer_piece(rate, int(budget) + 30, now, 1e6)
     rate.write(0, now)
     assert math.isinf(rate.budget(now + 0.1))
     assert rate.budget(now + 1.0) == 0.0
     # A lost answer does not stop the display.
-    assert 0.0 < rate.budget(now + 10.0) < math.inf
+    assert math.isinf(rate.budget(now + 10.0))
+    # A frame that takes long shows that the line is slow.
+    rate.write(0, now)
+    rate.measure(1.0)
+    assert 0.0 < rate.budget(now + 1.0) < math.inf
 
 
 def test_a_terminal_that_does_not_answer_gets_pieces_at_the_rate_of_a_slow_line() -> None:
@@ -243,4 +247,17 @@ async def test_a_fast_line_gets_frames_again(pilot: Pilot[None], terminal: SlowT
     await until(pilot, lambda: not terminal.is_slow)
     await pilot.press("up")
     assert "\x1b[6n" in terminal.unread
+    await read_all(pilot, terminal)
+
+
+async def test_a_slow_line_draws_all_cells_after_a_storm_of_sizes(
+    pilot: Pilot[None], terminal: SlowTerminal
+) -> None:
+    first_count = terminal.read_count
+    for width in (70, 60, SIZE[0]):
+        await pilot.resize_terminal(width, SIZE[1])
+        list(terminal.read())
+    # Until sizes stop changing, none is drawn.
+    assert terminal.read_count - first_count < RATE
+    terminal.screen = Screen(*SIZE)
     await read_all(pilot, terminal)

@@ -7,8 +7,8 @@ picture over the characters of the plot, once a thread has drawn it.
 import re
 import struct
 import sys
-import time
 from collections.abc import Callable, Iterator, Mapping
+from copy import deepcopy
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import count
@@ -144,8 +144,7 @@ class Pictures:
         self._is_drawing = False
         # Whether pictures may wait until the terminal has read what was written.
         self._may_wait = False
-        # Time of the last key, whether it followed the one before at once, and what ends the rest.
-        self._key_time = 0.0
+        # Whether the last key followed the one before at once, and the timer that runs since then.
         self._is_key_held = False
         self._rest: Timer | None = None
         # By chart: plots on the screen and the cells that they cover, their newest pictures, and
@@ -167,20 +166,19 @@ class Pictures:
     def note_key(self) -> None:
         """Note that a key or a button was pressed."""
         if self._is_able:
-            key_time = time.monotonic()
-            self._is_key_held = key_time - self._key_time < _HELD_S
-            self._key_time = key_time
+            self._is_key_held = self._rest is not None
             if self._rest is not None:
                 self._rest.stop()
             self._rest = self._app.set_timer(_HELD_S, self._end_held_key)
 
     def _end_held_key(self) -> None:
-        self._is_key_held = False
+        self._is_key_held, self._rest = False, None
         write_changes(self._app)
 
     def resume(self) -> None:
         """Show pictures that wait: the terminal has read what was written."""
         if self._may_wait:
+            self._may_wait = False
             write_changes(self._app)
 
     def stop(self, reason: str) -> None:
@@ -213,6 +211,7 @@ class Pictures:
                 if _overlaps(update, area):
                     self._forget(chart)
         self._visible = self._find_visible(screen)
+        self._may_wait = not may_send
         commands = self._commands(may_send=may_send)
         if screen.size != self._screen_size:
             # The size of the font may have changed.
@@ -236,8 +235,7 @@ class Pictures:
             column, row, columns, rows = picture.plot_area
             area = Region(column, row, columns, rows).translate(region.offset)
             if clip.contains_region(area) and not _is_covered(widget, area, compositor):
-                view = widget.view
-                view = replace(view, hidden=set(view.hidden), cursors=replace(view.cursors))
+                view = deepcopy(widget.view)
                 ticks = axis_ticks(*view.axes(chart), columns, rows)
                 plot = _Plot(chart, view, widget.plot_colours, ticks, area.size, self._cell)
                 visible[widget] = plot, area
@@ -253,7 +251,6 @@ class Pictures:
                 self._forget(chart)
                 # The characters may have changed below the picture.
                 chart.refresh()
-        self._may_wait = not may_send
         for chart, (plot, area) in self._visible.items() if may_send else ():
             newest, (shown, _) = self._drawn.get(chart), self._shown.get(chart, (None, None))
             if newest is None or not newest.plot.covers_as(plot):
