@@ -1,6 +1,7 @@
 """Helpers shared by tests of the laboratory, the application in the terminal."""
 
 import asyncio
+import math
 import os
 import re
 import time
@@ -57,20 +58,22 @@ _MAX_TIMERS: Final = 4
 async def _until_idle(min_sleep: float = 0.0, max_sleep: float = 1.0) -> None:
     """Wait until no task is ready and no timer is due within a frame.
 
-    Textual's own version sleeps while threads compute, twice after each key.
+    Textual's own version sleeps while threads compute, twice after each key. The limit is CPU time
+    of this thread, which other processes do not use up.
     """
     loop = asyncio.get_running_loop()
-    end = loop.time() + max_sleep
+    end = time.thread_time() + max_sleep
     for _ in range(_MAX_TIMERS):
         await asyncio.sleep(0)
-        while loop._ready and loop.time() < end:  # type: ignore[attr-defined]
+        while loop._ready and time.thread_time() < end:  # type: ignore[attr-defined]
             await asyncio.sleep(0)
-        current = loop.time()
+        next_frame = loop.time() + _FRAME_S
         scheduled = loop._scheduled  # type: ignore[attr-defined]
-        due = min((handle.when() for handle in scheduled if not handle.cancelled()), default=end)
-        if due > current + _FRAME_S:
+        times = [handle.when() for handle in scheduled if not handle.cancelled()]
+        due = min(times, default=math.inf)
+        if due > next_frame:
             return
-        await asyncio.sleep(max(due - current, 0.0))
+        await asyncio.sleep(max(due - loop.time(), 0.0))
 
 
 for _module in (textual.app, textual.pilot):
@@ -179,6 +182,16 @@ async def until_screen(pilot: Pilot[None], holds: Callable[[str], bool]) -> None
 async def until_shown(pilot: Pilot[None], phrase: str) -> None:
     """Wait until the screen shows a phrase."""
     await until_screen(pilot, lambda text: phrase in " ".join(text.split()))
+
+
+async def until_hidden(pilot: Pilot[None], phrase: str) -> None:
+    """Wait until the screen shows a phrase no more."""
+    await until_screen(pilot, lambda text: phrase not in " ".join(text.split()))
+
+
+async def until_key_bar(pilot: Pilot[None], start: str) -> None:
+    """Wait until the last line of the screen starts with a text."""
+    await until_screen(pilot, lambda text: text.splitlines()[-1].startswith(start))
 
 
 async def until_still(pilot: Pilot[None], polls: int = 4) -> None:

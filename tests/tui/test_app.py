@@ -24,7 +24,9 @@ from tests.support.laboratory import (
     text_of,
     type_into,
     until,
+    until_hidden,
     until_notice,
+    until_screen,
     until_shown,
 )
 
@@ -124,17 +126,17 @@ async def test_a_run_starts_after_a_long_run_was_stopped(pilot: Pilot[None]) -> 
     assert long_run is not None
     await until(pilot, lambda: long_run.fraction > 0.0)
     await until_shown(pilot, "left")
-    assert "F5 Stop" in text_of(pilot)
+    await until_shown(pilot, "F5 Stop")
     editor = await focus(pilot, "F")
     await pilot.press("up")
     assert editor.value == "81"
     await pilot.press("f5")
     assert long_run.state is RunState.STOPPED
     await until_notice(pilot, "run 1 stopped at")
-    assert "F5 Run" in text_of(pilot)
+    await until_shown(pilot, "F5 Run")
     await type_into(pilot, "t_end", "100")
     await run_to_end(pilot)
-    assert "run 2 done" in text_of(pilot)
+    await until_shown(pilot, "run 2 done")
     assert long_run.result is None
     assert [run.state for run in session.runs] == [RunState.STOPPED, RunState.DONE]
 
@@ -197,8 +199,8 @@ async def test_the_button_starts_and_stops_a_run_and_failures_are_shown_and_logg
     monkeypatch.setattr("fivtui.tui.lab.run_actions.execute", raise_zero_division)
     await pilot.press("f5")
     await until_notice(pilot, "unexpected ZeroDivisionError: by zero")
-    assert "run 3 failed" in text_of(pilot)
-    assert "Traceback" not in text_of(pilot)
+    await until_shown(pilot, "run 3 failed")
+    await until_hidden(pilot, "Traceback")
 
 
 async def test_every_size_shows_form_verdict_and_result(pilot: Pilot[None]) -> None:
@@ -219,7 +221,7 @@ async def test_every_size_shows_form_verdict_and_result(pilot: Pilot[None]) -> N
             await until_shown(pilot, phrase)
         # Up to 12 lines have no room for an axis.
         if height > 12:
-            await until(pilot, lambda: time_axes_reach_the_right_edge(text_of(pilot)))
+            await until_screen(pilot, time_axes_reach_the_right_edge)
 
 
 def time_axes_reach_the_right_edge(screen_text: str) -> bool:
@@ -234,6 +236,6 @@ async def test_without_colour_verdicts_are_shown_in_words(monkeypatch: pytest.Mo
     assert app.no_color
     async with app.run_test(size=SIZE) as pilot:
         await run_to_end(pilot)
-        assert "UNSTABLE" in text_of(pilot)
+        await until_shown(pilot, "UNSTABLE")
         await type_into(pilot, "mu", "-")
-        assert "NO VERDICT: invalid input" in text_of(pilot)
+        await until_shown(pilot, "NO VERDICT: invalid input")

@@ -26,7 +26,16 @@ from fivtui.tui.chart.graphics import GRAPHICS_QUERY
 from fivtui.tui.chart.widget.pictures import _REPLY, _ReplyParser
 from fivtui.tui.tabs.studies.sweep import SweepPane
 from tests.support import laboratory
-from tests.support.laboratory import HANG_S, app_of, show_tab, text_of, until, until_notice
+from tests.support.laboratory import (
+    HANG_S,
+    app_of,
+    run_to_end,
+    show_tab,
+    text_of,
+    until,
+    until_notice,
+    until_still,
+)
 from tests.support.sixel import SIXEL, decode_sixel
 
 KITTY, CELL = "\x1b_Gi=31;OK\x1b\\", "\x1b[6;20;10t"
@@ -76,15 +85,20 @@ class Screen:
 @pytest.fixture
 async def screen(pilot: Pilot[None], monkeypatch: pytest.MonkeyPatch) -> Screen:
     recorded = Screen(pilot)
+    paint = App._display
 
-    def display(app: App[None], _: object, update: Any) -> None:
+    def display(app: App[None], screen: Any, update: Any) -> None:
+        paint(app, screen, update)
         if update is not None:
             recorded.write(update.render_segments(app.console))
 
+    await show_tab(pilot, "alt+1")
+    await run_to_end(pilot)
+    await until_still(pilot)
+    # A busy machine answers late.
+    monkeypatch.setattr("fivtui.tui.chart.widget.pictures._MAX_ANSWER_S", HANG_S)
     monkeypatch.setattr(App, "_display", display)
     monkeypatch.setattr(laboratory, "every_frame", True)
-    await show_tab(pilot, "alt+1")
-    await pilot.press("f5")
     app_of(pilot)._pictures.start(recorded.write)
     return recorded
 
@@ -168,10 +182,9 @@ async def test_no_characters_replace_the_picture_of_a_chart_that_changes(
     monkeypatch.setattr("fivtui.tui.chart.widget.pictures._HELD_S", 1e-3)
     screen.answer(CELL, SIXEL_ATTRIBUTES)
     await until(screen.pilot, lambda: is_shown(screen))
-    screen.frames.clear()
     (chart, (_, area)), *_ = app_of(screen.pilot)._pictures._visible.items()
     chart.focus()
-    await screen.pilot.pause()
+    await until_still(screen.pilot)
     screen.frames.clear()
     keys = ("plus", "plus", "right")
     for key in keys:

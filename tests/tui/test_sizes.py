@@ -13,7 +13,16 @@ from fivtui.tui.app import FivtuiApp
 from fivtui.tui.lab.notices import NoticeView
 from fivtui.tui.session import FIELDS
 from fivtui.tui.tabs import TABS, Reported, TabLine
-from tests.support.laboratory import notices_of, show_tab, text_of, until, until_notice, until_shown
+from tests.support.laboratory import (
+    notices_of,
+    show_tab,
+    text_of,
+    until,
+    until_hidden,
+    until_notice,
+    until_shown,
+    until_still,
+)
 
 PICTURE = Path(__file__).parents[2] / "examples" / "laboratory.svg"
 SIZES = [(80, 24), (100, 30), (120, 35), (140, 40), (200, 60)]
@@ -26,6 +35,7 @@ async def test_panes_are_complete_and_titles_uncut_at_any_size() -> None:
             await until(pilot, lambda: pilot.app.size == size)  # noqa: B023
             await show_tab(pilot, "alt+2")
             await until_shown(pilot, "Re λ (1/s)")
+            await until_still(pilot)
             check_panes(pilot, size)
             # The buttons measure errors and times of methods, or check the claims of the paper.
             for key, phrase in (
@@ -122,7 +132,7 @@ async def test_notices_cover_no_control_that_is_clicked(size: tuple[int, int]) -
         await until_shown(pilot, "▌ one ")
         await pilot.click(NoticeView)
         await until(pilot, lambda: not notices.display)
-        assert "▌ one" not in text_of(pilot)
+        await until_hidden(pilot, "▌ one")
         screen.post_message(Reported("two"))
         await until_shown(pilot, "▌ two ")
         notices._remove(notices.notices[0])

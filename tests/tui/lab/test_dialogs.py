@@ -26,9 +26,10 @@ from tests.support.laboratory import (
     palette,
     run_to_end,
     show_tab,
-    text_of,
     type_into,
     until,
+    until_hidden,
+    until_key_bar,
     until_notice,
     until_shown,
 )
@@ -45,7 +46,7 @@ async def test_exports_overwrite_files_only_after_a_confirmation(
     await run_to_end(pilot)
     await pilot.press("f7")
     await until_shown(pilot, "Export the data of run 1")
-    assert "base-1.csv" in text_of(pilot)
+    await until_shown(pilot, "base-1.csv")
     await pilot.press("enter")
     await until_notice(pilot, f"data written to base-1.csv in {tmp_path}")
     assert load_trajectory(tmp_path / "base-1.csv").t.size == 10_001
@@ -181,7 +182,7 @@ async def test_keys_focus_every_part_and_follow_in_the_key_bar(
         await show_tab(pilot, tab)
         screen.query_one(selector).focus()
         await until_shown(pilot, f" {label} ")
-        assert text_of(pilot).splitlines()[-1].startswith("F5 Run F10 Compute F1 Help F2 Tab ")
+        await until_key_bar(pilot, "F5 Run F10 Compute F1 Help F2 Tab ")
 
 
 TITLE_BY_QUERY = {
@@ -286,7 +287,7 @@ async def test_the_palette_lists_and_runs_applicable_commands(
     await pilot.press("ctrl+p")
     await until_shown(pilot, "Run the scene and keep the run")
     for query in ("of run", "Undo", "Stop the run"):
-        assert query not in text_of(pilot)
+        await until_hidden(pilot, query)
     await pilot.press("escape")
     with monkeypatch.context() as patched:
         patched.setattr("fivtui.scene.run.compute", endless_simulate)
@@ -333,7 +334,7 @@ async def test_a_scene_is_saved_and_opened_again(pilot: Pilot[None], tmp_path: P
     await until(pilot, (tmp_path / "mine.toml").is_file)
     await until(pilot, lambda: session.name == "mine")
     assert load_scene(tmp_path / "mine.toml").parameters.F == 90.0
-    assert "(changed)" not in text_of(pilot)
+    await until_hidden(pilot, "(changed)")
     await pilot.press("up")
     await until_shown(pilot, "mine (changed)")
     await pilot.press("ctrl+o")

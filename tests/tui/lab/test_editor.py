@@ -15,7 +15,12 @@ from fivtui.scene import PRESETS, load_scene, save_scene
 from fivtui.tui.app import FivtuiApp
 from fivtui.tui.lab import screen
 from fivtui.tui.lab.editor_actions import editor_command
-from tests.support.laboratory import app_of, text_of, until, until_notice, until_shown
+from tests.support.laboratory import (
+    app_of,
+    until,
+    until_notice,
+    until_shown,
+)
 
 Editor = Callable[[str], None]
 
@@ -63,7 +68,7 @@ async def test_invalid_text_is_kept_for_the_next_call_and_changes_nothing(
     handler = signal.getsignal(signal.SIGINT)
     editor("text += 'c3 = 1.0 # mine'")
     await edit(pilot, "unknown")
-    assert "e opens it again" in text_of(pilot)
+    await until_shown(pilot, "e opens it again")
     assert not session.changed_fields
     editor("text = text.replace('c3 = 1.0 # mine', '').replace('mu = 0.7', 'mu = 0.1'); status = 3")
     await edit(pilot, "ended with status 3; the scene stays as it is")

@@ -20,6 +20,7 @@ from tests.support.laboratory import (
     text_of,
     type_into,
     until,
+    until_hidden,
     until_screen,
     until_shown,
 )
@@ -210,9 +211,8 @@ async def test_the_gauge_follows_the_edited_field(
     # Eigenvalues are shown at once; values not yet searched are not called safe.
     await until_screen(pilot, lambda text: "searching…" in gauge_line(text))
     await pilot.press("up")
-    await until_screen(pilot, lambda text: " 0.71 " in text)
     await until(pilot, search_started.is_set)
-    assert "safe" not in gauge_line(text_of(pilot))
+    await until_screen(pilot, lambda text: " 0.71 " in text and "safe" not in gauge_line(text))
     search_may_end.set()
     await until_screen(pilot, lambda text: " safe " in gauge_line(text))
     initial_column = gauge_line(text_of(pilot)).index("●")
@@ -221,14 +221,13 @@ async def test_the_gauge_follows_the_edited_field(
     monkeypatch.setattr("fivtui.safety.safety_zones", linear_zones)
     # The gauge of μ stays; where there is room, that of the parameter edited last is below it.
     await focus(pilot, "F")
-    await pilot.pause()
-    assert gauge_line(text_of(pilot)).startswith("│ μ ")
-    assert "F (N) " not in text_of(pilot)
+    await until_screen(
+        pilot, lambda text: gauge_line(text).startswith("│ μ ") and "F (N) " not in text
+    )
     await pilot.resize_terminal(80, 30)
-    await until_screen(pilot, lambda text: "F (N) " in text)
-    assert gauge_line(text_of(pilot)).startswith("│ μ ")
+    await until_screen(pilot, lambda text: gauge_line(text).startswith("│ μ ") and "F (N) " in text)
     # Elsewhere the facts are in its place, and on a high screen it is below them.
-    assert "μ_c 0.4" not in text_of(pilot)
+    await until_hidden(pilot, "μ_c 0.4")
     await focus(pilot, "t_end")
     await until_screen(pilot, lambda text: "μ_c 0.4" in text and "F (N) " not in text)
     await pilot.resize_terminal(80, 36)
@@ -261,12 +260,15 @@ async def test_the_mouse_drags_the_value_in_one_undo_step(pilot: Pilot[None]) ->
     for column in (30, 22, 60):
         await pilot.hover(gauge, offset=(column, 1))
         await pilot.pause()
-        line = gauge_line(text_of(pilot))
-        assert line.index("●") == gauge.region.x + column
-        assert f" {session.texts['mu']} " in text_of(pilot)
-        assert f"•μ     {session.texts['mu']}" in text_of(pilot)
+        await until_screen(
+            pilot,
+            lambda text: (
+                gauge_line(text).index("●") == gauge.region.x + column  # noqa: B023
+                and f"•μ     {session.texts['mu']}" in text
+            ),
+        )
     assert session.texts["mu"] == "1.2"
-    assert "growth rate +1.061" in text_of(pilot)
+    await until_shown(pilot, "growth rate +1.061")
     await pilot.mouse_up(gauge, offset=(60, 0))
     # After the release, the mouse only hovers.
     await pilot.hover(gauge, offset=(20, 0))

@@ -30,7 +30,6 @@ from tests.support.laboratory import (
     app_of,
     chart_of,
     click_view,
-    flat_text_of,
     focus,
     lab_of,
     run_to_end,
@@ -38,6 +37,7 @@ from tests.support.laboratory import (
     type_into,
     until,
     until_notice,
+    until_screen,
     until_shown,
 )
 
@@ -83,7 +83,7 @@ async def test_every_step_is_drawn_over_the_previous_curve_and_no_run_is_stored(
     # Show the list of runs, in which a run is not "shown" if it is the ghost or not plotted.
     pilot.app.screen.add_class("-runs")
     await until_shown(pilot, "● 1 before")
-    assert flat_text_of(pilot).count("live in ") == 1
+    await until_screen(pilot, lambda text: text.count("live in ") == 1)
     await pilot.press("up")
     await until_live(pilot)
     assert live.ghost is first_curve.result
@@ -254,7 +254,7 @@ async def test_an_error_is_one_line_above_the_previous_curve(
     await until(pilot, lambda: bool(live.error))
     await until_shown(pilot, "live: no result")
     # The line of the error may be cut: look for its first word.
-    assert live.error.split()[0] in flat_text_of(pilot)
+    await until_shown(pilot, live.error.split()[0])
     assert trace_names(pilot) == ["before"]
     assert notices == ["grows"]
     # Unexpected exceptions are shown in the same way.

@@ -15,7 +15,15 @@ from fivtui.tui.lab.key_bar import KeyBar
 from fivtui.tui.session import jobs
 from fivtui.tui.session.jobs import SCREEN_RESPONSE, Job, ScreenResponse
 from fivtui.tui.tabs.tab_book import TABS
-from tests.support.laboratory import HANG_S, app_of, show_tab, text_of, until, until_shown
+from tests.support.laboratory import (
+    HANG_S,
+    app_of,
+    show_tab,
+    text_of,
+    until,
+    until_screen,
+    until_shown,
+)
 
 SIZE = (80, 24)
 
@@ -77,7 +85,7 @@ async def test_computations_pause_from_a_key_until_its_frame(
     await pilot.press("up")
     await until(pilot, lambda: bool(pending) and not SCREEN_RESPONSE.pending)
     assert pending == [True]
-    assert "base (changed)" in text_of(pilot)
+    await until_shown(pilot, "base (changed)")
 
 
 def test_a_started_job_shows_its_progress() -> None:
@@ -97,6 +105,7 @@ async def test_a_tab_handles_keys_pressed_before_it_exists(pilot: Pilot[None]) -
 
 
 async def click_key(pilot: Pilot[None], label: str) -> None:
+    await until_screen(pilot, lambda text: label in text.splitlines()[-1])
     line = text_of(pilot).splitlines()[-1]
     await pilot.click(KeyBar, offset=(line.index(label), 0))
 

@@ -22,12 +22,11 @@ from tests.support.laboratory import (
     answer,
     app_of,
     click_view,
-    flat_text_of,
     focus,
     run_to_end,
-    text_of,
     type_into,
     until,
+    until_hidden,
     until_notice,
     until_shown,
 )
@@ -125,7 +124,7 @@ async def test_the_engine_is_switched_and_two_engines_are_compared(
     assert runs.baseline is native
     assert runs.plotted == [native, fmu]
     await until_notice(pilot, "Python FMU against taylor: final state")
-    assert "inputs changed" not in text_of(pilot)
+    await until_hidden(pilot, "inputs changed")
     await until_shown(pilot, "■ 2 shown Python FMU 10.50")
     await pilot.press("f4")
     await until_notice(pilot, "engine native FMU: method fmu-native")
@@ -189,7 +188,7 @@ async def test_the_session_is_restored_at_the_next_start(
         # Saving to the scene's own file asks no question unless another program changed it.
         await pilot.press("ctrl+s")
         await until_notice(pilot, f"scene mine saved: mine.toml in {tmp_path}")
-        assert "(changed)" not in text_of(pilot)
+        await until_hidden(pilot, "(changed)")
         scene_text = (tmp_path / "mine.toml").read_text()
         (tmp_path / "mine.toml").write_text(scene_text.replace("F = 91.0", "F = 92.0"))
         await pilot.press("ctrl+s")
@@ -214,7 +213,7 @@ async def test_a_damaged_session_is_renamed_and_a_scene_argument_keeps_the_store
     async with FivtuiApp(state=session_path).run_test(size=SIZE) as pilot:
         await until_notice(pilot, "the last session could not be restored (damaged)")
         assert (tmp_path / "session.damaged-1.json").read_text() == "{"
-        assert "UNSTABLE" in flat_text_of(pilot)
+        await until_shown(pilot, "UNSTABLE")
     data = json.loads(session_path.read_text())
     recent = [str(tmp_path / "old.toml")]
     session_path.write_text(json.dumps({**data, "recent": recent, "tab": "log"}))

@@ -9,7 +9,13 @@ from fivtui.tui.app import FivtuiApp
 from fivtui.tui.lab.keys import KEY_IDS
 from fivtui.tui.persistence.config import config_path, load_config
 from fivtui.tui.session.help import welcome_text
-from tests.support.laboratory import text_of, until, until_shown
+from tests.support.laboratory import (
+    text_of,
+    until,
+    until_key_bar,
+    until_screen,
+    until_shown,
+)
 
 # `live = false`: edits do not update the live curve, a run of the edited scene.
 USER_CONFIG = """
@@ -65,13 +71,13 @@ async def test_user_keys_and_theme_apply_from_the_first_start(tmp_path: Path) ->
         # Each welcome text fits on one line.
         lines = welcome_text(app.session.key_names).splitlines()
         assert "F12 keep a run" in lines[-1]
-        assert all(line in text_of(pilot) for line in lines)
+        await until_screen(pilot, lambda text: all(line in text for line in lines))
         assert app.theme == "mine"
         assert "f12 Run " in text_of(pilot).splitlines()[-1]
         await pilot.resize_terminal(120, 40)
         await pilot.press("alt+4")
         await until_shown(pilot, "Follow Alt+C")
-        assert " M Map " in text_of(pilot)
+        await until_shown(pilot, " M Map ")
         await pilot.press("f5")
         await pilot.press("f12")
         await until(pilot, lambda: app.session.runs.displayed is not None)
@@ -90,4 +96,4 @@ async def test_an_invalid_file_is_reported_and_the_default_keys_stay(tmp_path: P
     app = FivtuiApp(config=path)
     async with app.run_test(size=(80, 24)) as pilot:
         await until_shown(pilot, "unknown theme 'nowhere'")
-        assert text_of(pilot).splitlines()[-1].startswith("F5 Run")
+        await until_key_bar(pilot, "F5 Run")

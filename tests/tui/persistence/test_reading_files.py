@@ -22,9 +22,7 @@ from tests.support.laboratory import (
     answer,
     app_of,
     chart_of,
-    flat_text_of,
     show_tab,
-    text_of,
     until,
     until_notice,
     until_shown,
@@ -90,7 +88,7 @@ async def test_a_sweep_is_read_shown_and_opened(pilot: Pilot[None], written_file
     for name in ("sweep.csv", "sweep.parquet"):
         await read_result(pilot, name, f"sweep read from {name}")
         await until_shown(pilot, f"read from {name}; 8 transients")
-    assert "peak, considered" in text_of(pilot)
+    await until_shown(pilot, "peak, considered")
     chart_view = chart_of(pilot, "sweep-chart")
     assert chart_view.chart is not None
     assert chart_view.chart.x_label == "μ"
@@ -186,7 +184,7 @@ async def test_a_trade_off_is_read_and_shown(
 ) -> None:
     await read_result(pilot, "trade.csv", "trade-off read from trade.csv")
     await until_shown(pilot, "read from trade.csv")
-    assert "error of final state" in text_of(pilot)
+    await until_shown(pilot, "error of final state")
     await pilot.press("f7")
     await until_shown(pilot, "trade-tradeoff.csv")
     await pilot.press("escape")
@@ -202,4 +200,4 @@ async def test_a_trade_off_is_read_and_shown(
     empty_tradeoff = json.dumps({"floor": {}, "rows": []})
     (written_files / "empty.json").write_text(empty_tradeoff)
     await read_result(pilot, "empty.json", "empty.json: not a trade-off, or damaged")
-    assert "error of final" in flat_text_of(pilot)
+    await until_shown(pilot, "error of final")

@@ -38,7 +38,9 @@ from tests.support.laboratory import (
     type_into,
     until,
     until_notice,
+    until_screen,
     until_shown,
+    until_still,
 )
 
 SIZE = (100, 40)
@@ -51,7 +53,7 @@ SCROLL_BAR_ENDS = dict.fromkeys(map(ord, "▏▎▍▌▋▊▉"), " ")
 
 async def until_screen_equals(pilot: Pilot[None], screen: str) -> None:
     expected = screen.translate(SCROLL_BAR_ENDS)
-    await until(pilot, lambda: text_of(pilot).translate(SCROLL_BAR_ENDS) == expected)
+    await until_screen(pilot, lambda text: text.translate(SCROLL_BAR_ENDS) == expected)
 
 
 async def show_settled_tab(pilot: Pilot[None], tab: str, phrase: str) -> str:
@@ -60,7 +62,7 @@ async def show_settled_tab(pilot: Pilot[None], tab: str, phrase: str) -> str:
     await show_tab(pilot, TAB_KEYS[tab])
     await until_shown(pilot, phrase)
     pilot.app.screen.query_one("#row-mu").query_one(Input).focus()
-    await pilot.pause()
+    await until_still(pilot)
     return text_of(pilot)
 
 
@@ -174,6 +176,7 @@ async def test_read_results_and_paper_figures_are_restored_and_incomplete_studie
         await pilot.press("plus", "1")
         pilot.app.screen.query_one("#row-mu").query_one(Input).focus()
         await clear_notices(pilot)
+        await until_still(pilot)
         text_before = text_of(pilot)
     async with FivtuiApp(state=session_path).run_test(size=SIZE) as pilot:
         await until_notice(pilot, "sweep was not saved: it is incomplete")

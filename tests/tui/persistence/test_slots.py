@@ -26,7 +26,12 @@ from fivtui.tui.persistence.slots import slot_of
 from fivtui.tui.persistence.state_file import STATE_VERSION, State, session_state
 from fivtui.tui.session.runs import MAX_RUNS
 from fivtui.tui.session.session import DisplayedStudy, Session
-from tests.support.laboratory import app_of, text_of, until, until_notice, until_shown
+from tests.support.laboratory import (
+    app_of,
+    until,
+    until_notice,
+    until_shown,
+)
 
 BASE = PRESETS["base"]
 # A process that opens a session, prints its number, stores a map in it, and waits to be killed.
@@ -325,7 +330,7 @@ async def test_the_palette_opens_another_session_and_keeps_this_one(tmp_path: Pa
             await until_notice(pilot, "session 1 opened")
             assert app_of(pilot).session.texts["F"] == "11"
             await until(pilot, lambda: app.session.studies.get("map") is not None)
-            assert "base (changed)" in text_of(pilot)
+            await until_shown(pilot, "base (changed)")
             await pilot.press("alt+1")
             await until_shown(pilot, "Run keeps it")
             assert len(app.screen_stack) == 1

@@ -11,7 +11,12 @@ from fivtui.tui.chart.widget.chart_view import ChartView
 from fivtui.tui.tabs.exports.export import DATA, FIGURE
 from fivtui.tui.tabs.motion.belt import BeltView
 from fivtui.tui.tabs.transient import TransientPane
-from tests.support.laboratory import run_to_end, show_tab, text_of, until, until_shown
+from tests.support.laboratory import (
+    run_to_end,
+    show_tab,
+    until,
+    until_shown,
+)
 
 SIZE = (100, 34)
 
@@ -35,7 +40,7 @@ async def test_the_slider_is_drawn_at_the_time_of_the_cursor_is_animated_and_is_
     await until_shown(pilot, " s, off the belt, ×1")
     assert view.t == 0.5 * (start + end)
     # The mark ○ is that of a separated slider, ▬ that of a sliding one.
-    assert "○slider" in text_of(pilot)
+    await until_shown(pilot, "○slider")
     chart = pane.query_one("#belt-picture", ChartView).chart
     assert chart is not None
     slider = next(trace for trace in chart.traces if trace.name == "slider")
@@ -48,7 +53,7 @@ async def test_the_slider_is_drawn_at_the_time_of_the_cursor_is_animated_and_is_
     await until_shown(pilot, "0 s, sliding, ×1")
     await pilot.press(",")
     assert view.t == 0.0
-    assert "▬slider" in text_of(pilot)
+    await until_shown(pilot, "▬slider")
     # In real time, then at twice the speed, to the end.
     await pilot.press("space")
     await until(pilot, lambda: view.t > 0.05)

@@ -28,7 +28,14 @@ from fivtui.tui.tabs.studies.branches import (
     orbit_scene,
     parse_branch,
 )
-from tests.support.laboratory import app_of, show_tab, text_of, type_into, until, until_shown
+from tests.support.laboratory import (
+    app_of,
+    show_tab,
+    type_into,
+    until,
+    until_hidden,
+    until_shown,
+)
 
 BRANCH = branch(None, "mu", low=0.2, high=1.0)
 
@@ -149,7 +156,7 @@ async def test_a_branch_is_computed_opened_exported_and_its_command_gives_the_sa
     await pilot.press("f10")
     await until_shown(pilot, "Hopf 0.4394 · touch 0.3707 · fold 0.2779")
     await until_shown(pilot, "3 H Hopf 4 T touch 5 F fold")
-    assert "○unstable" in text_of(pilot)
+    await until_shown(pilot, "○unstable")
     chart_view = pane.query_one("#branch-chart", ChartView)
     chart_view.focus()
     chart_view.view.cursors.first = (0.6, 4.0)
@@ -195,4 +202,4 @@ async def test_a_result_of_another_scene_is_marked_until_its_values_are_edited_b
     await type_into(pilot, "F", "80")
     await until(pilot, lambda: not pane.has_class("-outdated"))
     await until_shown(pilot, "Hopf 0.4394")
-    assert "another scene" not in text_of(pilot)
+    await until_hidden(pilot, "another scene")

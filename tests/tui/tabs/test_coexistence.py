@@ -20,7 +20,15 @@ from fivtui.orbits.shooting import PeriodicOrbit, Section
 from fivtui.safety.verdict import SafeFriction, safe_friction as compute_safe_friction
 from fivtui.tui.app import FivtuiApp
 from fivtui.tui.session.report import SEARCHING_TEXT, Attractors
-from tests.support.laboratory import HANG_S, app_of, click_view, lab_of, text_of, until, until_shown
+from tests.support.laboratory import (
+    HANG_S,
+    app_of,
+    click_view,
+    lab_of,
+    until,
+    until_screen,
+    until_shown,
+)
 
 P = Parameters(F=120.0)
 REST, UNSETTLED = Attractor(Kind.EQUILIBRIUM), Attractor(Kind.UNSETTLED)
@@ -141,8 +149,8 @@ def current_search(pilot: Pilot[None]) -> Attractors:
     return attractors
 
 
-def read_headline(pilot: Pilot[None]) -> str:
-    return text_of(pilot).splitlines()[1]
+async def until_headline(pilot: Pilot[None], phrase: str) -> None:
+    await until_screen(pilot, lambda text: phrase in text.splitlines()[1])
 
 
 async def edit_preload(pilot: Pilot[None], preload: str) -> None:
@@ -157,7 +165,7 @@ async def test_a_stable_verdict_names_the_cycle_once_it_is_found(
     pilot: Pilot[None], searches: Searches
 ) -> None:
     await edit_preload(pilot, "120")
-    assert f"STABLE, {SEARCHING_TEXT}" in read_headline(pilot)
+    await until_headline(pilot, f"STABLE, {SEARCHING_TEXT}")
     await until(pilot, lambda: searches.started == [P])
     # A release 0.25 m above the equilibrium leads to the cycle; no tested one below it does.
     escape = EscapeOffset(up=0.25, down=None)
@@ -191,7 +199,7 @@ async def test_a_search_without_result_or_with_an_error_is_reported(
     # Results of earlier searches are reused after an undo.
     for preload, phrase in (("130", "no limit cycle found"), ("120", "a limit cycle coexists")):
         await edit_preload(pilot, preload)
-        assert phrase in read_headline(pilot)
+        await until_headline(pilot, phrase)
 
 
 async def test_on_a_belt_of_finite_speed_attractors_are_searched_and_safe_friction_is_not(
@@ -216,10 +224,10 @@ async def test_an_edit_or_the_end_cancels_the_search(searches: Searches) -> None
         searches.answers[120.0] = Coexistence(System(P), (REST, LARGE), (0, 1), True, None)
         await until(pilot, lambda: len(searches.started) == 2)
         assert searches.started[1].F == 125.0
-        assert f"STABLE, {SEARCHING_TEXT}" in read_headline(pilot)
+        await until_headline(pilot, f"STABLE, {SEARCHING_TEXT}")
         # The equilibrium is unstable: no search runs.
         await edit_preload(pilot, "80")
-        assert "UNSTABLE: growth rate" in read_headline(pilot)
+        await until_headline(pilot, "UNSTABLE: growth rate")
         await until(pilot, lambda: len(searches.cancelled) == 2)
         await edit_preload(pilot, "130")
         await until(pilot, lambda: len(searches.started) == 3)
@@ -255,7 +263,7 @@ async def test_the_verdict_gives_the_friction_from_which_a_cycle_coexists(
         await until_shown(
             pilot, "a limit cycle coexists from μ = 0.2779: half peak-to-peak 7.250 m"
         )
-        assert "safe below 0.2779" in text_of(pilot)
+        await until_shown(pilot, "safe below 0.2779")
         await pilot.press("alt+2")
         await click_view(pilot, "facts")
         # Motions from all these starts decay: 128 at each μ.
@@ -271,7 +279,7 @@ async def test_continuation_reports_cycles_that_transients_missed(
     async with FivtuiApp().run_test(size=(120, 40)) as pilot:
         await until_shown(pilot, "UNSTABLE: growth rate")
         await until_shown(pilot, "a limit cycle attracts: ±7.443 m")
-        assert "safe below 0.2779" in text_of(pilot)
+        await until_shown(pilot, "safe below 0.2779")
         await edit_preload(pilot, "120")
         await until_shown(pilot, "STABLE, but a limit cycle coexists from μ = 0.2779: half")
         await until_shown(pilot, "7.443 m")

@@ -10,12 +10,12 @@ from tests.support.laboratory import (
     app_of,
     chart_of,
     click_view,
-    flat_text_of,
     focus,
     run_to_end,
     show_all_quantities,
     text_of,
     until,
+    until_hidden,
     until_shown,
 )
 
@@ -74,10 +74,10 @@ async def test_two_cursors_are_on_all_plots_with_differences_and_units(
     assert chart_of(pilot, "phase-y").view.cursors is cursors
     assert chart_of(pilot, "phase-x").view.cursors is cursors
     index = int(abs(motion.t - cursors.first[0]).argmin())
-    assert f"y ◆{motion.y[index]:.5g} " in flat_text_of(pilot)
+    await until_shown(pilot, f"y ◆{motion.y[index]:.5g} ")
     await pilot.press("n")
     await until_shown(pilot, "ẋ ◆")
-    assert f"ẋ ◆{motion.vx[index]:.5g} " in flat_text_of(pilot)
+    await until_shown(pilot, f"ẋ ◆{motion.vx[index]:.5g} ")
     old_position = cursors.first
     await pilot.press("left")
     assert old_position is not None
@@ -88,7 +88,7 @@ async def test_two_cursors_are_on_all_plots_with_differences_and_units(
     chart_of(pilot, "plot-spectrum").focus()
     await pilot.press("c", "C")
     await until_shown(pilot, "1/Δf")
-    assert "Hz Δf " in flat_text_of(pilot)
+    await until_shown(pilot, "Hz Δf ")
     # The slider is shown at the time of the first cursor.
     await click_view(pilot, "belt")
     await until_shown(pilot, f"{cursors.first[0]:.5g} s, ")
@@ -130,7 +130,7 @@ async def test_cursor_values_are_never_cut(size: tuple[int, int]) -> None:
             _, least_height = SIZE
             if height > least_height:
                 assert ("zoom t, y" if name == "plot-y" else "zoom t") in chart_text
-        assert " Hz" in flat_text_of(pilot)
+        await until_shown(pilot, " Hz")
 
 
 @pytest.mark.whole
@@ -158,11 +158,11 @@ async def test_chosen_limits_persist_are_marked_and_name_a_new_run_outside_of_th
     await run_to_end(pilot)
     chart_view = chart_of(pilot, "plot-y")
     chart_view.focus()
-    assert "zoom" not in text_of(pilot)
+    await until_hidden(pilot, "zoom")
     await pilot.press("i", "tab", *"-12:12", "enter")
     await until(pilot, lambda: chart_view.view.y == Axis(-12.0, 12.0))
     await until_shown(pilot, "y (m) zoom y")
-    assert "outside" not in text_of(pilot)
+    await until_hidden(pilot, "outside")
     # A larger motion exceeds the limits.
     field = await focus(pilot, "mu")
     field.value = "1.2"
@@ -176,8 +176,9 @@ async def test_chosen_limits_persist_are_marked_and_name_a_new_run_outside_of_th
     # Limits chosen while the run is visible give no notice, unless all of it is outside.
     chart_view.focus()
     await pilot.press("shift+up")
-    await until(pilot, lambda: "outside" not in text_of(pilot))
+    await until_hidden(pilot, "outside")
     await pilot.press("i", "tab", *["backspace"] * 20, *"200:300", "enter")
     await until_shown(pilot, "run 2 outside, r: fit")
     await pilot.press("r")
-    await until(pilot, lambda: "outside" not in text_of(pilot) and "zoom" not in text_of(pilot))
+    await until_hidden(pilot, "outside")
+    await until_hidden(pilot, "zoom")

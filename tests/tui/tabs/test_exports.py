@@ -38,11 +38,10 @@ from tests.support.laboratory import (
     answer,
     app_of,
     click_view,
-    flat_text_of,
     lab_of,
     show_tab,
-    text_of,
     until,
+    until_hidden,
     until_notice,
     until_shown,
 )
@@ -172,13 +171,13 @@ async def test_a_map_is_exported_and_its_command_gives_the_same_file(pilot: Pilo
     # The palette lists the exports of the visible tab.
     await pilot.press("ctrl+p")
     await until_shown(pilot, "Export the data of the map…")
-    assert "F7: .csv, .npz, .parquet, .json" in text_of(pilot)
-    assert "fivtui map --set F=60 --over c1" in flat_text_of(pilot)
+    await until_shown(pilot, "F7: .csv, .npz, .parquet, .json")
+    await until_shown(pilot, "fivtui map --set F=60 --over c1")
     await pilot.press("escape")
     await show_tab(pilot, "alt+6")
     await pilot.press("ctrl+p")
     await until_shown(pilot, "Copy the command line")
-    assert "Export the" not in text_of(pilot)
+    await until_hidden(pilot, "Export the")
 
 
 async def test_a_trade_off_is_exported_and_its_command_measures_the_same_scene(

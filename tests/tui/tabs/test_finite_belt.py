@@ -1,10 +1,18 @@
 """A belt of finite speed in the laboratory: sticking phases and phase portraits."""
 
+import re
+
 from textual.pilot import Pilot
 
 from fivtui.tui.chart.widget.chart_view import ChartView
 from fivtui.tui.tabs.transient import TransientPane
-from tests.support.laboratory import run_to_end, text_of, type_into, until, until_shown
+from tests.support.laboratory import (
+    run_to_end,
+    type_into,
+    until,
+    until_screen,
+    until_shown,
+)
 
 SIZE = (170, 40)
 
@@ -15,8 +23,7 @@ async def test_stick_is_marked_below_time_histories_and_in_three_portraits(
     await type_into(pilot, "v_belt", "1")
     await type_into(pilot, "t_end", "20")
     await run_to_end(pilot)
-    strips = [line for line in text_of(pilot).splitlines() if " stick" in line and "█" in line]
-    assert strips
+    await until_screen(pilot, lambda text: bool(re.search(" stick.*█|█.* stick", text)))
     pane = pilot.app.screen.query_one(TransientPane)
     pane.show_view("phase")
     await until_shown(pilot, "■stick")

@@ -23,7 +23,6 @@ from fivtui.tui.tabs.tables import RowsView
 from tests.support.laboratory import (
     app_of,
     endless_simulate,
-    flat_text_of,
     show_tab,
     until,
     until_notice,
@@ -175,7 +174,7 @@ async def test_a_wrong_file_or_option_is_one_line(pilot: Pilot[None]) -> None:
         ("--fit mu --own F", "--own F: must be given with --measured"),
     ):
         await fit(pilot, text)
-        await until(pilot, lambda: message in flat_text_of(pilot))  # noqa: B023
+        await until_shown(pilot, message)
 
 
 def test_files_may_have_blanks_and_backslashes() -> None:

@@ -21,8 +21,8 @@ from tests.support.laboratory import (
     lab_of,
     run_to_end,
     show_tab,
-    text_of,
     until,
+    until_hidden,
     until_notice,
     until_screen,
     until_shown,
@@ -62,7 +62,7 @@ async def test_one_key_after_that_of_the_tab_gives_a_result(
     texts = " ".join(lines[sketch_end + 1 :])
     assert texts.startswith(pane.QUESTION)
     assert re.search(r"F10 .* usually (within|in about) \d+ s\.", texts)
-    assert lines[-1] in text_of(pilot)
+    await until_screen(pilot, lambda text: lines[-1] in text)
     await pilot.press("f10")
     await until(pilot, lambda: tab.id in app_of(pilot).session.studies)
     await until(pilot, lambda: not preview.display)
@@ -87,7 +87,7 @@ async def test_each_view_of_safe_friction_has_its_own_preview(pilot: Pilot[None]
     await pilot.press("alt+p", "v")
     await until_shown(pilot, "Where is it safe, where does a knock")
     await until_shown(pilot, "after a knock")
-    assert "Below which" not in text_of(pilot)
+    await until_hidden(pilot, "Below which")
 
 
 async def test_the_log_says_what_it_will_list(pilot: Pilot[None]) -> None:

@@ -37,8 +37,6 @@ from tests.support.laboratory import (
     app_of,
     chart_of,
     endless_simulate,
-    flat_text_of,
-    text_of,
     until,
     until_shown,
 )
@@ -208,7 +206,7 @@ async def test_a_sweep_can_be_started_and_stopped_and_its_points_opened(
     range_input.value = "F=60:100:21"
     await pilot.press("enter")
     await until_shown(pilot, "42 transients")
-    assert "peak, considered" in text_of(pilot)
+    await until_shown(pilot, "peak, considered")
     chart_view = chart_of(pilot, "sweep-chart")
     chart_view.focus()
     await pilot.press("c", "shift+right", "enter")
@@ -231,7 +229,7 @@ async def test_a_map_follows_the_form_and_its_points_can_be_opened(pilot: Pilot[
     await pilot.press("alt+3")
     # By default 121 values of μ times 93 of F.
     await until_shown(pilot, "11253 points")
-    assert "░" in text_of(pilot)
+    await until_shown(pilot, "░")
     session = app_of(pilot).session
     chart_view = chart_of(pilot, "map-chart")
     old_chart = chart_view.chart
@@ -255,7 +253,7 @@ async def test_a_map_follows_the_form_and_its_points_can_be_opened(pilot: Pilot[
     await until_shown(pilot, "F (N) unstable modes")
     chart_view.focus()
     await pilot.press("c", "left")
-    await until(pilot, lambda: "μ 0." in flat_text_of(pilot))
+    await until_shown(pilot, "μ 0.")
     await pilot.press("enter")
     await until(pilot, lambda: session.runs.displayed is not None)
     assert session.texts["mu"] != "0.7"

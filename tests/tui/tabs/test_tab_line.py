@@ -5,7 +5,14 @@ from textual.pilot import Pilot
 
 from fivtui.tui.app import FivtuiApp
 from fivtui.tui.tabs import TABS, TabLine
-from tests.support.laboratory import app_of, endless_simulate, text_of, until, until_shown
+from tests.support.laboratory import (
+    app_of,
+    endless_simulate,
+    text_of,
+    until,
+    until_hidden,
+    until_shown,
+)
 
 
 @pytest.mark.parametrize("width", [40, 80])
@@ -29,4 +36,4 @@ async def test_every_tab_shows_the_progress_of_a_run(
     await pilot.press("f5", "alt+0")
     await until_shown(pilot, "Run 0%")
     await pilot.press("f5")
-    await until(pilot, lambda: "Run 0%" not in text_of(pilot))
+    await until_hidden(pilot, "Run 0%")

@@ -32,10 +32,8 @@ from tests.support.laboratory import (
     chart_of,
     click_view,
     endless_simulate,
-    flat_text_of,
     run_to_end,
     show_tab,
-    text_of,
     type_into,
     until,
     until_screen,
@@ -49,18 +47,18 @@ SIZE = (110, 30)
 async def test_stability_is_shown_live_over_mu_and_in_the_plane(pilot: Pilot[None]) -> None:
     await pilot.press("alt+2")
     await until_shown(pilot, "Re λ (1/s)")
-    assert "μ_c 0.4394" in text_of(pilot)
-    assert "μ 0.7" in text_of(pilot)
+    await until_shown(pilot, "μ_c 0.4394")
+    await until_shown(pilot, "μ 0.7")
     await type_into(pilot, "k_nl", "50")
     await until_shown(pilot, "μ_c 0.2975")
     chart_view = chart_of(pilot, "growth")
     chart_view.focus()
     await pilot.press("v")
     await until_shown(pilot, "Im λ (rad/s)")
-    assert text_of(pilot).count("◆") >= 4
+    await until_screen(pilot, lambda text: text.count("◆") >= 4)
     await pilot.press("v")
     await until_shown(pilot, "damping ratio")
-    assert "frequency distance" in flat_text_of(pilot)
+    await until_shown(pilot, "frequency distance")
     await click_view(pilot, "over-mu")
     chart_view.focus()
     await pilot.press("c", "shift+left", "enter")
@@ -114,7 +112,7 @@ async def test_the_transient_has_views_and_every_plot_its_keys(
     await until_shown(pilot, "ẏ (m/s) t 10 to 20 s")
     await pilot.press("v")
     await until_shown(pilot, "f₁")
-    assert "period 1." in flat_text_of(pilot)
+    await until_shown(pilot, "period 1.")
     await click_view(pilot, "time")
     assert chart_view.view.x is not None
     await pilot.hover("#plot-y", offset=(20, 3))
@@ -142,7 +140,7 @@ async def test_a_run_grows_in_the_plot_until_it_is_stopped(
     )
     first_size = chart_view.chart.traces[0].x.size  # type: ignore[union-attr]
     await until(pilot, lambda: chart_view.chart.traces[0].x.size > first_size)  # type: ignore[union-attr]
-    assert "off belt" in text_of(pilot)
+    await until_shown(pilot, "off belt")
     await pilot.press("f5")
     await until(pilot, lambda: active.state is runs.RunState.STOPPED)
 
@@ -180,8 +178,8 @@ async def test_the_trade_off_is_measured_and_shown(
     await pilot.press("f10")
     await until_shown(pilot, "error of final state")
     assert measured_scenes == [app_of(pilot).session.scene()]
-    assert "of t_end=10 (now 100): F10 computes again" in flat_text_of(pilot)
-    assert "now taylor (compiled) tol=1e-12" in flat_text_of(pilot)
+    await until_shown(pilot, "of t_end=10 (now 100): F10 computes again")
+    await until_shown(pilot, "now taylor (compiled) tol=1e-12")
     await type_into(pilot, "t_end", "10")
     await until_screen(pilot, lambda text: "computes again" not in text)
     await click_view(pilot, "events")
@@ -199,7 +197,7 @@ async def test_figures_of_the_paper_are_computed_and_opened(pilot: Pilot[None]) 
     await pilot.press("j", "j", "enter")
     await until_shown(pilot, "figure 3 computed")
     await until_shown(pilot, "Re λ (1/s)")
-    assert "k_nl 500" in text_of(pilot)
+    await until_shown(pilot, "k_nl 500")
     await pilot.press("o")
     await until_shown(pilot, "fig-3")
     assert app_of(pilot).session.scene().parameters.F == 20.0

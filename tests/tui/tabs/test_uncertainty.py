@@ -26,7 +26,12 @@ from fivtui.tui.session.session import DisplayedStudy, Session
 from fivtui.tui.tabs.requests import uncertainty as requests
 from fivtui.tui.tabs.studies.uncertainty import UncertaintyPane
 from fivtui.tui.tabs.tab_book import TabBook
-from tests.support.laboratory import app_of, click_view, show_tab, text_of, until_shown
+from tests.support.laboratory import (
+    app_of,
+    click_view,
+    show_tab,
+    until_shown,
+)
 
 DISTRIBUTION = "mu~uniform:0.2:0.8"
 # Of the scene `base`.
@@ -110,14 +115,14 @@ async def test_f10_starts_the_study_and_the_views_show_its_results(
     await until_shown(pilot, "256 samples")
     await until_shown(pilot, SQUEAL_POSSIBLE)
     assert not pane.has_class("-outdated")
-    assert "squeals after a knock" in text_of(pilot)
+    await until_shown(pilot, "squeals after a knock")
     await click_view(pilot, "critical_mu")
     await until_shown(pilot, "critical μ")
     pane.show_view("indices")
     # The heading of total indices: effects of an input together with others.
     await until_shown(pilot, "with others")
     await until_shown(pilot, "256 samples, indices above 1: sampling error")
-    assert "████" in text_of(pilot)
+    await until_shown(pilot, "████")
     export = pane.export("data")
     export.write(tmp_path / "rows.csv")
     assert pane.command_line() == ("fivtui uncertainty --vary 'mu~uniform:0.2:0.8' --samples 256")
