@@ -80,33 +80,20 @@ async def test_invalid_text_is_kept_for_the_next_call_and_changes_nothing(
     assert signal.getsignal(signal.SIGINT) is handler
 
 
-@pytest.mark.parametrize(
-    ("command", "message"),
-    [
+async def test_an_editor_that_cannot_start_is_one_line(
+    pilot: Pilot[None], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delenv("VISUAL", raising=False)
+    monkeypatch.setenv("EDITOR", "ed")
+    await edit(pilot, "an editor needs a terminal")
+    monkeypatch.setattr(FivtuiApp, "suspend", lambda _: nullcontext())
+    for command, message in (
         ("", "no editor: set the environment variable EDITOR"),
         ("missing-editor -w", "editor missing-editor: No such file or directory"),
         ("'vi", "editor 'vi: a quote is not closed"),
-    ],
-)
-async def test_an_editor_that_cannot_start_is_one_line(
-    command: str,
-    message: str,
-    pilot: Pilot[None],
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    monkeypatch.setattr(FivtuiApp, "suspend", lambda _: nullcontext())
-    monkeypatch.delenv("VISUAL", raising=False)
-    monkeypatch.setenv("EDITOR", command)
-    await edit(pilot, message)
-
-
-async def test_an_editor_without_terminal_is_refused(
-    pilot: Pilot[None], editor: Editor, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    editor("")
-    monkeypatch.undo()
-    monkeypatch.setenv("EDITOR", "ed")
-    await edit(pilot, "an editor needs a terminal")
+    ):
+        monkeypatch.setenv("EDITOR", command)
+        await edit(pilot, message)
 
 
 def test_visual_precedes_editor() -> None:

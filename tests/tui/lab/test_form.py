@@ -230,20 +230,14 @@ async def test_keys_with_alt_insert_no_text(pilot: Pilot[None]) -> None:
 
 DECIMAL_COMMAS = (
     ("mu", "0,7", "0.7"),
-    ("mu", ",45", ".45"),
-    ("F", "-0,5e-1", "-0.5e-1"),
-    ("step", "0,001", "0.001"),
-    ("start", "static", "static"),
+    ("F", "-,5e-1", "-.5e-1"),
     ("start", "0.1,0,-5e-1 ,1.e3", "0.1,0,-5e-1 ,1.e3"),
     ("start", "1, 0, 0, 0,5", "1, 0, 0, 0.5"),
     ("accuracy", "peak=0,1, half_range=1e-3", "peak=0.1, half_range=1e-3"),
-    ("accuracy", "peak=1,half_range=1e-3", "peak=1,half_range=1e-3"),
 )
 INVALID_TEXTS = (
-    ("mu", "1.2.3"),
     ("mu", "1.2,3"),
     ("mu", "200"),
-    ("tol", "1e-12e"),
     ("start", "0,0,0,0,0"),
     ("accuracy", "peak=1e-4 ü"),
 )

@@ -69,8 +69,11 @@ async def test_one_key_after_that_of_the_tab_gives_a_result(
     assert pane.query_one(".views").display
 
 
-async def test_a_preview_names_the_configured_key_and_counts_the_runs(pilot: Pilot[None]) -> None:
+async def test_previews_follow_keys_inputs_and_views(pilot: Pilot[None]) -> None:
     session = app_of(pilot).session
+    session.reports.clear()
+    await show_tab(pilot, "alt+minus")
+    await until_shown(pilot, "Reports of runs, files and errors follow.")
     session.key_names = {**session.key_names, "compute": "F12"}
     pane, _ = await preview_of(pilot, "alt+6")
     await until_shown(pilot, "F12 computes 112 runs")
@@ -78,22 +81,16 @@ async def test_a_preview_names_the_configured_key_and_counts_the_runs(pilot: Pil
     await until_shown(pilot, "F12 computes 2000 runs")
     pane.query_one("#vary").value = "F=a"  # type: ignore[attr-defined]
     await until_shown(pilot, "F12 runs the scene with each value")
-
-
-async def test_each_view_of_safe_friction_has_its_own_preview(pilot: Pilot[None]) -> None:
-    await pilot.resize_terminal(*SIZE)
     await preview_of(pilot, "alt+5")
     await until_shown(pilot, "Below which friction coefficient")
     await pilot.press("alt+p", "v")
     await until_shown(pilot, "Where is it safe, where does a knock")
     await until_shown(pilot, "after a knock")
     await until_hidden(pilot, "Below which")
-
-
-async def test_the_log_says_what_it_will_list(pilot: Pilot[None]) -> None:
-    app_of(pilot).session.reports.clear()
-    await show_tab(pilot, "alt+minus")
-    await until_shown(pilot, "Reports of runs, files and errors follow.")
+    # The view of a figure of the paper computes the selected one.
+    await show_tab(pilot, "alt+0")
+    await pilot.press("alt+p", "down", "v", "v")
+    await until_shown(pilot, "figure 2b computed")
 
 
 async def test_space_on_the_shown_run_says_that_it_is_shown(pilot: Pilot[None]) -> None:
@@ -101,12 +98,6 @@ async def test_space_on_the_shown_run_says_that_it_is_shown(pilot: Pilot[None]) 
     await pilot.press("f3", "space")
     await until_notice(pilot, "run 1 is shown already")
     assert not app_of(pilot).session.runs.displayed.overlaid  # type: ignore[union-attr]
-
-
-async def test_the_view_of_a_figure_computes_the_selected_one(pilot: Pilot[None]) -> None:
-    await show_tab(pilot, "alt+0")
-    await pilot.press("alt+p", "down", "v", "v")
-    await until_shown(pilot, "figure 2b computed")
 
 
 async def test_after_a_run_a_line_leads_on_until_its_tab_has_a_result(pilot: Pilot[None]) -> None:

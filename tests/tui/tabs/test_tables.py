@@ -49,8 +49,8 @@ async def test_column_widths_do_not_depend_on_earlier_content() -> None:
         assert first_lines(table) == lines_without_history
 
 
-# The tab is opened first, or after the map or the run list.
-@pytest.mark.parametrize("earlier_keys", [[], [MAP_TAB], [RUN_LIST]])
+# The tab is opened first, or after the map and the run list.
+@pytest.mark.parametrize("earlier_keys", [[], [MAP_TAB, RUN_LIST]])
 async def test_the_list_of_figures_has_room_for_its_headings(earlier_keys: list[str]) -> None:
     async with FivtuiApp().run_test(size=(80, 24)) as pilot:
         for key in earlier_keys:
