@@ -103,7 +103,7 @@ async def test_space_on_the_shown_run_says_that_it_is_shown(pilot: Pilot[None]) 
 async def test_after_a_run_a_line_leads_on_until_its_tab_has_a_result(pilot: Pilot[None]) -> None:
     session = app_of(pilot).session
     await run_to_end(pilot)
-    # In a narrow window the end of the status is cut.
+    # In a narrow window facts that do not fit are omitted.
     await pilot.resize_terminal(*SIZE)
     await until_shown(pilot, "run 1 done · Alt+4 Branches: safe?")
     await pilot.resize_terminal(140, 40)
