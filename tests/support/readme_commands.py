@@ -20,7 +20,7 @@ from fivtui.scene import Scene, comparison
 # Extras that the test process itself needs stay visible.
 _TEST_EXTRAS: Final = ("test", "dev")
 # Reduced numbers of values of a range, of samples, and of points of a branch.
-_RANGE_VALUES, _SAMPLES, _BRANCH_POINTS = 2, 64, 12
+_RANGE_VALUES, _SAMPLES, _BRANCH_POINTS = 2, 16, 6
 # Starts of a search: heights above the equilibrium, in characteristic lengths.
 _SEARCH_OFFSETS: Final = (1e-3, 1.0, 30.0)
 # Horizon of compared runs, s, and CPU time of a trade-off, s.
