@@ -1,8 +1,9 @@
 """Kills laboratories at random times while more laboratories run, and checks the stored runs.
 
-``python -m tests.support.session_crowd FOLDER KILLS`` runs two laboratories in terminals and one in
-a browser tab, by a client that speaks its protocol. It presses keys in all of them, kills one, or
-the server, at a random time, and starts it again. It prints the number of runs stored at the end.
+``python -m tests.support.session_crowd FOLDER KILLS TERMINALS`` runs laboratories in TERMINALS
+terminals and one in a browser tab, by a client that speaks its protocol. It presses keys in all of
+them, kills one, or the server, at a random time, and starts it again. It prints the number of runs
+stored at the end.
 It fails if a run is lost after a session's file listed it. A slot is the place of a session: its
 number, its file and its folder of results.
 """
@@ -222,10 +223,10 @@ class Observer:
         return read
 
 
-async def crowd(folder: Path, kills: int) -> int:
+async def crowd(folder: Path, kills: int, terminals: int) -> int:
     """Kill laboratories `kills` times; return the number of runs that can be read at the end."""
     rng = random.Random(SEED)
-    users: list[Terminal | Tab] = [Terminal(folder), Terminal(folder), Tab(folder, rng)]
+    users: list[Terminal | Tab] = [*(Terminal(folder) for _ in range(terminals)), Tab(folder, rng)]
     observer = Observer(folder)
     try:
         for user in users:
@@ -261,4 +262,4 @@ async def press_all(users: list[Terminal | Tab], observer: Observer) -> None:
 
 
 if __name__ == "__main__":
-    print(asyncio.run(crowd(Path(sys.argv[1]), int(sys.argv[2]))))
+    print(asyncio.run(crowd(Path(sys.argv[1]), *map(int, sys.argv[2:]))))

@@ -351,35 +351,32 @@ async def open_from_palette(pilot: Any, title: str) -> None:
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="a kill in the midst needs a fork")
 def test_a_session_is_complete_after_a_kill_at_any_operation(tmp_path: Path) -> None:
     # The number of file operations, at each of which a process was killed.
-    assert int(run_kill_test("autosave", str(tmp_path))) > 20
+    assert int(run_kill_test("session_kill", "autosave", str(tmp_path))) > 20
 
 
 @pytest.mark.slow
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="a kill in the midst needs a fork")
 def test_no_kill_of_the_laboratory_loses_a_run(tmp_path: Path) -> None:
-    assert run_kill_test("lab", str(tmp_path), "3") == "3"
+    assert run_kill_test("session_kill", "lab", str(tmp_path), "2") == "2"
 
 
 @pytest.mark.host
 @pytest.mark.slow
 @pytest.mark.skipif(not Path("/proc/self/task").is_dir(), reason="processes are found by /proc")
-def test_kills_beside_other_instances_and_a_browser_lose_no_run(tmp_path: Path) -> None:
+# Numbers of kills, and of instances in terminals.
+@pytest.mark.parametrize(
+    ("kills", "terminals"), [("1", "1"), pytest.param("100", "2", marks=pytest.mark.whole)]
+)
+def test_kills_beside_other_instances_and_a_browser_lose_no_run(
+    kills: str, terminals: str, tmp_path: Path
+) -> None:
     pytest.importorskip("textual_serve", reason="the extra serve is not installed")
     # The number of runs that are stored after kills among several instances.
-    assert int(run_kill_test("1", folder=tmp_path, module="session_crowd")) > 0
+    assert int(run_kill_test("session_crowd", str(tmp_path), kills, terminals)) > 0
 
 
-@pytest.mark.host
-@pytest.mark.whole
-@pytest.mark.skipif(not Path("/proc/self/task").is_dir(), reason="processes are found by /proc")
-def test_a_hundred_kills_beside_other_instances_and_a_browser_lose_no_run(tmp_path: Path) -> None:
-    pytest.importorskip("textual_serve", reason="the extra serve is not installed")
-    assert int(run_kill_test("100", folder=tmp_path, module="session_crowd")) > 0
-
-
-def run_kill_test(*arguments: str, folder: Path | None = None, module: str = "session_kill") -> str:
-    all_arguments = arguments if folder is None else (str(folder), *arguments)
-    command = [sys.executable, "-m", f"tests.support.{module}", *all_arguments]
+def run_kill_test(module: str, *arguments: str) -> str:
+    command = [sys.executable, "-m", f"tests.support.{module}", *arguments]
     process = subprocess.run(command, capture_output=True, text=True, check=False)
     assert process.returncode == 0, process.stderr
     return process.stdout.strip()
