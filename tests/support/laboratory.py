@@ -195,15 +195,16 @@ async def until_key_bar(pilot: Pilot[None], start: str) -> None:
 
 
 async def until_still(pilot: Pilot[None], polls: int = 4) -> None:
-    """Wait until no worker runs and several polls find no new paint."""
-    previous_paints, still_polls = -1, 0
+    """Wait until no worker runs and several polls find the same text, whatever blinks."""
+    previous_text, previous_paints, still_polls = "", -1, 0
     while still_polls < polls:
         await asyncio.sleep(0.03)
         await pilot.pause()
         paints = _paints[id(pilot.app)]
+        text = previous_text if paints == previous_paints else text_of(pilot)
         busy = any(worker.is_running for worker in pilot.app.workers)
-        still_polls = 0 if busy or paints != previous_paints else still_polls + 1
-        previous_paints = paints
+        still_polls = 0 if busy or text != previous_text else still_polls + 1
+        previous_text, previous_paints = text, paints
 
 
 def notices_of(pilot: Pilot[None]) -> NoticeView:
