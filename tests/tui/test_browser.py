@@ -53,11 +53,27 @@ def test_a_missing_extra_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
         serve(report=print)
 
 
+# Starts the server with laboratories that wait for answers of a browser on a busy machine.
+PATIENT = f"""
+import shlex, sys
+from fivtui.cli import main
+from fivtui.tui import browser
+lab = '''
+from fivtui.tui.chart.widget import pictures
+from fivtui.tui.start import run
+pictures._MAX_ANSWER_S = {HANG_S}
+run()
+'''
+browser._start_command = lambda: shlex.join([sys.executable, "-c", lab])
+main()
+"""
+
+
 @pytest.fixture
 def server(tmp_path: Path) -> Iterator[tuple[int, str]]:
     pytest.importorskip("textual_serve", reason="the extra serve is not installed")
     port = free_port()
-    command = [sys.executable, "-m", "fivtui", "serve", "--port", str(port)]
+    command = [sys.executable, "-c", PATIENT, "serve", "--port", str(port)]
     environment = os.environ | {"XDG_STATE_HOME": str(tmp_path)}
     with subprocess.Popen(
         command, cwd=tmp_path, env=environment, stderr=subprocess.PIPE, text=True
