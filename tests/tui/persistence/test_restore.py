@@ -71,7 +71,7 @@ TAB_PHRASES = {
     "transient": "2nd half",
     "sweep": "8 transients",
     "map": "35 points",
-    "trade-off": "Measure F10 this machine",
+    "trade-off": "now taylor (compiled)",
 }
 
 

@@ -60,6 +60,14 @@ async def test_high_screens_show_all_quantities() -> None:
         await until(pilot, lambda: quantities(pilot) == ["y"])
 
 
+async def test_the_time_axis_moves_to_the_chart_that_remains() -> None:
+    async with FivtuiApp().run_test(size=(120, 50)) as pilot:
+        await until_drawn(pilot)
+        await until(pilot, lambda: "t (s)" not in chart_of(pilot, "plot-y").text())
+        await pilot.resize_terminal(80, 24)
+        await until(pilot, lambda: "t (s)" in chart_of(pilot, "plot-y").text())
+
+
 async def test_low_screens_show_one_chart_of_a_page_at_a_time(pilot: Pilot[None]) -> None:
     await show_tab(pilot, "alt+2")
     await until(pilot, lambda: chart_of(pilot, "growth").chart is not None)
