@@ -53,15 +53,15 @@ def test_a_missing_extra_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
         serve(report=print)
 
 
-# Starts the server with laboratories that wait for answers of a browser on a busy machine.
+# Starts the server with laboratories to which the browser of a busy machine is no slow line.
 PATIENT = f"""
 import shlex, sys
 from fivtui.cli import main
 from fivtui.tui import browser
 lab = '''
-from fivtui.tui.chart.widget import pictures
+from fivtui.tui.lab import terminal_line
 from fivtui.tui.start import run
-pictures._MAX_ANSWER_S = {HANG_S}
+terminal_line._FAST_RATE, terminal_line._SLOW_FRAME_S = 0.0, {HANG_S}
 run()
 '''
 browser._start_command = lambda: shlex.join([sys.executable, "-c", lab])

@@ -95,8 +95,6 @@ async def screen(pilot: Pilot[None], monkeypatch: pytest.MonkeyPatch) -> Screen:
     await show_tab(pilot, "alt+1")
     await run_to_end(pilot)
     await until_still(pilot)
-    # A busy machine answers late.
-    monkeypatch.setattr("fivtui.tui.chart.widget.pictures._MAX_ANSWER_S", HANG_S)
     monkeypatch.setattr(App, "_display", display)
     monkeypatch.setattr(laboratory, "every_frame", True)
     app_of(pilot)._pictures.start(recorded.write)
