@@ -57,8 +57,9 @@ SIGNAL_STATUS_BASE: Final = 128
 _RESTORE_TIMEOUT_S: Final = 5.0
 # Time in which the terminal answers the last query about its cursor, s.
 _LAST_ANSWER_S: Final = 0.2
-# Time without a change of the terminal's size that ends a storm of sizes, s.
-_SIZE_PAUSE_S: Final = 0.3
+# Time without a change of the terminal's size that ends a storm of sizes, and on a slow line, s.
+_SIZE_PAUSE_S: Final = 0.12
+_SLOW_SIZE_PAUSE_S: Final = 0.3
 
 
 def _command_provider() -> type[Provider]:
@@ -251,10 +252,11 @@ class FivtuiApp(App[None]):
 
     def _check_resize(self) -> None:
         size_event = self._resize_event
-        if self._line.is_slow and size_event is not self._awaited_size_event:
-            # All cells would be written for every size of a storm, so await its end.
+        if size_event is not self._awaited_size_event:
+            # Laying out every size of a storm would delay the verdict, so await its end.
             self._awaited_size_event = size_event
-            self._resize_timer = self.set_timer(_SIZE_PAUSE_S, self._check_resize)
+            pause = _SLOW_SIZE_PAUSE_S if self._line.is_slow else _SIZE_PAUSE_S
+            self._resize_timer = self.set_timer(pause, self._check_resize)
         else:
             self._line.forget_cells()
             super()._check_resize()
