@@ -17,7 +17,7 @@ import pytest
 
 import fivtui
 from fivtui.kernel import Kernel, Status, load_kernel
-from fivtui.kernel.field_text import FLAGS
+from fivtui.kernel.field_text import FLAGS, equation_headers
 from fivtui.kernel.runs import CourseTable
 from fivtui.model import PARAMETERS
 
@@ -55,7 +55,9 @@ def compile_for(target: str, folder: Path) -> Path:
     flags = [flag for flag in FLAGS if flag != "-fPIC"]
     units = [KERNEL / f"{unit}.c" for unit in ("single", "belt", "lanes")]
     sources = [str(HERE / "outcomes.c"), *map(str, units)]
-    zig = [sys.executable, "-m", "ziglang", "cc", "-target", target]
+    for name, text in equation_headers().items():
+        (folder / name).write_text(text, encoding="utf-8")
+    zig = [sys.executable, "-m", "ziglang", "cc", "-target", target, f"-I{folder}", f"-I{KERNEL}"]
     subprocess.run([*zig, *flags, "-o", str(program), *sources], check=True, env=environment)
     return program
 
