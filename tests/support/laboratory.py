@@ -280,10 +280,13 @@ async def click_view(pilot: Pilot[None], name: str) -> None:
     """Click the title of a view of the current tab, in the upper border of its pane."""
     pane = app_of(pilot).screen_stack[0].query_one(TabBook).pane
     assert isinstance(pane, ViewsPane)
-    border = text_of(pilot).splitlines()[pane.region.y][pane.region.x :]
-    match = re.search(rf"{pane.VIEWS[name]}\b", border)
-    assert match is not None
-    await pilot.click(pane, offset=(match.start(), 0))
+
+    def title_columns() -> list[int]:
+        border = text_of(pilot).splitlines()[pane.region.y][pane.region.x :]
+        return [match.start() for match in re.finditer(rf"{pane.VIEWS[name]}\b", border)]
+
+    await until(pilot, lambda: bool(title_columns()))
+    await pilot.click(pane, offset=(title_columns()[0], 0))
     await until(pilot, lambda: pane.view == name)
 
 
