@@ -87,7 +87,7 @@ def test_unreadable_and_unsuitable_files_are_refused(written_files: Path) -> Non
 async def test_a_sweep_is_read_shown_and_opened(pilot: Pilot[None], written_files: Path) -> None:
     for name in ("sweep.csv", "sweep.parquet"):
         await read_result(pilot, name, f"sweep read from {name}")
-        await until_shown(pilot, f"read from {name}; 8 transients")
+        await until_shown(pilot, f"read from {name}; of F=60 (now 80)")
     await until_shown(pilot, "peak, considered")
     chart_view = chart_of(pilot, "sweep-chart")
     assert chart_view.chart is not None
