@@ -13,14 +13,18 @@ from textual.widget import Widget
 from .tab_book import TabSpec
 
 # What the line shows, from the widest to the narrowest, and the blanks between titles.
-_TITLES, _KEYS, _GROUPS = "titles", "keys", "groups"
+_TITLES, _KEYS, _MODIFIER, _GROUPS = "titles", "keys", "modifier", "groups"
 _VARIANTS: Final = (
-    ({_TITLES, _KEYS, _GROUPS}, 2),
-    ({_TITLES, _KEYS, _GROUPS}, 1),
+    ({_TITLES, _KEYS, _MODIFIER, _GROUPS}, 2),
+    ({_TITLES, _KEYS, _MODIFIER, _GROUPS}, 1),
+    ({_TITLES, _KEYS, _MODIFIER}, 1),
     ({_TITLES, _KEYS}, 1),
+    ({_TITLES, _MODIFIER}, 1),
     ({_TITLES}, 1),
+    ({_KEYS, _MODIFIER}, 1),
     ({_KEYS}, 1),
 )
+_KEY_STYLE: Final = "$foreground 60%"
 
 
 class TabLine(Widget, can_focus=True):
@@ -40,7 +44,11 @@ class TabLine(Widget, can_focus=True):
 
     def __init__(self, specs: Sequence[TabSpec], key_names: Mapping[str, str]) -> None:
         super().__init__(id="tab-line")
-        self._specs, self._key_names = specs, key_names
+        self._specs = specs
+        self._keys = [key_names[f"tab-{spec.id}"] for spec in specs]
+        # The modifier that the keys of all tabs share, such as "Alt+"; else empty.
+        modifiers = {key[: -len(key.rpartition("+")[2])] for key in self._keys}
+        self._modifier = modifiers.pop() if len(modifiers) == 1 else ""
 
     def render(self) -> Content:
         """All titles, with their keys and the names of groups if they fit."""
@@ -50,9 +58,15 @@ class TabLine(Widget, can_focus=True):
     def _line(self, parts: set[str], blank_count: int) -> Content:
         blanks, active_span = " " * blank_count, (0, 0)
         line = Content(" ")
+        if _MODIFIER in parts and self._modifier:
+            # Without the keys of all tabs, the first one stands for them.
+            first = "" if _KEYS in parts else f"{self._sign(self._specs[0])}… "
+            line += Content.styled(f"{self._modifier}{first}", _KEY_STYLE)
+        is_first = True
         for group, specs in groupby(self._specs, key=lambda spec: spec.group):
-            if len(line) > 1:
+            if not is_first:
                 line += Content.styled("│", "$foreground 30%") + blanks
+            is_first = False
             if _GROUPS in parts and group:
                 line += Content.styled(group, "$foreground 60% italic") + blanks
             for spec in specs:
@@ -65,11 +79,13 @@ class TabLine(Widget, can_focus=True):
         style = "bold reverse $text-accent" if self.has_focus else "bold reverse"
         return line.stylize(style, *active_span)
 
+    def _sign(self, spec: TabSpec) -> str:
+        return self._keys[self._specs.index(spec)].removeprefix(self._modifier)
+
     def _title(self, spec: TabSpec, parts: set[str]) -> Content:
-        key = self._key_names[f"tab-{spec.id}"]
-        sign = key.rpartition("+")[2] if _KEYS in parts else ""
+        sign = self._sign(spec) if _KEYS in parts else ""
         title = spec.title if _TITLES in parts or spec.id == self.active else ""
         if title and self.progress and spec is self._specs[0]:
             title = f"{title} {self.progress}"
-        content = Content.assemble((sign, "$foreground 60%"), " " if sign and title else "", title)
+        content = Content.assemble((sign, _KEY_STYLE), " " if sign and title else "", title)
         return content.stylize(Style.from_meta({"@click": f"screen.show_tab('{spec.id}')"}))
