@@ -16,7 +16,8 @@ HINTS: Final = (
     Row("↑ ↓", "in a number: increase or decrease by a step; with Shift: by a tenth of it"),
     Row(
         "Escape",
-        "stop typing; then j k or / select a field, h l decrease or increase it, Enter types",
+        "stop typing, in a tab to go to its plot; in a field, j k or / then select a field, "
+        "h l decrease or increase it, Enter types",
     ),
     Row(
         "mouse",

@@ -7,6 +7,7 @@ from typing import Any, ClassVar, Final, TypeVar
 from rich.cells import cell_len
 from textual import on
 from textual.app import ComposeResult
+from textual.binding import Binding, BindingType
 from textual.containers import Horizontal
 from textual.content import Content
 from textual.events import Resize
@@ -94,6 +95,15 @@ class JobStatus(Static):
         self.tooltip = self._full_text if text != self._full_text else None
 
 
+class ActionBar(Horizontal):
+    """The line of an action and its inputs."""
+
+    DEFAULT_CLASSES = "bar"
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("escape", "screen.focus_part('plot')", "Go to the plot or table", show=False)
+    ]
+
+
 class StatusLine(Horizontal):
     """The progress of a running job; else an answer and a status, or the error of an input."""
 
@@ -137,7 +147,7 @@ class ActionPane(ViewsPane):
 
     def compose(self) -> ComposeResult:
         """Action, views, status."""
-        with Horizontal(classes="bar"):
+        with ActionBar():
             yield Button("", classes="action", compact=True)
             yield from self.compose_bar()
             if not self.STATUS_BELOW:

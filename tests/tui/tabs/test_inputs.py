@@ -6,6 +6,7 @@ from textual.pilot import Pilot
 from textual.widgets import Input
 
 from fivtui.ranges import with_decimal_point, with_decimal_points
+from fivtui.tui.chart import ChartView
 from fivtui.tui.chart.widget.limits_dialog import LimitsDialog
 from fivtui.tui.tabs.studies.map import MapPane
 from fivtui.tui.tabs.transient import TransientPane
@@ -79,6 +80,9 @@ async def test_a_wrong_text_in_a_tab_is_marked_at_once(pilot: Pilot[None]) -> No
             await until(pilot, lambda: text_input.has_class("-invalid") is not is_valid)  # noqa: B023
             assert text_input.value == text.replace("0,1:", "0.1:")
             await (until_hidden if is_valid else until_shown)(pilot, error)
+        # Escape leaves the input; keys of the tab work again.
+        await pilot.press("escape")
+        await until(pilot, lambda: isinstance(pilot.app.focused, ChartView))
 
 
 async def test_a_map_that_ends_during_wrong_input_leaves_no_error(pilot: Pilot[None]) -> None:
@@ -116,6 +120,8 @@ async def test_wrong_numbers_beside_measured_data_are_marked_at_once(pilot: Pilo
     await pilot.press("end", *"5,5")
     assert text_input.value == "a.csv --band 5.5"
     await until_shown(pilot, "--band N|N%: Half width of the tolerance band")
+    await pilot.press("escape")
+    await until(pilot, lambda: isinstance(pilot.app.focused, ChartView))
 
 
 async def test_wrong_limits_of_an_axis_are_marked_at_once(pilot: Pilot[None]) -> None:

@@ -1,12 +1,13 @@
 """The view of a run beside measured data: their file, both signals, spectra, deviations."""
 
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import replace
 from typing import Final
 
 from textual import on
 from textual.app import ComposeResult
-from textual.containers import Horizontal, Vertical
+from textual.containers import Vertical
 from textual.events import DescendantBlur, DescendantFocus
 from textual.widgets import Input
 
@@ -21,7 +22,7 @@ from fivtui.measured import (
 from fivtui.model import InputError
 from fivtui.transient import Transient
 from fivtui.tui.chart import ChartView
-from fivtui.tui.tabs.job_pane import FACTS, StatusLine
+from fivtui.tui.tabs.job_pane import FACTS, ActionBar, StatusLine
 from fivtui.tui.tabs.option_input import ACCEPT_KEY, OptionInput, option_help, read_option_text
 from fivtui.tui.tabs.preview import FILE_FORMAT, MEASURED_SKETCH, Preview
 
@@ -47,12 +48,14 @@ class MeasuredView(Vertical):
         super().__init__(id=id, classes="-empty")
         self._text, self._store_text, self._key = text, store_text, key
         self._run: Transient | None = None
+        # The comparison that the last valid input asks for, and its result.
+        self._compare: Callable[[Transient], Validation] | None = None
         self._validation: Validation | None = None
         self._error = ""
 
     def compose(self) -> ComposeResult:
         """The input, the charts, and the verdict."""
-        with Horizontal(classes="bar"):
+        with ActionBar():
             yield OptionInput(
                 self._text, ValidateOptions, id="measured-data", placeholder=_PLACEHOLDER
             )
@@ -76,9 +79,15 @@ class MeasuredView(Vertical):
         self._error, self._validation = "", None
         if self._run is not None and self._input_text:
             try:
-                self._validation = prepare_comparison(self.options)()(self._run)
+                compare = prepare_comparison(self.options)()
+                self._validation = compare(self._run)
+                self._compare = compare
             except InputError as error:
                 self._error = str(error)
+                # The overlay stays until the input is corrected.
+                if self._compare is not None:
+                    with suppress(InputError):
+                        self._validation = self._compare(self._run)
         validation = self._validation
         self.set_class(validation is None, "-empty")
         if validation is None:
@@ -105,8 +114,8 @@ class MeasuredView(Vertical):
 
     @property
     def validation(self) -> Validation:
-        """The comparison with measured data; raises `InputError` if there is none."""
-        if self._validation is None:
+        """The comparison with measured data; raises `InputError` without a valid input."""
+        if self._error or self._validation is None:
             raise InputError(self._error or _NO_DATA)
         return self._validation
 
