@@ -1,6 +1,7 @@
 """The base class of tabs."""
 
 from collections.abc import Callable
+from itertools import takewhile
 from typing import TYPE_CHECKING, ClassVar, Final
 
 from textual.containers import Vertical
@@ -67,7 +68,13 @@ class Pane(Vertical):
             # 0 for a plot or list, 1 for a button, 2 for an input; `bar_first` reverses the order.
             return 2 if isinstance(widget, Input) else int(isinstance(widget, Button))
 
-        focusable = [widget for widget in (container, *container.query("*")) if widget.focusable]
+        def is_shown(widget: Widget) -> bool:
+            # Charts that style sheets hide until their first result are focused already before.
+            nodes = takewhile(lambda node: node is not self, widget.ancestors_with_self)
+            return all(node.styles.inline.display != "none" for node in nodes)
+
+        widgets = [container, *container.query("*")]
+        focusable = [widget for widget in widgets if widget.focusable and is_shown(widget)]
         focusable.sort(key=rank, reverse=bar_first)
         self.screen.set_focus(focusable[0] if focusable else None)
 

@@ -143,6 +143,27 @@ async def test_the_help_lists_every_active_key_of_every_part_with_what_it_does(
         assert phrase in rows.values()
 
 
+async def test_the_help_lists_no_key_that_a_field_types_or_that_has_no_effect(
+    pilot: Pilot[None],
+) -> None:
+    screen = pilot.app.screen
+    for keys, selector in (
+        (("alt+f",), "#row-mu TextEditor"),
+        # Before the first result a chart is empty.
+        (("alt+6", "alt+p"), "#sweep-chart"),
+        (("alt+i",), "#vary"),
+        # The numbers of a view hide its charts.
+        (("alt+2", "alt+p", "v", "v", "alt+p"), "RowsView#facts"),
+    ):
+        await pilot.press(*keys)
+        widget = screen.query_one(selector)
+        await until(pilot, partial(getattr, widget, "has_focus"))
+        listed = {row.value for row in active_keys(screen)}
+        assert listed.isdisjoint({"Zoom in", "Zoom out", "Fit the axes"}), keys
+        assert ("Search" in listed) is (selector == "RowsView#facts")
+        assert "Go to the plot or table" in listed
+
+
 async def test_keys_focus_every_part_and_follow_in_the_key_bar(
     pilot: Pilot[None],
 ) -> None:
@@ -174,7 +195,6 @@ async def test_keys_focus_every_part_and_follow_in_the_key_bar(
     for tab, selector, label in (
         ("alt+2", "#growth", "v View"),
         ("alt+1", "#plot-y", "i Limits"),
-        ("alt+6", "#sweep-chart", "i Limits"),
         ("alt+3", "#map-chart", "v View"),
         ("alt+0", "#figures", "o Load scene"),
         ("f3", "RunsTable", "x Delete"),

@@ -104,8 +104,10 @@ class ChartView(DrawnChart, can_focus=True):
         self._was_dragged = False
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:  # noqa: ARG002
-        """Disable the action "open" where points cannot be opened, "show_end" in planes."""
-        is_plane = self._chart is not None and self._chart.is_plane
+        """Disable all without chart, "open" where points cannot be opened, "show_end" in planes."""
+        if self._chart is None:
+            return False
+        is_plane = self._chart.is_plane
         return {"open": self._runs_points, "show_end": not is_plane}.get(action, True)
 
     # Zoom and pan

@@ -110,7 +110,11 @@ class DrawnChart(Widget):
 
     def show(self, chart: Chart | None, *, empty_text: str | None = None) -> None:
         """Display a chart in the current view; without chart, display `empty_text`."""
+        is_changed = (chart is None) is not (self._chart is None)
         self._chart = chart
+        if is_changed and self.has_focus:
+            # Without a chart its keys have no effect.
+            self.refresh_bindings()
         if chart is not None:
             shared_quantity = chart.cursor_label or str(self.id)
             self.view.cursors = self.shared_cursors.setdefault(shared_quantity, Cursors())

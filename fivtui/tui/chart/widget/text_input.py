@@ -1,10 +1,14 @@
 """A text input that corrects its text while it is typed, and joins pasted lines."""
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, Final
 
 from textual.events import Paste
+from textual.keys import KEY_NAME_REPLACEMENTS
 from textual.widgets import Input
+
+# Names of keys that type a sign, of which Textual does not find the sign.
+_SIGN_KEYS: Final = frozenset(KEY_NAME_REPLACEMENTS.values())
 
 
 class TextInput(Input):
@@ -19,6 +23,10 @@ class TextInput(Input):
     ) -> None:
         super().__init__(value, **options)
         self._replace_commas = replace_commas
+
+    def check_consume_key(self, key: str, character: str | None) -> bool:
+        """Whether a key types text."""
+        return key in _SIGN_KEYS or super().check_consume_key(key, character)
 
     def replace(self, text: str, start: int, end: int) -> None:
         """Replace the text between two positions, and call `replace_commas` with the result."""
