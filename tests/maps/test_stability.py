@@ -298,7 +298,7 @@ def test_progress_is_reported_and_can_cancel() -> None:
 @pytest.mark.parametrize(
     ("over", "value", "message"),
     [
-        ({"F": [1.0]}, "growth-rate", "two different ones"),
+        ({"F": [1.0]}, "growth-rate", "two different parameters"),
         ({"F": [1.0], "nu": [1.0]}, "growth-rate", "unknown parameter 'nu'"),
         ({"F": [1.0], "mu": [-1.0, 1.0]}, "growth-rate", "must be from 0"),
         ({"F": [1.0], "mu": [math.nan]}, "growth-rate", "not a finite number"),

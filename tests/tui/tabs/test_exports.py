@@ -39,6 +39,7 @@ from tests.support.laboratory import (
     app_of,
     click_view,
     lab_of,
+    palette,
     show_tab,
     until,
     until_hidden,
@@ -172,11 +173,15 @@ async def test_a_map_is_exported_and_its_command_gives_the_same_file(pilot: Pilo
     await pilot.press("ctrl+p")
     await until_shown(pilot, "Export the data of the map…")
     await until_shown(pilot, "F7: .csv, .npz, .parquet, .json")
+    await pilot.press("escape")
+    await palette(pilot, "copy the command")
     await until_shown(pilot, "fivtui map --set F=60 --over c1")
     await pilot.press("escape")
     await show_tab(pilot, "alt+6")
-    await pilot.press("ctrl+p")
-    await until_shown(pilot, "Copy the command line")
+    await palette(pilot, "copy the command")
+    await until_shown(pilot, "fivtui sweep")
+    await pilot.press("escape")
+    await palette(pilot, "export")
     await until_hidden(pilot, "Export the")
 
 

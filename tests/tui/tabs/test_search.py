@@ -66,10 +66,10 @@ async def test_a_search_in_the_help_hides_other_lines(pilot: Pilot[None]) -> Non
     await until_shown(pilot, "Keys that work now")
     help_rows = pilot.app.screen.query_one(".lines", Static)
     height = help_rows.size.height
-    await pilot.press("slash", *"undo")
+    await pilot.press("slash", *"engine")
     await pilot.press("enter")
     await until(pilot, lambda: 0 < help_rows.size.height < height)
-    await until_shown(pilot, "Ctrl+Z Undo")
+    await until_shown(pilot, "Next engine")
     await until_hidden(pilot, "Reset the field")
     await pilot.press("slash", "escape")
     await until(pilot, lambda: help_rows.size.height == height)
