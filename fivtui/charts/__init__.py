@@ -27,7 +27,15 @@ if TYPE_CHECKING:
         trace_mark,
         trace_style,
     )
-    from .colours import INKS, STRONG, PlotColours, figure_colour, mix, series_role
+    from .colours import (
+        INKS,
+        STRONG,
+        PlotColours,
+        figure_colour,
+        mix,
+        screen_colours,
+        series_role,
+    )
     from .displayed_charts import charts_figure, plot_pixels, save_charts
     from .figure_style import (
         FORMATS,
@@ -65,6 +73,7 @@ if TYPE_CHECKING:
         points_at,
     )
     from .shades import (
+        BLANK,
         NO_VALUE,
         Band,
         Grading,
@@ -75,7 +84,7 @@ if TYPE_CHECKING:
         grade_values,
         hide_unused,
         plateau_labels,
-        scale_text,
+        scale_swatches,
         shade_bands,
     )
     from .sheet import sheet_figure

@@ -76,6 +76,8 @@ class Shade(NamedTuple):
 
 
 Shades = Sequence[Shade]
+# Swatch of a shade whose character is a blank.
+BLANK: Final = "blank"
 # Shade of points without value, and shades of values from small to great.
 NO_VALUE: Final = Shade("?", "ghost", name="no value", strength=0.25)
 _GRADES: Final = tuple(Shade(character, "series-1") for character in " ·░▒▓█")
@@ -339,10 +341,6 @@ def hide_unused(levels: Levels, shades: Shades) -> Shades:
     ]
 
 
-def scale_text(shades: Shades) -> str:
-    """Characters and texts of the displayed shades, in one line."""
-    return " ".join(
-        f"{shade.character if shade.character.strip() else 'blank'} {shade.text}"
-        for shade in shades
-        if shade.text
-    )
+def scale_swatches(shades: Shades) -> list[tuple[str, Shade]]:
+    """The displayed shades, each after its character or, for that of a blank, a word."""
+    return [(shade.character.strip() or BLANK, shade) for shade in shades if shade.text]

@@ -6,7 +6,7 @@ if TYPE_CHECKING:
     from .charts import fit_charts
     from .estimation import identify, prepare_fit
     from .options import IdentifyOptions
-    from .result import Identification
+    from .result import Identification, unit_of
 else:
     from fivtui.lazy import lazy_exports
 

@@ -15,6 +15,7 @@ from fivtui.model import Column, ComputationError, InputError, System
 from fivtui.options import option_arguments, read_arguments
 from fivtui.results import Plottable, Row, Table, TableResult, from_data, read_result, to_data
 from fivtui.scene import Scene, save_scene, scene_from_dict, scene_to_dict
+from fivtui.transient import VARIABLES
 
 from .features import Target
 from .options import IdentifyOptions
@@ -37,6 +38,11 @@ _ARRAYS: Final[Mapping[str, type]] = {
     "measured": float,
     "computed": float,
 }
+
+
+def unit_of(key: str) -> str:
+    """Unit of a fitted value; a point and the number of its file may follow the name."""
+    return VARIABLES[key.partition(".")[0]].unit
 
 
 class FittedValue(NamedTuple):
@@ -166,7 +172,7 @@ class Identification(TableResult, Plottable):
         rows = []
         for name, fitted in self.fit.items():
             note = "" if fitted.low is None else f"95 %: {fitted.low:.6g} to {fitted.high:.6g}"
-            rows.append(Row(name, f"{fitted.value:.6g}", note))
+            rows.append(Row(name, f"{fitted.value:.6g} {unit_of(name)}".rstrip(), note))
         rows += [
             Row(f"target {target.name}", f"{value:.6g}", f"{target.value:g} ± {target.sd:g}")
             for target, value in self.targets.items()

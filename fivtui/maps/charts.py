@@ -105,13 +105,18 @@ def map_chart(result: StabilityMap, edited: Parameters | None = None) -> Chart:
     contours = [
         replace(lines, values=lines.values[slices]) for lines in _contours(result, grading.bounds)
     ]
-    name = "stability boundary"
-    if result.value == "critical-mu" and "mu" not in result.names:
-        name += f", {value_label('mu', result.parameters.mu)}"
+    boundary_x, boundary_y = _zero_lines(x, y, result.excess[slices])
+    # NaN separates lines.
+    name = "boundaries" if np.isnan(boundary_x).any() else "boundary"
+    figure_name = f"stability {name}"
+    if "mu" not in result.names:
+        name += f" at μ = {result.parameters.mu:g}"
+        figure_name += f", {value_label('mu', result.parameters.mu)}"
     traces = [
         Trace(
-            Label("boundary", name),
-            *_zero_lines(x, y, result.excess[slices]),
+            Label(name, figure_name),
+            boundary_x,
+            boundary_y,
             look="dots",
             ordered=False,
             colour=STRONG,

@@ -28,8 +28,7 @@ def overlay_chart(result: Validation) -> Chart:
         Trace("measured", result.t, result.measured, role="measured"),
     ]
     if result.band is not None:
-        # One edge of the band has the entry of the legend.
-        for name, offset in (("band", result.band), ("", -result.band)):
+        for name, offset in (("+band", result.band), ("−band", -result.band)):
             edge = result.computed + offset
             traces.insert(0, Trace(name, result.t, edge, look="dots", colour="reference"))
     return Chart(
@@ -39,7 +38,6 @@ def overlay_chart(result: Validation) -> Chart:
         strips=contact_strips(
             result.separated, None if result.parameters.v_belt is None else result.stuck
         ),
-        note=describe_verdict(result),
     )
 
 
@@ -116,9 +114,9 @@ def validation_sheet(result: Validation) -> Sheet:
 
 
 def describe_verdict(result: Validation) -> str:
-    """The verdict in one line, or rms and correlation without criteria."""
+    """The verdict in one line, or the correlation without criteria."""
     if not result.criteria:
-        return f"rms {result.rms:.3g}, correlation {result.correlation:.3f}"
+        return f"correlation {result.correlation:.3f}"
     return _verdict_text(result, "; ".join(map(_criterion_text, result.criteria)))
 
 

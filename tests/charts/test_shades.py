@@ -10,7 +10,7 @@ from hypothesis import given, strategies as st
 from fivtui import Parameters, stability_map
 from fivtui.charts import figure_colour
 from fivtui.charts.chart import View
-from fivtui.charts.shades import _GRADES, grade, grade_values, hide_unused, scale_text
+from fivtui.charts.shades import _GRADES, grade, grade_values, hide_unused, scale_swatches
 from fivtui.maps.charts import _STABLE_SHADES, _UNSTABLE_SHADES, map_chart
 from fivtui.tui.chart.picture import draw
 from tests.support.colour import VISIONS, difference, seen_lab
@@ -25,7 +25,8 @@ def is_round(number: float) -> bool:
 
 def scale_of(values: list[float]) -> str:
     grading, shades = grade_values(np.array(values))
-    return scale_text(hide_unused(grading.levels, shades))
+    entries = scale_swatches(hide_unused(grading.levels, shades))
+    return " ".join(f"{swatch} {shade.text}" for swatch, shade in entries)
 
 
 @given(

@@ -151,10 +151,10 @@ async def test_pictures_of_outdated_results_are_dimmed(pilot: Pilot[None]) -> No
     await show_tab(pilot, "alt+6")
     pane = pilot.app.screen.query_one(SweepPane)
     chart = pane.query(ChartView).first()
-    plain = chart.plot_colours
+    plain = chart.plot_colours(chart.opacity)
     pane.add_class("-outdated")
     await pilot.pause()
-    dimmed = chart.plot_colours
+    dimmed = chart.plot_colours(chart.opacity)
     assert dimmed.background == plain.background
     for role, code in plain.roles.items():
         assert dimmed.roles[role] == mix(code, plain.background, 0.6)

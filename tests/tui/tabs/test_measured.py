@@ -58,6 +58,7 @@ async def test_measured_data_lie_over_the_run_and_pass_or_fail(
     assert spectrum_chart is not None
     traces = {trace.name: trace for trace in time_chart.traces}
     np.testing.assert_allclose(traces["measured"].y, traces["computed"].y, atol=1e-4)
+    assert np.all(traces["−band"].y < traces["+band"].y)
     np.testing.assert_allclose(traces["measured"].x, trajectory.t[in_window], atol=1e-4)
     assert "Hz measured" in spectrum_chart.note
     assert pane.export(FIGURE).file_name == "base-1-validation-y.svg"

@@ -8,11 +8,12 @@ from textual.pilot import Pilot
 from textual.widgets import Input
 
 from fivtui import Parameters, safety_map
-from fivtui.charts import NO_VALUE, grade_values, scale_text
+from fivtui.charts import NO_VALUE, grade_values, scale_swatches, screen_colours
 from fivtui.charts.chart import Cursors, View
 from fivtui.maps import StabilityMap
 from fivtui.maps.charts import grade_regions, map_chart, shown_offsets
 from fivtui.maps.searched_points import SearchedPoint
+from fivtui.tui.chart import ShadeScale
 from fivtui.tui.chart.picture import draw
 from fivtui.tui.tabs.requests.map import map_request
 from tests.support.laboratory import (
@@ -34,7 +35,7 @@ def regions() -> StabilityMap:
 def scale_of(result: StabilityMap) -> str:
     backdrop = map_chart(result).backdrop
     assert backdrop is not None
-    return scale_text(backdrop.shades)
+    return " ".join(f"{swatch} {shade.text}" for swatch, shade in scale_swatches(backdrop.shades))
 
 
 def test_a_map_of_coexistence_has_three_kinds_of_shades(regions: StabilityMap) -> None:
@@ -155,7 +156,23 @@ async def test_safe_friction_is_mapped_by_two_keys_and_refused_over_friction(
     await until_shown(pilot, "8 points; Enter")
     chart_view = chart_of(pilot, "map-chart")
     assert chart_view.chart is not None
+    assert chart_view.chart.backdrop is not None
     assert chart_view.chart.note == "safe μ"
+    # A swatch of the scale has the colour of the cells: that of characters, or of a picture.
+    scale = pilot.app.screen.query_one(ShadeScale)
+    (shade,) = (shade for shade in chart_view.chart.backdrop.shades if shade.text)
+    (swatch, *_) = scale.render_line(0)
+    assert swatch.text == shade.character
+    assert swatch.style is not None
+    assert swatch.style.color == chart_view._style(shade.style).color
+    chart_view.is_covered = True
+    await pilot.pause()
+    (swatch, *_) = scale.render_line(0)
+    with screen_colours(chart_view.plot_colours()):
+        assert swatch.style is not None
+        assert swatch.style.color is not None
+        assert swatch.style.color.get_truecolor().hex == shade.figure_colour
+    chart_view.is_covered = False
     pane = lab_of(pilot).pane
     assert pane is not None
     assert "--value safe-mu" in pane.command_line()

@@ -146,6 +146,10 @@ def test_a_map_is_drawn_with_its_boundary_and_point() -> None:
         assert "◆" in draw(chart, View(), 80, 24).text()
         heading = draw(chart, View(cursors=Cursors((0.7, 80.0))), 80, 24).text()
         assert heading.startswith(f"F (N) μ 0.7  F 80 N  {label}")
+    # Over preload and nonlinear stiffness the friction coefficient has one value.
+    plane = {"F": np.linspace(5.0, 120.0, 24), "k_nl": np.linspace(20.0, 500.0, 13)}
+    chart = map_chart(stability_map(Parameters(), plane, "critical-mu"))
+    assert chart.traces[0].name == "boundaries at μ = 0.7"
     swapped_axes = {"F": second.values()[::-1], "mu": first.values()}
     swapped_chart = map_chart(stability_map(Parameters(), swapped_axes), None)
     assert swapped_chart.backdrop is not None

@@ -12,12 +12,26 @@ from rich.color import Color
 from rich.segment import Segment
 from rich.style import Style
 from textual import on
+from textual.content import Content
 from textual.events import Blur, Focus
 from textual.geometry import Region
+from textual.reactive import var
 from textual.strip import Strip
 from textual.widget import Widget
 
-from fivtui.charts import INKS, Chart, Cursors, PlotColours, Span, View, has_long_heading, mix
+from fivtui.charts import (
+    BLANK,
+    INKS,
+    Chart,
+    Cursors,
+    PlotColours,
+    Span,
+    View,
+    has_long_heading,
+    mix,
+    scale_swatches,
+    screen_colours,
+)
 from fivtui.tui.chart.picture import MARGIN, Picture, draw
 
 # Minimum columns for full labels of the controls.
@@ -27,6 +41,8 @@ _INDENT: Final = " "
 # Minimum columns and rows of a chart.
 _MIN_SIZE: Final = (MARGIN + 2, 3)
 _MUTED: Final = "$foreground-muted"
+# Swatch of a shade in a picture.
+_SWATCH: Final = "██"
 
 # Styles by the style names of spans: roles of colours, and others in colours of the theme. A strip
 # is a row of shades below the plot.
@@ -77,6 +93,9 @@ _CONTROLS: Final = (
 class DrawnChart(Widget):
     """A chart with clickable controls at the end of its heading; without chart, a text."""
 
+    # Whether the terminal shows a picture over the characters of the plot.
+    is_covered = var(False)
+
     def __init__(
         self,
         id: str,  # noqa: A002
@@ -93,8 +112,6 @@ class DrawnChart(Widget):
         self._chart: Chart | None = None
         self._empty_text = empty_text
         self._picture: Picture | None = None
-        # Whether the terminal shows a picture over the characters of the plot.
-        self.is_covered = False
         self._styles_by_name: dict[str, Style] = {}
 
     @property
@@ -155,13 +172,14 @@ class DrawnChart(Widget):
             self._styles_by_name[name] = style + Style(meta={"action": action})
         return self._styles_by_name[name]
 
-    @property
-    def plot_colours(self) -> PlotColours:
-        """The colours of the plot as codes, for pictures."""
-        background, opacity = self.background_colors[0].hex6, self.opacity
+    def plot_colours(self, opacity: float = 1.0) -> PlotColours:
+        """The colours of the plot as codes, for pictures.
+
+        `opacity` is that of outdated results, which Textual applies to characters alone.
+        """
+        background = self.background_colors[0].hex6
 
         def code(colour: Color | None) -> str:
-            # Textual applies the opacity, which is that of outdated results, to characters alone.
             colour = colour or Color.from_rgb(0, 0, 0)
             return mix(colour.get_truecolor().hex, background, opacity)
 
@@ -222,3 +240,39 @@ class DrawnChart(Widget):
     def on_resize(self) -> None:
         """Draw for the new size."""
         self.redraw()
+
+
+class ShadeScale(Widget):
+    """The values of the shades of a chart, beside swatches in the colours of its plot."""
+
+    def __init__(self, chart_view: DrawnChart) -> None:
+        super().__init__()
+        self._chart_view = chart_view
+        self.display = False
+
+    def on_mount(self) -> None:
+        """Follow the chart from characters to a picture and back."""
+        self.watch(self._chart_view, "is_covered", self.redraw, init=False)
+
+    def redraw(self) -> None:
+        """Follow another chart; without shades there is no scale."""
+        chart = self._chart_view.chart
+        self.display = chart is not None and chart.backdrop is not None
+        self.refresh(layout=True)
+
+    def render(self) -> Content:
+        """Swatch and values of each shade; without shades nothing."""
+        chart, is_picture = self._chart_view.chart, self._chart_view.is_covered
+        if chart is None or chart.backdrop is None:
+            return Content("")
+        entries = []
+        with screen_colours(self._chart_view.plot_colours()):
+            for swatch, shade in scale_swatches(chart.backdrop.shades):
+                if swatch == BLANK:
+                    span = swatch, ""
+                elif is_picture:
+                    span = _SWATCH, shade.figure_colour
+                else:
+                    span = swatch, CHART_STYLES[shade.style]
+                entries.append(Content.assemble(span, f" {shade.text}"))
+        return Content(" ").join(entries)

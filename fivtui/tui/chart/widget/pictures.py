@@ -237,7 +237,9 @@ class Pictures:
             if clip.contains_region(area) and not _is_covered(widget, area, compositor):
                 view = deepcopy(widget.view)
                 ticks = axis_ticks(*view.axes(chart), columns, rows)
-                plot = _Plot(chart, view, widget.plot_colours, ticks, area.size, self._cell)
+                plot = _Plot(
+                    chart, view, widget.plot_colours(widget.opacity), ticks, area.size, self._cell
+                )
                 visible[widget] = plot, area
         return visible
 

@@ -163,7 +163,7 @@ class MeasuredView(Vertical):
 
 
 def _comparison_text(result: Validation) -> str:
-    """The compared quantities and the deviation."""
+    """The deviation and the compared quantities."""
     return (
         f"rms {result.rms:.4g} {result.unit}, at most {result.greatest:.4g} {result.unit}; "
         f"{result.measurement.signal!r} as {result.quantity}, {result.t.size} samples, "

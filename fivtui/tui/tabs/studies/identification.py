@@ -10,7 +10,7 @@ from textual.binding import Binding, BindingType
 from textual.containers import Vertical
 
 from fivtui.charts import Heading
-from fivtui.identification import IdentifyOptions, fit_charts, prepare_fit
+from fivtui.identification import IdentifyOptions, fit_charts, prepare_fit, unit_of
 from fivtui.scene import Scene
 from fivtui.studies import study
 from fivtui.transient import START_SPECS
@@ -91,9 +91,11 @@ class IdentificationPane(StudyPane):
             self.show_view("fitted-values")
 
     def answer_text(self, result: "Identification") -> str:
-        """The fitted values."""
-        values = result.fit.items()
-        return FACTS.join(f"{symbol_of(name)} {value.value:.5g}" for name, value in values)
+        """The fitted values with their units."""
+        return FACTS.join(
+            f"{symbol_of(key)} {value.value:.5g} {unit_of(key)}".rstrip()
+            for key, value in result.fit.items()
+        )
 
     def inputs_of(self, result: "Identification") -> ResultInputs:
         """The values that were not fitted."""

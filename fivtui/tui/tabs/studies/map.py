@@ -12,13 +12,13 @@ import numpy as np
 from textual import on
 from textual.app import ComposeResult
 from textual.containers import Vertical
-from textual.widgets import Input, Static
+from textual.widgets import Input
 
-from fivtui.charts import NearestPoint, scale_text
+from fivtui.charts import NearestPoint
 from fivtui.maps import MU_FREE_VALUES
 from fivtui.model import InputError
 from fivtui.scene import Scene
-from fivtui.tui.chart import ChartView
+from fivtui.tui.chart import ChartView, ShadeScale
 from fivtui.tui.session import SAFETY_MAPS, DisplayedStudy, Job, Session
 from fivtui.tui.tabs.preview import Preview, Sketch, about_here
 from fivtui.tui.tabs.requests.map import (
@@ -85,8 +85,8 @@ class _MapStudy(StudyPane):
     def compose_views(self) -> ComposeResult:
         """One chart, and the scale of its shades."""
         with Vertical(id=self.PAGE):
-            yield ChartView("map-chart", runs_points=True)
-            yield Static("", id="scale", markup=False)
+            yield (chart := ChartView("map-chart", runs_points=True))
+            yield ShadeScale(chart)
 
     @property
     def input_setting(self) -> str:
@@ -141,8 +141,7 @@ class _MapStudy(StudyPane):
     def draw(self) -> None:
         """Draw the map, or its absence."""
         super().draw()
-        if self.displayed is None:
-            self.query_one("#scale", Static).update("")
+        self.query_one(ShadeScale).redraw()
 
     def draw_result(self, result: "StabilityMap") -> None:
         """Draw the map with the edited point."""
@@ -150,9 +149,6 @@ class _MapStudy(StudyPane):
 
         chart = map_chart(result, self.parameters)
         self.query_one(ChartView).show(chart)
-        # The backdrop of a map is its values as shades.
-        if chart.backdrop is not None:
-            self.query_one("#scale", Static).update(scale_text(chart.backdrop.shades))
 
     def submit_input(self) -> None:
         """Stop the current map and map the typed ranges."""

@@ -10,10 +10,10 @@ import numpy as np
 from textual.app import ComposeResult
 from textual.containers import Vertical
 
-from fivtui.charts import NearestPoint, scale_text
+from fivtui.charts import NearestPoint
 from fivtui.model import InputError
 from fivtui.scene import Scene
-from fivtui.tui.chart import ChartView
+from fivtui.tui.chart import ChartView, ShadeScale
 from fivtui.tui.session import DisplayedStudy, Job, Session, scene_texts, symbol_of
 from fivtui.tui.tabs.exports.export import Export
 from fivtui.tui.tabs.messages import Reported
@@ -52,10 +52,10 @@ class SweepPane(StudyPane):
         x="F",
         y="peak |y|",
         curves=(
-            ([0.0, 0.3, 0.35, 1.0], [0.03, 0.05, 0.35, 0.95]),
-            ([0.0, 0.3, 0.35, 1.0], [0.03, 0.05, 0.3, 0.5]),
+            ([0.0, 0.2, 0.4, 0.6, 0.8, 1.0], [0.01, 0.03, 0.13, 0.34, 0.61, 0.97]),
+            ([0.0, 0.07, 0.1, 1.0], [0.01, 0.02, 0.09, 0.09]),
         ),
-        labels={"separation ignored": (0.2, 0.8), "considered": (0.7, 0.3)},
+        labels={"separation considered": (0.22, 0.75), "ignored": (0.75, 0.2)},
     )
     QUESTION: ClassVar[str] = "How large does the motion become over one or two parameters?"
 
@@ -67,7 +67,8 @@ class SweepPane(StudyPane):
     def compose_views(self) -> ComposeResult:
         """One chart."""
         with Vertical(id="amplitudes"):
-            yield ChartView("sweep-chart", runs_points=True)
+            yield (chart := ChartView("sweep-chart", runs_points=True))
+            yield ShadeScale(chart)
 
     def parse(self, scene: Scene, text: str) -> "Study":
         """The sweep of a scene over the ranges of the input."""
@@ -121,11 +122,8 @@ class SweepPane(StudyPane):
         return f"peak |y| {peaks.min():.4g} to {peaks.max():.4g} m" if peaks.size else ""
 
     def details_text(self, result: "Sweep") -> str:
-        """Number of members, and the values of the shades."""
-        chart = self.query_one(ChartView).chart
-        if chart is None or chart.backdrop is None:
-            return count_text(result)
-        return f"{count_text(result)}: {scale_text(chart.backdrop.shades)}"
+        """Number of members."""
+        return count_text(result)
 
     def inputs_of(self, result: "Sweep") -> ResultInputs:
         """The inputs of a sweep."""
@@ -144,6 +142,7 @@ class SweepPane(StudyPane):
             point = (edited[0], edited[1]) if len(edited) > 1 else None
             chart = grid_chart(result, self.session.separation, point)
         self.query_one(ChartView).show(chart)
+        self.query_one(ShadeScale).redraw()
 
     def read_point(self, result: "Sweep", point: NearestPoint) -> tuple[dict[str, str], str]:
         """Field texts of a member."""

@@ -35,8 +35,10 @@ if TYPE_CHECKING:
     from fivtui.sweeps import Study
 
 
-# Values of x of the sketch.
-_X: Final = np.linspace(0.0, 1.0, 80)
+# Samples and a boundary of the sketch: fractions of two irrational numbers fill the plane evenly.
+_INDICES: Final = np.arange(80, dtype=np.float64)
+_DOTS: Final = (0.618034 * _INDICES % 1.0, 0.754878 * _INDICES % 1.0)
+_Y: Final = np.linspace(0.0, 1.0, 40)
 
 
 class _IndexTable(ListTable[str]):
@@ -54,12 +56,13 @@ class UncertaintyPane(StudyPane):
     INPUT_FORMAT: ClassVar[str] = "NAME~normal:MEAN:SD ~uniform:LOW:HIGH"
     QUANTITIES: ClassVar[Mapping[str, str]] = TITLES
     PAGE: ClassVar[str] = "histogram"
-    VIEWS: ClassVar[Mapping[str, str]] = {**TITLES, "indices": "Drivers", "samples": "Samples"}
+    VIEWS: ClassVar[Mapping[str, str]] = {"samples": "Samples", **TITLES, "indices": "Drivers"}
     SKETCH: ClassVar[Sketch | None] = Sketch(
-        x="growth rate",
-        y="share of the samples",
-        curves=((_X, np.exp(-(((_X - 0.55) / 0.18) ** 2))), ([0.45, 0.45], [0.0, 1.0])),
-        labels={"no squeal": (0.02, 0.9), "squeal by itself": (0.5, 0.15)},
+        x="μ",
+        y="F",
+        curves=((0.35 + 0.15 * _Y**2, _Y),),
+        dots=(_DOTS,),
+        labels={"no squeal": (0.04, 0.6), "squeals by itself": (0.55, 0.3)},
     )
     QUESTION: ClassVar[str] = "How likely is squeal where parameters scatter, and what drives it?"
     START: ClassVar[str] = f"computes {SAMPLES} samples of these distributions"
@@ -119,8 +122,9 @@ class UncertaintyPane(StudyPane):
         return probability_text(result)
 
     def details_text(self, result: "Uncertainty") -> str:
-        """Number of samples, with remarks."""
-        samples = f"{result.scatter.samples} samples{index_remark(result)}"
+        """Number of samples, with remarks; on indices only beside them."""
+        remark = index_remark(result) if self.view == "indices" else ""
+        samples = f"{result.scatter.samples} samples{remark}"
         return "; ".join(filter(None, (samples, super().details_text(result))))
 
     def inputs_of(self, result: "Uncertainty") -> ResultInputs:
