@@ -1,6 +1,6 @@
 """Commands for a scene, made from a function and from a class that declares the options."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import wraps
 from typing import TYPE_CHECKING, Any, Final, Generic, TypeVar
@@ -76,6 +76,7 @@ class Call(Generic[Options]):
         from fivtui.scene import find_scene
 
         changes = parse_assignments("--set", self.assignments, "F=120")
+        self._check_not_options(changes)
         scene = find_scene(self.scene_name).with_values(
             {name: parameter_spec(name).read(text) for name, text in changes.items()}
         )
@@ -86,6 +87,17 @@ class Call(Generic[Options]):
         scene = scene_with_settings(scene, self.options)
         warn_of_unused_parameters(scene, varied, () if begins_at_value else self.assignments)
         return scene
+
+    def _check_not_options(self, changes: Mapping[str, str]) -> None:
+        # Names such as t_end that are options of the command.
+        for name, text in changes.items():
+            for declared, _ in declared_options(self.options).values():
+                if name == declared.setting or declared.flag == f"--{name.replace('_', '-')}":
+                    has_value = declared.metavar is not None and not declared.multiple
+                    example = f", here {declared.flag} {text}" if has_value else ""
+                    raise InputError(
+                        f"--set {name}={text}: {name} is set by {declared.flag}{example}"
+                    )
 
 
 def scene_with_settings(scene: "Scene", options: Any) -> "Scene":

@@ -19,7 +19,12 @@ from fivtui.tui.tabs import SceneLoaded
 
 from .file_actions import FileActions
 
-_NO_EDITOR: Final = "no editor: set the environment variable EDITOR, such as EDITOR=nano"
+# Editors without VISUAL and EDITOR, the preferred one first.
+_EDITORS: Final = ("nano", "vim", "vi") if os.name == "posix" else ("notepad",)
+_NO_EDITOR: Final = (
+    "no editor: set the environment variable VISUAL or EDITOR to the command of one"
+    f", or install {', '.join(_EDITORS)}"
+)
 _NO_TERMINAL: Final = "an editor needs a terminal: save the scene, and edit its file"
 _UNCHANGED: Final = "scene not changed; an editor with a window must wait, as 'code --wait' does"
 
@@ -128,12 +133,13 @@ def _version(file: Path) -> _Version | None:
 
 
 def editor_command(environment: Mapping[str, str]) -> list[str]:
-    """The command of the user's editor; raises `InputError` if there is none."""
+    """The command of the user's editor, or of an installed one; `InputError` if there is none."""
     text = environment.get("VISUAL") or environment.get("EDITOR") or ""
     try:
         command = shlex.split(text, posix=os.name == "posix")
     except ValueError:
         raise InputError(f"editor {text}: a quote is not closed") from None
+    command = command or [*filter(shutil.which, _EDITORS)][:1]
     if not command:
         raise InputError(_NO_EDITOR)
     return command

@@ -68,6 +68,11 @@ def verdict_kind(result: Stability, attractors: Attractors | None) -> str:
     return "stable" if attractors.searched else "searching"
 
 
+def _mode_order(eigenvalue: complex) -> tuple[float, float]:
+    # By falling frequency, then growth rate: rounding separates the frequencies of coalesced modes.
+    return -float(f"{eigenvalue.imag:.9g}"), -eigenvalue.real
+
+
 def _mode_text(eigenvalue: complex) -> str:
     # Frequency and growth rate of a vibration mode.
     growth_rate = f"{eigenvalue.real:+.3g} 1/s"
@@ -102,7 +107,9 @@ def _safe_mu_text(attractors: Attractors | None) -> str:
 def stability_summary(result: Stability, attractors: Attractors | None = None) -> list[str]:
     """The verdict in a few lines, the most important first."""
     # One eigenvalue of each conjugate pair, and all real ones.
-    eigenvalues = [complex(value) for value in result.eigenvalues if value.imag >= 0.0]
+    eigenvalues = sorted(
+        (complex(value) for value in result.eigenvalues if value.imag >= 0.0), key=_mode_order
+    )
     leading = max(eigenvalues, key=lambda value: value.real)
     frequency = f", {leading.imag / math.tau:.4g} Hz" if leading.imag else ""
     growth = f"growth rate {result.growth_rate:+.4g} 1/s{frequency}"

@@ -185,6 +185,8 @@ class JobPane(ActionPane):
         self.status = self.HINT
         # What the displayed result says in words or numbers.
         self.answer = ""
+        # Duration of the latest job that finished, s.
+        self.duration = 0.0
 
     def on_mount(self) -> None:
         """Prepare the polling of the progress."""
@@ -249,7 +251,7 @@ class JobPane(ActionPane):
             self.status = outcome.error
             self.post_message(Reported(outcome.error, error=True))
         elif outcome.result is not None:
-            self.status = ""
+            self.status, self.duration = "", job.elapsed
             self.show_result(outcome.result)
         self.show_bar()
 

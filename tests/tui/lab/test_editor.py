@@ -1,5 +1,6 @@
 """The scene in the user's editor, and scene files that other programs change."""
 
+import shutil
 import signal
 import sys
 from collections.abc import Callable
@@ -87,8 +88,9 @@ async def test_an_editor_that_cannot_start_is_one_line(
     monkeypatch.setenv("EDITOR", "ed")
     await edit(pilot, "an editor needs a terminal")
     monkeypatch.setattr(FivtuiApp, "suspend", lambda _: nullcontext())
+    monkeypatch.setattr(shutil, "which", lambda _: None)
     for command, message in (
-        ("", "no editor: set the environment variable EDITOR"),
+        ("", "no editor: set the environment variable VISUAL or EDITOR"),
         ("missing-editor -w", "editor missing-editor: No such file or directory"),
         ("'vi", "editor 'vi: a quote is not closed"),
     ):
@@ -96,11 +98,15 @@ async def test_an_editor_that_cannot_start_is_one_line(
         await edit(pilot, message)
 
 
-def test_visual_precedes_editor() -> None:
+def test_visual_precedes_editor_and_an_installed_one(monkeypatch: pytest.MonkeyPatch) -> None:
     assert editor_command({"VISUAL": "code --wait", "EDITOR": "ed"}) == ["code", "--wait"]
     assert editor_command({"VISUAL": "", "EDITOR": "ed"}) == ["ed"]
-    with pytest.raises(InputError, match="no editor"):
-        editor_command({"EDITOR": " "})
+    installed = ["vi", "vim"]
+    monkeypatch.setattr(shutil, "which", lambda name: name if name in installed else None)
+    assert editor_command({"EDITOR": " "}) == ["vim"]
+    installed.clear()
+    with pytest.raises(InputError, match=r"no editor.* install nano, vim, vi$"):
+        editor_command({})
 
 
 def write_scene(path: Path, mu: float) -> None:

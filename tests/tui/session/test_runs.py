@@ -161,6 +161,13 @@ def test_the_summary_has_growth_rate_frequency_critical_mu_and_equilibrium() -> 
     assert all(len(line) < 50 for line in lines)
 
 
+@pytest.mark.parametrize("mu", [0.69, 0.7, 0.72, 0.73])
+def test_of_two_modes_of_one_frequency_the_growing_one_comes_first(mu: float) -> None:
+    # Rounding orders these frequencies in different ways.
+    line = stability_summary(stability(Parameters(mu=mu)))[-1]
+    assert re.fullmatch(r"modes (\S+) Hz \+\S+ 1/s · \1 Hz -\S+ 1/s", line)
+
+
 def test_parameters_without_coupling_have_no_critical_mu() -> None:
     parameters = Parameters(k3=0.0)
     rows = {row.label: row.value for row in stability_rows(stability(parameters))}

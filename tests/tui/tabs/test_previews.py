@@ -1,6 +1,7 @@
 """A tab without a result shows a sketch, its question and its key; the key gives a result."""
 
 import re
+from threading import Event
 from typing import Any
 
 import pytest
@@ -67,6 +68,20 @@ async def test_one_key_after_that_of_the_tab_gives_a_result(
     await until(pilot, lambda: tab.id in app_of(pilot).session.studies)
     await until(pilot, lambda: not preview.display)
     assert pane.query_one(".views").display
+    logged = re.compile(r"\d\d:\d\d:\d\d [\w' -]+ done in \d+\.\d s(; |$)")
+    await until(pilot, lambda: any(map(logged.match, app_of(pilot).session.reports)))
+
+
+async def test_the_key_of_a_computation_that_runs_without_result_stops_it(
+    pilot: Pilot[None],
+) -> None:
+    pane, _ = await preview_of(pilot, "alt+5")
+    released = Event()
+    pane.start(lambda _: released.wait())
+    await until_shown(pilot, "F10 stops the computation.")
+    await pilot.press("f10")
+    released.set()
+    await until_shown(pilot, "F10 maps")
 
 
 async def test_previews_follow_keys_inputs_and_views(pilot: Pilot[None]) -> None:

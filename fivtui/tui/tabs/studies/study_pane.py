@@ -22,11 +22,12 @@ from fivtui.tui.session import (
     Job,
     Session,
     change_texts,
+    duration_text,
     study_command,
 )
 from fivtui.tui.tabs.exports.export import Export, scene_study_export, with_displayed_charts
 from fivtui.tui.tabs.job_pane import FACTS, JobPane
-from fivtui.tui.tabs.messages import PointRunRequested
+from fivtui.tui.tabs.messages import PointRunRequested, Reported
 from fivtui.tui.tabs.preview import Preview, Sketch, about_here
 
 if TYPE_CHECKING:
@@ -204,11 +205,12 @@ class StudyPane(JobPane):
     def _show_preview(self) -> None:
         is_empty = self.SKETCH is not None and self.displayed is None
         self.set_class(is_empty, "-empty")
-        if is_empty and self.job is None:
+        if is_empty:
             keys = self.session.key_names
             edit = [(keys["go-bar"], "goes to the input above.")] if self.EXAMPLE else []
             notes = [("", note) for note in self.NOTES]
-            start = keys["compute"], f"{self.start_text()}."
+            action = self.start_text() if self.job is None else "stops the computation"
+            start = keys["compute"], f"{action}."
             self.query_one(Preview).show(start, *edit, *notes)
 
     def start_text(self) -> str:
@@ -286,9 +288,12 @@ class StudyPane(JobPane):
             chart.view.hidden.clear()
 
     def show_result(self, result: Any) -> None:
-        """Display a computed result."""
+        """Display a computed result, and log its answer."""
         self.session.studies[self.study_key] = DisplayedStudy(result, self.session.name)
         self.scene_changed()
+        done = f"{study(self.kind).contents_name} done in {duration_text(self.duration)}"
+        facts = filter(None, self.answer_text(result).split(FACTS))
+        self.post_message(Reported("; ".join([done, *facts]), routine=True))
 
     def scene_changed(self) -> None:
         """Display the result beside the edited scene."""
