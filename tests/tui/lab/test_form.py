@@ -251,11 +251,11 @@ async def replace_text(
     """Type or paste over the text of a field, and wait until it is `text`."""
     editor = await focus(pilot, name)
     await pilot.press("end", "ctrl+u")
+    await until(pilot, lambda: not app_of(pilot).session.texts[name])
     # Pasted line breaks are blanks; test this where no comma is replaced at the same time.
     pasted = typed.replace(" ", "\n", 1) if typed == text else typed
     await send_sequences(pilot, *([f"\x1b[200~{pasted}\n\x1b[201~"] if paste else typed))
-    await until(pilot, lambda: app_of(pilot).session.texts[name] == text)
-    assert editor.value == text
+    await until(pilot, lambda: editor.value == app_of(pilot).session.texts[name] == text)
     return editor
 
 
@@ -266,7 +266,7 @@ async def test_a_decimal_comma_is_a_point_and_invalid_text_stays_and_is_marked(
         FIELDS[name].check(text)
         for paste in (False, True):
             editor = await replace_text(pilot, name, typed, text, paste=paste)
-            assert editor.cursor_position == len(text)
+            await until(pilot, lambda: editor.cursor_position == len(text))  # noqa: B023
     fields = pilot.app.screen.query_one(FieldList)
     for name, text in (*INVALID_TEXTS, *INVALID_PASTES):
         row = fields.query_one(f"#row-{name}", FieldRow)
@@ -274,9 +274,9 @@ async def test_a_decimal_comma_is_a_point_and_invalid_text_stays_and_is_marked(
             editor = await replace_text(pilot, name, text, text, paste=paste)
             await until(pilot, lambda: row.region.height > 1)  # noqa: B023
             # The reason, including the allowed range, is visible.
-            assert "must be" in " ".join(row.render().plain.split())
+            await until(pilot, lambda: "must be" in " ".join(row.render().plain.split()))  # noqa: B023
             await until(pilot, lambda: fields.region.contains_region(row.region))  # noqa: B023
-            assert editor.has_class("-invalid")
+            await until(pilot, lambda: editor.has_class("-invalid"))  # noqa: B023
 
 
 async def test_a_row_accepts_clicks_anywhere_and_a_long_paste(
