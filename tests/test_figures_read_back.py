@@ -306,7 +306,7 @@ def test_the_legend_of_a_map_of_critical_friction_gives_the_friction() -> None:
     axes = figure.axes[0]
     assert (axes.get_xscale(), axes.get_yscale()) == ("log", "linear")
     assert labels(axes) == ("Cubic contact stiffness k_nl (N/m^3)", "Preload F (N)")
-    assert list(legend_entries(figure)) == ["stability boundary, μ = 0.55"]
+    assert list(legend_entries(figure)) == ["stability boundaries, μ = 0.55"]
     assert "μ" not in axes.get_title()
 
 

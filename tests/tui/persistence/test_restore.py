@@ -71,7 +71,7 @@ TAB_PHRASES = {
     "transient": "2nd half",
     "sweep": "8 transients",
     "map": "35 points",
-    "trade-off": "now taylor (compiled)",
+    "trade-off": "taylor (compiled) tol=",
 }
 
 

@@ -126,8 +126,13 @@ class FieldRow(Widget):
             self._error, self._note = error, note
             self.editor.set_class(bool(error), "-invalid")
             self.refresh(layout=True)
-            if error and self.editor.has_focus:
-                self.call_after_refresh(self.scroll_visible, animate=False)
+            if error:
+                self.call_after_refresh(self.on_resize)
+
+    def on_resize(self) -> None:
+        """Scroll to the whole error of the focused field."""
+        if self._error and self.editor.has_focus:
+            self.scroll_visible(animate=False)
 
     def on_descendant_focus(self) -> None:
         """Report that this field has the focus."""
