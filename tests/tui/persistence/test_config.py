@@ -10,7 +10,6 @@ from fivtui.tui.lab.keys import KEY_IDS
 from fivtui.tui.persistence.config import config_path, load_config
 from fivtui.tui.session.help import welcome_text
 from tests.support.laboratory import (
-    text_of,
     until,
     until_key_bar,
     until_screen,
@@ -73,7 +72,7 @@ async def test_user_keys_and_theme_apply_from_the_first_start(tmp_path: Path) ->
         assert "F12 keep a run" in lines[-1]
         await until_screen(pilot, lambda text: all(line in text for line in lines))
         assert app.theme == "mine"
-        assert "f12 Run " in text_of(pilot).splitlines()[-1]
+        await until_key_bar(pilot, "f12 Run ")
         await pilot.resize_terminal(120, 40)
         await pilot.press("alt+4")
         await until_shown(pilot, "Follow Alt+C")

@@ -88,6 +88,7 @@ async def test_a_sweep_is_read_shown_and_opened(pilot: Pilot[None], written_file
     for name in ("sweep.csv", "sweep.parquet"):
         await read_result(pilot, name, f"sweep read from {name}")
         await until_shown(pilot, f"read from {name}; of F=60 (now 80)")
+        await until_shown(pilot, "8 transients")
     await until_shown(pilot, "peak, considered")
     chart_view = chart_of(pilot, "sweep-chart")
     assert chart_view.chart is not None
@@ -124,7 +125,7 @@ async def test_sweeps_over_two_names_and_incomplete_ones_are_shown(
     )
     run_command("sweep", *two_axes, "--t-end=10", "--out", "two.csv")
     await read_result(pilot, "two.csv", "sweep read from two.csv")
-    await until_shown(pilot, "number of separations, ")
+    await until_shown(pilot, "number of separations, separation ignored")
     chart_view = chart_of(pilot, "sweep-chart")
     chart_view.focus()
     await pilot.press("plus", "left")
@@ -150,6 +151,7 @@ async def test_sweeps_over_two_names_and_incomplete_ones_are_shown(
         )
     await read_result(pilot, "part.csv.parts", "sweep read from part.csv.parts")
     await until_shown(pilot, "read from part.csv.parts")
+    await until_shown(pilot, "of 6 transients")
     await pilot.press("f7")
     await until_notice(pilot, "the sweep is incomplete")
 
@@ -183,7 +185,7 @@ async def test_a_trade_off_is_read_and_shown(
     pilot: Pilot[None], written_files: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     await read_result(pilot, "trade.csv", "trade-off read from trade.csv")
-    await until_shown(pilot, "read from trade.csv")
+    await until_shown(pilot, "read from trade.csv; of F=60 (now 80)")
     await until_shown(pilot, "error of final state")
     await pilot.press("f7")
     await until_shown(pilot, "trade-tradeoff.csv")

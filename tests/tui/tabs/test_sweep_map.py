@@ -26,7 +26,7 @@ from fivtui.tui.tabs.requests.map import (
     point_texts,
 )
 from fivtui.tui.tabs.requests.sweep import (
-    count_text,
+    failure_text,
     partial_sweep,
     point_scene,
     point_separation,
@@ -114,7 +114,7 @@ def test_failed_members_of_a_sweep_leave_a_gap_and_a_reason() -> None:
     study = sweep_request(replace(BASE.with_values({"k_nl": 0.0}), t_end=1000.0), "mu=0.5,60,100")
     result = partial_sweep(study, list(sweep_parts(study, lambda _: True)))
     assert result.table.failed > 0
-    assert "failed: " in count_text(result)
+    assert "failed: " in failure_text(result)
     assert np.isnan(sweep_chart(result).traces[2].y[-1])
 
 

@@ -111,14 +111,16 @@ def point_scene(study: "Study", point: NearestPoint, separation: bool) -> Scene:
 
 
 def count_text(result: "Sweep") -> str:
-    """Number of members, and why some failed."""
+    """Number of computed members, of how many if some are missing."""
+    computed, members = result.table.members, result.study.members
+    return (
+        f"{computed} transients" if computed == members else f"{computed} of {members} transients"
+    )
+
+
+def failure_text(result: "Sweep") -> str:
+    """How many members failed, and why the first one did; empty if none."""
     table = result.table
-    computed, members = table.members, result.study.members
-    text = f"{computed} transients"
-    if computed < members:
-        text = f"{computed} of {members} transients"
-    if table.failed:
-        # Members that did not fail have an empty reason.
-        reason = next(reason for reason in table.reasons if reason)
-        text += f", {table.failed} failed: {reason}"
-    return text
+    # Members that did not fail have an empty reason.
+    reason = next(filter(None, table.reasons), "")
+    return f"{table.failed} failed: {reason}" if table.failed else ""

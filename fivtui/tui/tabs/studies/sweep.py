@@ -16,12 +16,14 @@ from fivtui.scene import Scene
 from fivtui.tui.chart import ChartView, ShadeScale
 from fivtui.tui.session import DisplayedStudy, Job, Session, scene_texts, symbol_of
 from fivtui.tui.tabs.exports.export import Export
+from fivtui.tui.tabs.job_pane import FACTS
 from fivtui.tui.tabs.messages import Reported
 from fivtui.tui.tabs.preview import Sketch, about, about_here
 from fivtui.tui.tabs.requests.sweep import (
     EXAMPLE,
     MAX_UNCONFIRMED,
     count_text,
+    failure_text,
     partial_sweep,
     point_scene,
     point_separation,
@@ -116,14 +118,15 @@ class SweepPane(StudyPane):
         self.draw()
 
     def answer_text(self, result: "Sweep") -> str:
-        """The range of the peak of y."""
+        """The range of the peak of y, and the number of members."""
         peaks = result.table.numbers.get("y_abs", np.array([]))
         peaks = peaks[np.isfinite(peaks)]
-        return f"peak |y| {peaks.min():.4g} to {peaks.max():.4g} m" if peaks.size else ""
+        extent = f"peak |y| {peaks.min():.4g} to {peaks.max():.4g} m" if peaks.size else ""
+        return FACTS.join(filter(None, (extent, count_text(result))))
 
     def details_text(self, result: "Sweep") -> str:
-        """Number of members."""
-        return count_text(result)
+        """The failures of members."""
+        return failure_text(result)
 
     def inputs_of(self, result: "Sweep") -> ResultInputs:
         """The inputs of a sweep."""
