@@ -23,7 +23,8 @@
             return (fmi3Status)status_;                                  \
     } while (0)
 
-/* A function that is one of FMI 2.0, named with the parameters of both. */
+/* A function of FMI 3.0, with its parameters, that passes the arguments after them to one of
+   FMI 2.0. */
 #define SAME(name, name_2, parameters, ...) \
     fmi3Status name parameters { return (fmi3Status)name_2(__VA_ARGS__); }
 
@@ -223,7 +224,6 @@ SAME(fmi3SerializedFMUStateSize, fmi2SerializedFMUstateSize,
 SAME(fmi3SerializeFMUState, fmi2SerializeFMUstate,
      (fmi3Instance c, fmi3FMUState state, fmi3Byte bytes[], size_t size),
      c, state, (fmi2Byte *)bytes, size)
-
 SAME(fmi3DeserializeFMUState, fmi2DeSerializeFMUstate,
      (fmi3Instance c, const fmi3Byte bytes[], size_t size, fmi3FMUState *state),
      c, (const fmi2Byte *)bytes, size, state)

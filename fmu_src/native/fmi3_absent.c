@@ -4,13 +4,13 @@
 
 #pragma GCC diagnostic ignored "-Wunused-parameter"
 
-/* A function that reports which features are absent. */
+/* A function that reports which features are absent. Its first parameter is the instance `c`. */
 #define ABSENT(name, features, ...)                                                             \
-    fmi3Status name(fmi3Instance c, __VA_ARGS__)                                                \
+    fmi3Status name(__VA_ARGS__)                                                                \
     {                                                                                           \
         return c ? (fmi3Status)report(c, fmi2Error, "there are no " features) : fmi3Error;      \
     }
-#define REFERENCES const fmi3ValueReference r[], size_t count
+#define REFERENCES fmi3Instance c, const fmi3ValueReference r[], size_t count
 
 ABSENT(fmi3GetBinary, "variables of type Binary", REFERENCES, size_t sizes[], fmi3Binary values[],
        size_t value_count)
@@ -30,17 +30,12 @@ ABSENT(fmi3SetShiftDecimal, "clocks", REFERENCES, const fmi3Float64 shifts[])
 ABSENT(fmi3GetShiftFraction, "clocks", REFERENCES, fmi3UInt64 counters[], fmi3UInt64 resolutions[])
 ABSENT(fmi3SetShiftFraction, "clocks", REFERENCES, const fmi3UInt64 counters[],
        const fmi3UInt64 resolutions[])
-ABSENT(fmi3GetNumberOfVariableDependencies, "dependencies of array elements",
+ABSENT(fmi3GetNumberOfVariableDependencies, "dependencies of array elements", fmi3Instance c,
        fmi3ValueReference reference, size_t *count)
-ABSENT(fmi3GetVariableDependencies, "dependencies of array elements", fmi3ValueReference dependent,
-       size_t elements[], fmi3ValueReference independents[], size_t independent_elements[],
-       fmi3DependencyKind kinds[], size_t count)
-ABSENT(fmi3ActivateModelPartition, "model partitions", fmi3ValueReference clock, fmi3Float64 time)
-
-static fmi3Status refuse_configuration(Instance *i)
-{
-    return i ? (fmi3Status)report(i, fmi2Error, "there are no structural parameters") : fmi3Error;
-}
-
-fmi3Status fmi3EnterConfigurationMode(fmi3Instance c) { return refuse_configuration(c); }
-fmi3Status fmi3ExitConfigurationMode(fmi3Instance c) { return refuse_configuration(c); }
+ABSENT(fmi3GetVariableDependencies, "dependencies of array elements", fmi3Instance c,
+       fmi3ValueReference dependent, size_t elements[], fmi3ValueReference independents[],
+       size_t independent_elements[], fmi3DependencyKind kinds[], size_t count)
+ABSENT(fmi3ActivateModelPartition, "model partitions", fmi3Instance c, fmi3ValueReference clock,
+       fmi3Float64 time)
+ABSENT(fmi3EnterConfigurationMode, "structural parameters", fmi3Instance c)
+ABSENT(fmi3ExitConfigurationMode, "structural parameters", fmi3Instance c)

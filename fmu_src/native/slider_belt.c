@@ -625,22 +625,24 @@ static void differentiate_start(const Instance *i, double *d)
     d[V_vx] = d[V_vy] = 0.0;
 }
 
-/* The numbers of a saved motion: X(index, member) for members of `MotionRecord` and, in
-   STEP_MEMBERS, for the start of its Taylor step, with the counts of `Motion` in `stepping.h`. */
-#define RECORD_MEMBERS(X)                                                                          \
-    X(N_MODE, mode) X(N_SEPARATIONS, separations) X(N_REATTACHMENTS, reattachments)                \
-    X(N_SWITCHES, switches) X(N_STICKS, sticks) X(N_LAST_EVENT, last_event)                        \
-    X(N_STARTS_IN_STICK, starts_in_stick) X(N_UPDATE_SPEED, update_speed)
-#define STEP_MEMBERS(X)                                                                            \
-    X(N_REMAINDER, w.remainder) X(N_STEP_SIDE, w.side) X(N_STALLED, w.stalled)                     \
-    X(N_STEP_SEPARATIONS, w.separations) X(N_STEP_REATTACHMENTS, w.reattachments)                  \
-    X(N_LAST_SWITCH, w.last_switch) X(N_SEPARATED_TIME, w.separated_time)                          \
-    X(N_SEPARATED_REMAINDER, w.separated_remainder) X(N_STEP_STICKS, sticks) X(N_SLIPS, slips)     \
-    X(N_REVERSALS, reversals) X(N_BELT_SWITCHES, belt_switches)                                    \
-    X(N_LAST_BELT_SWITCH, last_belt_switch) X(N_INPUT_START, input_start)
+/* The numbers of a saved motion, X(index, member): of the record, and of the start of its Taylor
+   step `m` in the kernel's state `w`, with the counts of `Motion` in `stepping.h`. */
+#define SAVED_MEMBERS(X)                                                                           \
+    X(N_MODE, record->mode) X(N_SEPARATIONS, record->separations)                                  \
+    X(N_REATTACHMENTS, record->reattachments) X(N_SWITCHES, record->switches)                      \
+    X(N_STICKS, record->sticks) X(N_LAST_EVENT, record->last_event)                                \
+    X(N_STARTS_IN_STICK, record->starts_in_stick) X(N_UPDATE_SPEED, record->update_speed)          \
+    X(N_REMAINDER, w->remainder) X(N_STEP_SIDE, w->side) X(N_STALLED, w->stalled)                  \
+    X(N_STEP_SEPARATIONS, w->separations) X(N_STEP_REATTACHMENTS, w->reattachments)                \
+    X(N_LAST_SWITCH, w->last_switch) X(N_SEPARATED_TIME, w->separated_time)                        \
+    X(N_SEPARATED_REMAINDER, w->separated_remainder) X(N_STEP_STICKS, m->sticks)                   \
+    X(N_SLIPS, m->slips) X(N_REVERSALS, m->reversals) X(N_BELT_SWITCHES, m->belt_switches)         \
+    X(N_LAST_BELT_SWITCH, m->last_belt_switch) X(N_INPUT_START, m->input_start)
 #define INDEX(index, member) index,
+#define PACK(index, member) numbers[index] = member;
+#define UNPACK(index, member) member = numbers[index];
 enum {
-    RECORD_MEMBERS(INDEX) STEP_MEMBERS(INDEX)
+    SAVED_MEMBERS(INDEX)
     N_STEP_START, N_X, N_VX, N_Y, N_VY, N_STEP_MODE, N_HAS_STEP, N_INPUTS,
     N_EXTREMES = N_INPUTS + sizeof(Inputs) / sizeof(double),
     N_PAST = N_EXTREMES + sizeof(Extremes) / sizeof(double),
@@ -654,9 +656,7 @@ static void pack(const Instance *i, double *numbers)
     const MotionRecord *record = const_record(i);
     const Motion *m = &record->motion;
     const Block *w = &m->w;
-#define PACK_RECORD(index, member) numbers[index] = record->member;
-#define PACK_STEP(index, member) numbers[index] = m->member;
-    RECORD_MEMBERS(PACK_RECORD) STEP_MEMBERS(PACK_STEP)
+    SAVED_MEMBERS(PACK)
     numbers[N_STEP_START] = w->t, numbers[N_X] = w->xs[0], numbers[N_VX] = w->xs[1];
     numbers[N_Y] = w->ys[0], numbers[N_VY] = w->ys[1];
     numbers[N_STEP_MODE] = motion_mode(m), numbers[N_HAS_STEP] = m->has_step;
@@ -716,10 +716,6 @@ static int unpack(Instance *i, const double *numbers)
     const double state[STATE] = {numbers[N_X], numbers[N_VX], numbers[N_Y], numbers[N_VY]};
     Inputs inputs;
     memcpy(&inputs, numbers + N_INPUTS, sizeof inputs);
-#define UNPACK_RECORD(index, member) record->member = numbers[index];
-#define UNPACK_STEP(index, member) m->member = numbers[index];
-    RECORD_MEMBERS(UNPACK_RECORD)
-    record->belt_acceleration = 0.0;
     if (!are_valid(&inputs) || !is_possible_mode(numbers[N_MODE], s)
         || !is_possible_mode(numbers[N_STEP_MODE], s)
         || !is_rounding(numbers[N_REMAINDER], numbers[N_STEP_START])
@@ -728,7 +724,8 @@ static int unpack(Instance *i, const double *numbers)
         return 0;
     stepping->begin(m, &inputs, separation, is_finite_belt(s), state, numbers[N_STEP_START],
                     s->tolerance * LOCAL_TOLERANCE);
-    STEP_MEMBERS(UNPACK_STEP)
+    SAVED_MEMBERS(UNPACK)
+    record->belt_acceleration = 0.0;
     m->belt.mode = (int64_t)numbers[N_STEP_MODE];
     /* The coefficients of the motion on the restored side. */
     set_field(w);
