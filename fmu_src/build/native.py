@@ -11,13 +11,7 @@ from xml.etree import ElementTree as ET
 
 from fivtui.model import InputError, check_known
 
-from .c_sources import (
-    MODELS,
-    NATIVE,
-    model_guid,
-    sources,
-    sources_hash,
-)
+from .c_sources import MODELS, NATIVE, model_guid, sources, sources_hash
 from .component import Component
 from .cross_compilation import compile_binary
 from .description import (
@@ -39,6 +33,7 @@ from .description_3 import (
 from .platforms import HOSTS, PLATFORMS
 
 _DESCRIPTION: Final = "modelDescription.xml"
+_ADVICE: Final = "take the Python flavour (--flavour python; for runs, --method fmu)"
 # Contains the reason if the compilation at installation failed.
 _FAILURE_FILE: Final = NATIVE / "native.txt"
 _LOG_CATEGORIES: Final = {
@@ -121,12 +116,12 @@ def _machine() -> tuple[str, str]:
 def _host_platform() -> str:
     """Name in `PLATFORMS` of the platform of this machine."""
     if _machine() not in HOSTS:
-        raise InputError(f"no native FMU supports {', '.join(_machine())}; take --flavour python")
+        raise InputError(f"no native FMU supports {', '.join(_machine())}; {_ADVICE}")
     return HOSTS[_machine()]
 
 
 def _read_binary(model: str) -> bytes:
-    advice = "install fivtui anew, or take --flavour python"
+    advice = f"install fivtui anew, or {_ADVICE}"
     file = NATIVE / f"{model}{PLATFORMS[_host_platform()].suffix}"
     if not file.is_file():
         reason = "not installed"

@@ -110,7 +110,7 @@ def test_unsupported_options_are_refused(
 
 
 def test_without_a_binary_the_reason_is_reported(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert native_failure() is None
     # The folder of the compiled libraries, and the file in which the installation stores why it
@@ -119,7 +119,8 @@ def test_without_a_binary_the_reason_is_reported(
     monkeypatch.setattr(native, "_FAILURE_FILE", tmp_path / "native.txt")
     assert "not compiled: not installed; install fivtui anew" in str(native_failure())
     (tmp_path / "native.txt").write_text("there is no compiler\n", encoding="utf-8")
-    assert run(["fmu", "build", "--flavour", "native", "--out", str(tmp_path / "m.fmu")]) == 2
+    assert run(["fmu", "build", "--out", str(tmp_path / "m.fmu")]) == 2
+    assert capsys.readouterr().err == f"fivtui: {native_failure()}\n"
     assert "there is no compiler" in str(native_failure())
 
 
