@@ -349,7 +349,7 @@ static void attack_tuning(int rounds, fmi3Boolean events)
     fmi3FreeInstance(c);
 }
 
-/* Functions for what this FMU does not have refuse every call, and return nothing. */
+/* Functions for what this FMU does not have refuse every call. */
 static void attack_absent(void)
 {
     fmi2Component c = create_initialized_3(fmi2CoSimulation, fmi3False);
@@ -384,12 +384,12 @@ static void attack_absent(void)
         fmi2GetString(c, &r, 1, &string), fmi2SetString(c, &r, 1, &string)};
     for (size_t n = 0; n < sizeof statuses / sizeof *statuses; n++)
         CHECK(statuses[n] == fmi3Error);
-    const int queries[] = {
-        fmi2GetStatus(c, fmi2DoStepStatus, value), fmi2GetRealStatus(c, fmi2LastSuccessfulTime, value),
-        fmi2GetIntegerStatus(c, fmi2DoStepStatus, value), fmi2GetBooleanStatus(c, fmi2Terminated, value),
-        fmi2GetStringStatus(c, fmi2PendingStatus, &string), fmi2CancelStep(c)};
-    for (size_t n = 0; n < sizeof queries / sizeof *queries; n++)
-        CHECK(queries[n] >= fmi2OK && queries[n] <= fmi2Error);
+    CHECK(fmi2GetStatus(c, fmi2DoStepStatus, value) == fmi2OK);
+    CHECK(fmi2GetRealStatus(c, fmi2LastSuccessfulTime, value) == fmi2OK && v->real == 0.0);
+    CHECK(fmi2GetBooleanStatus(c, fmi2Terminated, value) == fmi2OK);
+    CHECK(fmi2GetIntegerStatus(c, fmi2DoStepStatus, value) == fmi2Discard);
+    CHECK(fmi2GetStringStatus(c, fmi2PendingStatus, &string) == fmi2Discard);
+    CHECK(fmi2CancelStep(c) == fmi2Error);
     CHECK(*fmi2GetVersion() == '2' && *fmi3GetVersion() == '3' && *fmi2GetTypesPlatform());
     CHECK(!fmi3InstantiateScheduledExecution("a", SLIDER_BELT_GUID, NULL, 0, 0, NULL, check_message_3, NULL,
                                              NULL, NULL));
