@@ -11,7 +11,7 @@ from fmu_src.build.builder import build_fmu
 
 def initialized_instance(component: str, folder: Path) -> tuple[Any, dict[str, list[int]]]:
     """An initialized instance, and a list with the value reference of each variable by name."""
-    fmu = build_fmu(folder / f"{component}.fmu", component=component, flavour="native")
+    fmu = build_fmu(folder / f"{component}.fmu", component=component)
     files = extract(fmu, folder / component)
     description = read_model_description(files)
     instance = instantiate_fmu(files, description)

@@ -223,7 +223,7 @@ def fmu_variables() -> str:
 
 
 def coupled_brake() -> str:
-    """Y of the coupled brake after 5 s, m, by the number of steps."""
+    """The displacement y of the coupled brake after 5 s, m, by the number of steps."""
     example = runpy.run_path(str(Path(__file__).parents[2] / "examples" / "fmu_coupled.py"))
     rows = (
         (

@@ -100,7 +100,7 @@ def integrate_fmu(
         master = Master(slave, request, recorder)
         points = [master.point] if times and times[0] == 0.0 else []
         sample_times = frozenset(times)
-        # The slopes of inputs over time change at the rows of their tables.
+        # Slopes of inputs, and tunable parameters, change at the rows of their tables.
         kinks = [] if course is None else course.row_times_before(request.t_end)
         for t in _communication_points(request.t_end, step, [*heapq.merge(times, kinks)]):
             master.step_to(t)
