@@ -34,11 +34,12 @@ from fivtui.tui.tabs.transient import TransientPane
 from fivtui.tui.tabs.views_pane import ViewsPane
 
 # A wait fails after this many polls of an idle application; a running worker resets their count. A
-# poll that is late, because the machine is busy, leaves it as it is. HANG_S is the longest wait.
+# poll that is late, because the machine is busy, leaves it as it is. HANG_S is the longest wait,
+# shorter than pytest's limit of a test, which ends the process without a message.
 _IDLE_POLLS: Final = 1600
 _POLL_S: Final = 0.01
 _LATE_S: Final = 0.1
-HANG_S: Final = 900.0
+HANG_S: Final = 240.0
 _wait_for_screen = Pilot._wait_for_screen
 
 

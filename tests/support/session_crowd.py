@@ -9,18 +9,14 @@ number, its file and its folder of results.
 """
 
 import asyncio
-import fcntl
 import json
 import os
-import pty
 import random
 import re
 import signal
 import socket
-import struct
 import subprocess
 import sys
-import termios
 from contextlib import ExitStack, suppress
 from pathlib import Path
 from typing import Any, Final
@@ -31,6 +27,7 @@ from fivtui.tui.persistence.autosave import Autosave
 from fivtui.tui.persistence.slots import saved_slots
 from fivtui.tui.persistence.state_file import session_state
 from fivtui.tui.session.runs import MAX_RUNS
+from tests.support.pseudo_terminal import start_laboratory
 
 SEED: Final = 5
 # Escape sequence of F5, the run key.
@@ -46,15 +43,12 @@ class Terminal:
 
     def __init__(self, folder: Path) -> None:
         self._environment = environment(folder)
-        self._pid = self._screen = 0
+        self._process: subprocess.Popen[bytes] | None = None
+        self._screen = 0
 
     async def start(self) -> None:
-        pid, screen = pty.fork()
-        if pid == 0:
-            os.execve(sys.executable, [sys.executable, "-m", "fivtui"], self._environment)
-        fcntl.ioctl(screen, termios.TIOCSWINSZ, struct.pack("HHHH", 24, 80, 0, 0))
-        self._pid, self._screen = pid, screen
-        asyncio.get_running_loop().add_reader(screen, self._read)
+        self._process, self._screen = start_laboratory(self._environment, 24, 80)
+        asyncio.get_running_loop().add_reader(self._screen, self._read)
 
     def _read(self) -> None:
         try:
@@ -72,12 +66,12 @@ class Terminal:
 
     async def end(self) -> None:
         """Kill the program and close its terminal."""
-        if self._pid:
-            _kill([self._pid])
-            os.waitpid(self._pid, 0)
+        if self._process is not None:
+            self._process.kill()
+            self._process.wait()
             asyncio.get_running_loop().remove_reader(self._screen)
             os.close(self._screen)
-            self._pid = 0
+            self._process = None
 
 
 class Tab:
@@ -161,7 +155,6 @@ def environment(folder: Path) -> dict[str, str]:
         "XDG_STATE_HOME": str(folder),
         "XDG_CONFIG_HOME": str(folder / "config"),
         "PYTHONPATH": root,
-        "TERM": "xterm-256color",
     }
 
 

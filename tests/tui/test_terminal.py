@@ -1,14 +1,11 @@
 """The program in a real terminal: tmux sends keys and returns the screen."""
 
 import os
-import pty
 import shutil
 import signal
 import subprocess
 import sys
-import termios
 import time
-import tty
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -16,6 +13,7 @@ import pytest
 
 import fivtui
 from tests.support.laboratory import HANG_S
+from tests.support.pseudo_terminal import start_laboratory
 
 # The wait fails after this number of polls, or after HANG_S. Late polls are not counted, because
 # the machine was busy.
@@ -159,19 +157,8 @@ def test_a_closed_terminal_saves_the_session(terminal: Terminal, tmp_path: Path)
 
 @pytest.mark.host
 def test_a_program_whose_terminal_is_closed_without_a_signal_ends(tmp_path: Path) -> None:
-    controller, terminal = pty.openpty()
-    tty.setraw(terminal)
-    termios.tcsetwinsize(terminal, (24, 80))
-    process = subprocess.Popen(
-        [sys.executable, "-m", "fivtui"],
-        stdin=terminal,
-        stdout=terminal,
-        stderr=terminal,
-        # In a session of its own it does not control the terminal.
-        start_new_session=True,
-        env=os.environ | {"XDG_STATE_HOME": str(tmp_path), "TERM": "xterm-256color"},
-    )
-    os.close(terminal)
+    environment = os.environ | {"XDG_STATE_HOME": str(tmp_path)}
+    process, controller = start_laboratory(environment, 24, 80)
     output = b""
     while b"UNSTABLE" not in output:
         output += os.read(controller, 65536)
