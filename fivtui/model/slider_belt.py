@@ -64,8 +64,9 @@ def sliding_mode(p: Parameters) -> Mode:
 
 def sliding_friction_ratio(p: Parameters) -> float:
     """Friction force on a slider at rest over the contact force; negative on a backward belt."""
-    sign = MODES[sliding_mode(p)].friction_sign
-    return float(sign * equations.friction_coefficient(p, abs(p.v_belt or 0.0)))
+    mode = sliding_mode(p)
+    mu, _ = sliding_coefficients(p, 0.0, mode)
+    return MODES[mode].friction_sign * mu
 
 
 def friction_force(p: Parameters, state: State, mode: Mode, rates: Rates = CONSTANT) -> float:

@@ -4,7 +4,7 @@ import pytest
 
 from fivtui import Parameters, branch, continuation, simulate, stability, stability_map, sweep
 from fivtui.cli import run
-from fivtui.model import InputError, describe_unused
+from fivtui.model import InputError, System, describe_unused, equilibrium
 from fivtui.scene import Scene
 from fivtui.tui.session import Session
 
@@ -119,6 +119,11 @@ def test_functions_note_or_refuse_parameters_without_effect() -> None:
     assert NO_BELT_SPEED in repr(simulate(Parameters(mu_s=0.9), t_end=1.0))
     assert CONSTANT_FRICTION in repr(stability(constant))
     assert "no effect" not in repr(simulate(Parameters(v_belt=1.0, mu_s=0.9), t_end=1.0))
+
+
+def test_parameters_without_effect_do_not_move_the_equilibrium() -> None:
+    p = Parameters(mu_s=0.9, v_s=0.4)
+    assert equilibrium(System(p)) == equilibrium(System(Parameters()))
 
 
 def test_the_result_of_a_run_on_a_belt_says_how_often_it_sticks() -> None:
