@@ -75,11 +75,9 @@ def critical_mu_on_belt(system: System) -> tuple[CriticalMu, ...]:
     Two changes are omitted if rounding hides the interval between them.
     """
     p = system.parameters
-    is_backward = p.v_belt is not None and p.v_belt < 0.0
     # If friction depends on the speed at any μ, it does so at μ = 0, where it falls most.
     if p.v_belt is None or not depends_on_speed(p.replaced(mu=0.0)):
-        # On a belt that runs backward constant friction moves the frequencies of the modes apart.
-        return () if is_backward else constant_critical_mu(system)
+        return constant_critical_mu(system)
     # No μ is critical without sliding: the slider sticks, or F < 0 lifts it off the belt.
     if p.v_belt == 0.0 or (system.separation and load(p) < 0.0):
         return ()
@@ -91,10 +89,10 @@ def critical_mu_on_belt(system: System) -> tuple[CriticalMu, ...]:
 
 
 def critical_speeds(system: System) -> tuple[CriticalSpeed, ...]:
-    """Every belt speed at which the stability of sliding changes, from slow to fast belts.
+    """Every belt speed, in the direction of `v_belt`, at which the stability of sliding changes.
 
-    They run in the direction of that of the system. Two changes are omitted if rounding hides the
-    interval between them.
+    They are listed from slow to fast belts. Two changes are omitted if rounding hides the interval
+    between them.
     """
     p, lifted = system.parameters, system.separation and load(system.parameters) < 0.0
     if p.v_belt is None or lifted or not depends_on_speed(p):

@@ -56,15 +56,17 @@ def linear_critical_mu(p: Parameters) -> float | None:
 def critical_mu(system: System) -> tuple[CriticalMu, ...]:
     """Every μ > 0 in range at which the growth rate changes sign, ascending and to the last bit.
 
-    The boundary has a closed form for a given k_t, and F fixes k_t by one scalar equation. At most
-    one μ is critical; none where F < 0 lifts the slider off the belt, with separation.
+    Friction is constant. The boundary has a closed form for a given k_t, and F fixes k_t by one
+    scalar equation. At most one μ is critical; none where F < 0 lifts the slider off the belt, with
+    separation, and on a belt that runs backward, whose friction moves the frequencies apart.
     """
     # A critical μ solves μ h k_t = B, the boundary. With s = μ h/a and ε = −d ln k_t/d ln μ, the
     # balance of forces gives ε ≤ (3/4) s/(1 + s), where 3/4 is the maximum of 6u(u + 1)/(3u + 1)²
     # over u = k_nl y²/k2. By ln μ the left-hand side grows at the rate B (1 − ε), and B at most at
     # the rate (a/2) k_t ε. As s = B/(a k_t), the first is faster: there is one crossing at most.
     p = system.parameters
-    if p.k3 == 0.0 or (system.separation and load(p) < 0.0):
+    is_backward = p.v_belt is not None and p.v_belt < 0.0
+    if p.k3 == 0.0 or is_backward or (system.separation and load(p) < 0.0):
         return ()
     h, in_contact = coupling_stiffness(p), System(p, separation=False)
 
@@ -127,14 +129,9 @@ def _least_nonnegative(function: Callable[[float], float], low: float, high: flo
 def coalescence_mu(system: System) -> float | None:
     """The μ at which the undamped frequencies coalesce; None if they do not at any μ in range.
 
-    On a belt that runs backward they do not.
-
-    They coalesce where h μ k_t = (a − b)²/4 + h², which is the boundary without damping and, as on
-    a belt that is always faster (`v_belt` None), with constant friction.
+    They coalesce where h μ k_t = (a − b)²/4 + h², which is the boundary without damping.
     """
-    if (system.parameters.v_belt or 0.0) < 0.0:
-        return None
-    return lowest_critical_mu(system.with_values({"c1": 0.0, "c2": 0.0, "v_belt": None}))
+    return lowest_critical_mu(system.with_values({"c1": 0.0, "c2": 0.0}))
 
 
 def critical_mu_derivatives(
@@ -142,13 +139,13 @@ def critical_mu_derivatives(
 ) -> dict[str, float] | None:
     """Derivatives of μ_c by all `names` except μ, per unit of each.
 
-    None without μ_c, where friction falls with the sliding speed, and on a belt that runs backward.
-    The equilibrium y and μ_c solve two equations in closed form. Their derivatives by complex steps
-    are exact to rounding, and the implicit function theorem gives those of μ_c. The derivatives by
-    dampings are NaN where both dampings are zero.
+    None without μ_c, and where friction falls with the sliding speed. The equilibrium y and μ_c
+    solve two equations in closed form. Their derivatives by complex steps are exact to rounding,
+    and the implicit function theorem gives those of μ_c. The derivatives by dampings are NaN where
+    both dampings are zero.
     """
     p, critical = system.parameters, critical_mu(system)
-    if not critical or (p.v_belt is not None and (p.speed_law is not None or p.v_belt < 0.0)):
+    if not critical or (p.v_belt is not None and p.speed_law is not None):
         return None
     mu = critical[0].mu
     y = equilibrium(System(p, separation=False), mu=mu).y

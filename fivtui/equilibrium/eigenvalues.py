@@ -85,8 +85,8 @@ class Stability(SystemResult, Plottable):
     critical_mu : tuple of CriticalMu
         Every μ > 0 in range at which the growth rate changes sign, ascending.
     critical_speed : tuple of CriticalSpeed
-        Every speed of the belt at which sliding gains or loses stability, ascending; none where
-        friction does not depend on it.
+        Every belt speed, in the direction of `v_belt`, at which sliding gains or loses stability,
+        from slow to fast belts; none where friction does not depend on it.
     linear_critical_mu : float or None
         μ_c of the linear system (k_nl = 0); None if it has none.
     modes : tuple of VibrationMode

@@ -190,8 +190,9 @@ def equilibrium(system: System, *, mu: float | None = None) -> Equilibrium:
     """The unique equilibrium (Eq. 6).
 
     Eliminating x gives the cubic α y³ + β y + F = 0 with α = (1 + μ h/a) k_nl and
-    β = (1 + μ h/a) k2 + h k1/a. On a belt that runs backward μ is negative in it, and raises
-    `ComputationError` where the cubic is not monotone. `mu` replaces the friction of the belt.
+    β = (1 + μ h/a) k2 + h k1/a. On a belt that runs backward μ is negative in it. `mu` replaces
+    the friction of the belt. Raises `ComputationError` if the cubic is not monotone, if the slider
+    sticks to a belt at rest, and if no spring holds a slider that F < 0 lifts.
     """
     p, separation = system.parameters, system.separation
     load = equations.load(p)
@@ -199,7 +200,7 @@ def equilibrium(system: System, *, mu: float | None = None) -> Equilibrium:
     if p.v_belt == 0.0 and not is_lifted:
         raise ComputationError(
             "no equilibrium of sliding: the belt is at rest, v_belt = 0, and the slider sticks",
-            "use v_belt above 0",
+            "use another v_belt",
         )
     if mu is None:
         mu = sliding_friction_ratio(p)
