@@ -220,11 +220,14 @@ def transients_phrase(result: Coexistence) -> str:
 
     On a belt that is always faster than the slider, the safe friction is searched instead.
     """
-    start_count = len(result.reached)
+    p, start_count = result.parameters, len(result.reached)
+    # Branches refuse belts that run backward.
+    is_backward = p.v_belt is not None and p.v_belt < 0.0
+    command = "attractors --vary mu=0.2:1:9" if is_backward else "branch --vary mu --from cycle"
     return (
-        f"transients from {start_count} starts at μ = {result.parameters.mu:g}: "
-        f"{coexistence_phrase(result)}; the least friction with limit cycles is not searched on a "
-        "belt of finite speed (fivtui branch --vary mu --from cycle follows a cycle along μ)"
+        f"transients from {start_count} starts at μ = {p.mu:g}: {coexistence_phrase(result)}; the "
+        "least friction with limit cycles is not searched on a belt of finite speed "
+        f"(fivtui {command} follows a cycle along μ)"
     )
 
 

@@ -8,7 +8,9 @@ import pytest
 from fivtui import InputError, Parameters, branch, simulate, simulate_batch, stability
 from fivtui.equilibrium import growth_rate, mode_scan
 from fivtui.model import ComputationError, Mode, System, equilibrium
+from fivtui.orbits import coexistence, transients_phrase
 from fivtui.orbits.decay import DecayRegion
+from fivtui.orbits.explorer import Kind
 
 START: Final = (0.0, 0.0, -0.5, 3.0)
 FRICTION: Final[list[dict[str, float]]] = [
@@ -106,6 +108,12 @@ def test_motion_decays_in_the_region_of_proven_decay(friction: dict[str, float])
     run = simulate(system.parameters, t_end=100.0, start=start)
     assert run.steady.y_half_range < region.offset
     assert run.events.transitions == {}
+
+
+def test_searches_find_rest_and_name_a_command_that_takes_such_belts() -> None:
+    result = coexistence(System(Parameters(v_belt=-1.0)))
+    assert [attractor.kind for attractor in result.attractors] == [Kind.EQUILIBRIUM]
+    assert "(fivtui attractors --vary mu=0.2:1:9 follows" in transients_phrase(result)
 
 
 def test_branches_refuse_it_in_one_line() -> None:

@@ -115,7 +115,8 @@ def branch(
     least_speed = lower if name == "v_belt" else p.v_belt or 0.0
     if least_speed < 0.0:
         raise InputError(
-            f"v_belt = {least_speed:g}: must not be negative for branches; attractors can be found"
+            f"v_belt = {least_speed:g}: must not be negative for branches; follow attractors along "
+            f"{name} instead"
         )
     if not separation and p.k_nl == 0.0 and name != "k_nl":
         raise InputError("k_nl = 0: must be above 0 if separation is ignored: motion is linear")
