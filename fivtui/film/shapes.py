@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.model import Mode, build_course, friction_force
+from fivtui.model import Course, Mode, friction_force
 from fivtui.transient import Trajectory, Transient
 
 FloatArray = NDArray[np.float64]
@@ -150,7 +150,7 @@ def shapes_at(
     if layout.max_force > 0.0 and mode is not Mode.SEPARATED:
         scale = _FORCE_ARROW * size / layout.max_force
         # The parameters just after the time, some of which may follow tables, and their rates.
-        p, rates = build_course(run.parameters, run.over_time).after(float(state.t[0]))
+        p, rates = Course(run.parameters, run.over_time).after(float(state.t[0]))
         friction = friction_force(p, (x, float(state.vx[0]), y, float(state.vy[0])), mode, rates)
         shapes += [
             _arrow("contact force", (right_x, 0.0), (right_x, scale * force), head),

@@ -1,8 +1,8 @@
-/* One run on a belt of finite speed, or with a table of F, μ and the belt's speed over time. With
-   constant parameters and friction, a run whose belt stays faster than the slider has the same bits
-   as one of `single.c`, which computes runs on belts that are always faster. A switch is a change
-   of mode. An exact time is t + `remainder`. LIBRARY_NAME adds the instruction set to exported
-   names (`variant.h`). */
+/* One run on a belt of finite speed, or with a table of parameters over time. With constant
+   parameters and friction, a run whose belt stays faster than the slider has the same bits as one
+   of `single.c`, which computes runs on belts that are always faster. A switch is a change of mode.
+   An exact time is t + `remainder`. LIBRARY_NAME adds the instruction set to exported names
+   (`variant.h`). */
 
 #define LANES 1
 /* The headers have their functions for belts of finite speed. */

@@ -205,7 +205,7 @@ class Parameters:
         return type(self)(**values_by_name)
 
     def with_inputs(self, values: Mapping[str, float]) -> Self:
-        """A copy with inputs at an instant, which are within their bounds."""
+        """A copy with values at an instant, which are not checked: tables are."""
         sizes = {name: value if abs(value) >= _MIN_SIZE else 0.0 for name, value in values.items()}
         return self.replaced(**sizes)
 

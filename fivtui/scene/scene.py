@@ -126,7 +126,6 @@ class Scene:
             check_uses_step(self.method)
         p, over_time = check_parameters(self.parameters), dict(self.over_time)
         if over_time:
-            # A course is parameters over time: take those just after t = 0, without their rates.
             p = build_course(p, over_time).initial
         t_end = check_horizon(self.t_end)
         checked = {

@@ -184,9 +184,7 @@ class Study:
         object.__setattr__(self, "accuracy", tuple(targets.items()))
         p = check_parameters(self.parameters)
         if self.over_time:
-            # A course is parameters over time: take those just after t = 0, where a table may jump,
-            # without their rates.
-            p, _ = build_course(p, dict(self.over_time)).after(0.0)
+            p = build_course(p, dict(self.over_time)).initial
             object.__setattr__(self, "parameters", p)
         check_varied_are_used(p, (*dict(self.over_time), *self.design.axes))
         tol = check_tolerance(self.tol)
