@@ -18,6 +18,7 @@ if TYPE_CHECKING:
         check_output,
         check_suffix,
         describe_files,
+        home_path,
         is_replaceable,
         output_path,
         parts_folder,

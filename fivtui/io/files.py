@@ -31,6 +31,11 @@ def output_path(path: str | Path, *, force: bool = False) -> Path:
     return path if isinstance(path, Path) else Path(path)
 
 
+def home_path(text: str) -> Path:
+    """A typed path with the home folder in place of ``~``, if there is one."""
+    return Path(os.path.expanduser(text))  # noqa: PTH111, which raises for an unknown user
+
+
 def is_replaceable(path: Path) -> bool:
     """Whether a file at a path may be replaced."""
     return isinstance(path, ReplaceablePath)

@@ -13,7 +13,7 @@ from textual.events import Key
 from textual.screen import ModalScreen
 from textual.widgets import Button, Input, Label, Static
 
-from fivtui.io import output_path
+from fivtui.io import home_path, output_path
 from fivtui.model import InputError
 from fivtui.results import Row
 from fivtui.tui.chart import TextInput
@@ -77,7 +77,7 @@ class PathDialog(ModalScreen[Path | None]):
             self._show_hint("type a path", self._verb, is_error=True)
             return
         may_overwrite = self._text_to_overwrite == text
-        path = Path(text).expanduser()
+        path = home_path(text)
         # A check refuses an existing file unless its path is marked as replaceable.
         replaceable_path = output_path(path, force=True)
         if may_overwrite:

@@ -9,6 +9,7 @@ from typing import Any, Final
 
 from textual.suggester import Suggester
 
+from fivtui.io import home_path
 from fivtui.model import InputError
 from fivtui.options import Options, read_arguments, value_options
 from fivtui.ranges import with_decimal_point, with_decimal_points
@@ -40,7 +41,7 @@ def read_option_text(options: type[Options], text: str) -> tuple[Options, list[P
     except ValueError as error:
         raise InputError(f"{text}: {error}") from None
     values, files = read_arguments(options, arguments)
-    return values, [Path(file).expanduser() for file in files]
+    return values, list(map(home_path, files))
 
 
 def option_help(options: type, text: str, default: str) -> str:
@@ -79,7 +80,7 @@ def _data_paths(word: str) -> list[str]:
     # The folders and files of data beside a path, written as its beginning is.
     folder, slash, _ = word.rpartition("/")
     try:
-        with os.scandir(Path(f"{folder}{slash}" or ".").expanduser()) as entries:
+        with os.scandir(home_path(f"{folder}{slash}" or ".")) as entries:
             return sorted(
                 f"{folder}{slash}{entry.name}{'/' if entry.is_dir() else ''}"
                 for entry in entries

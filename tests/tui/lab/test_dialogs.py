@@ -362,6 +362,8 @@ async def test_a_scene_is_saved_and_opened_again(pilot: Pilot[None], tmp_path: P
     await until(pilot, lambda: not session.changed_fields)
     (tmp_path / "other.toml").write_text("[tool]\n")
     await pilot.press("ctrl+o")
+    await answer(pilot, "~no-user/other.toml")
+    await until_shown(pilot, "~no-user/other.toml: ")
     await answer(pilot, "other.toml")
     await until_shown(pilot, "not a scene")
     await pilot.press("escape", "alt+s")

@@ -110,7 +110,7 @@ async def test_wrong_numbers_beside_measured_data_are_marked_at_once(pilot: Pilo
         ("--quantity z", "unknown quantity"),
         ("--band 1 --share 5", "must be a percentage"),
         ("--bnad 5%", "unknown option"),
-        ("b.csv", "2 files: must be one"),
+        ("~no-user/b.csv", "2 files: must be one"),
     ):
         text_input.value = f"a.csv {option}"
         await until_shown(pilot, error)
