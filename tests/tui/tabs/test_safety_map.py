@@ -172,6 +172,8 @@ async def test_safe_friction_is_mapped_by_two_keys_and_refused_over_friction(
         assert swatch.style is not None
         assert swatch.style.color is not None
         assert swatch.style.color.get_truecolor().hex == shade.figure_colour
+    # The lines of the scale, and so the size of the chart, stay.
+    assert len(swatch.text) == len(shade.character)
     chart_view.is_covered = False
     pane = lab_of(pilot).pane
     assert pane is not None

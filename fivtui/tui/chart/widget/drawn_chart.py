@@ -41,8 +41,8 @@ _INDENT: Final = " "
 # Minimum columns and rows of a chart.
 _MIN_SIZE: Final = (MARGIN + 2, 3)
 _MUTED: Final = "$foreground-muted"
-# Swatch of a shade in a picture.
-_SWATCH: Final = "██"
+# Swatch of a shade in a picture, as wide as a character, so that the scale keeps its lines.
+_SWATCH: Final = "█"
 
 # Styles by the style names of spans: roles of colours, and others in colours of the theme. A strip
 # is a row of shades below the plot.
