@@ -98,11 +98,7 @@ def histogram_chart(result: Uncertainty, quantity: str, bins: int = 60) -> Chart
     output, quantiles = OUTPUTS[name], result.quantiles[name]
     label = meaning_label(output.meaning, output.unit, _TERMINAL_NAMES.get(name, ""))
     guides = [Guide(quantiles[level].value, f"{float(level):.0%}") for level in _QUANTILE_LEVELS]
-    return replace(
-        _histogram(result, name, label, bins),
-        guides=tuple(guides),
-        note=probability_text(result),
-    )
+    return replace(_histogram(result, name, label, bins), guides=tuple(guides))
 
 
 def samples_chart(result: Uncertainty, quantity: str) -> Chart | None:
@@ -110,7 +106,7 @@ def samples_chart(result: Uncertainty, quantity: str) -> Chart | None:
     names = [*result.inputs, *filter(None, [displayed_quantity(result, quantity)])][:2]
     if len(names) < 2:
         return None
-    return replace(_scatter(result, names[0], names[1], _DOT_COUNT), note=probability_text(result))
+    return _scatter(result, names[0], names[1], _DOT_COUNT)
 
 
 def uncertainty_sheet(result: Uncertainty) -> Sheet:

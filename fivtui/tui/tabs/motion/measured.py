@@ -90,13 +90,8 @@ class MeasuredView(Vertical):
                         self._validation = self._compare(self._run)
         validation = self._validation
         self.set_class(validation is None, "-empty")
-        if validation is None:
-            time_view.show(None)
-            spectrum_view.show(None)
-        else:
-            # The verdict is below the charts.
-            time_view.show(replace(overlay_chart(validation), note=""))
-            spectrum_view.show(overlay_spectra(validation))
+        time_view.show(None if validation is None else overlay_chart(validation))
+        spectrum_view.show(None if validation is None else overlay_spectra(validation))
         self._show_text()
 
     @property

@@ -146,9 +146,7 @@ class UncertaintyPane(StudyPane):
             table.fill(COLUMNS, {str(index): row for index, row in enumerate(rows)})
             return
         draw = samples_chart if self.view == "samples" else histogram_chart
-        # The answer below the chart has the probabilities, which its note repeats.
-        chart = draw(result, quantity)
-        self.page.query_one(ChartView).show(None if chart is None else replace(chart, note=""))
+        self.page.query_one(ChartView).show(draw(result, quantity))
 
     def show_view(self, name: str) -> None:
         """Show a view; the histogram of another quantity has other limits."""
