@@ -422,14 +422,14 @@ class View:
             y.transform(shift=up) if up else self.y,
         )
 
-    def show_end(self, chart: Chart, *, last: bool) -> None:
+    def show_end(self, chart: Chart, *, at_end: bool) -> None:
         """Move the limits of x to the start or end of the data; without limits, show a tenth."""
         data_axis = self._fitted_x(chart)
         length = _END_SHARE
         if self.x is not None:
             low, high = data_axis.positions([self.x.low, self.x.high]).tolist()
             length = min(high - low, 1.0)
-        self.set_limits(chart, data_axis.transform(zoom=length, centre=float(last)), self.y)
+        self.set_limits(chart, data_axis.transform(zoom=length, centre=float(at_end)), self.y)
 
     def _clamp_x(self, chart: Chart, x: Axis) -> Axis | None:
         # Where y is a function of x, limits stay within the data; None if they show all data.

@@ -71,15 +71,15 @@ _DASHES: Final = ("-", (0.0, (6.0, 2.0)), (0.0, (6.0, 1.5, 1.0, 1.5)), (0.0, (1.
 _CASE_NAMES: Final = {True: "considered", False: "ignored"}
 
 
-def _line(colour: str, dashes: Any, width: float, **others: float) -> Mapping[str, Any]:
+def _line(colour: str, dashes: Any, width: float, **properties: float) -> Mapping[str, Any]:
     # The properties of a line in the colour of a role, or black.
     code = colour if colour == "black" else figure_colour(colour)
-    return {"color": code, "linestyle": dashes, "linewidth": width, **others}
+    return {"color": code, "linestyle": dashes, "linewidth": width, **properties}
 
 
-def _points(colour: str, marker: str, size: float, **others: Any) -> Mapping[str, Any]:
+def _points(colour: str, marker: str, size: float, **properties: Any) -> Mapping[str, Any]:
     # The properties of points without lines; black points are hollow.
-    style = {"linestyle": "none", "marker": marker, "markersize": size, **others}
+    style = {"linestyle": "none", "marker": marker, "markersize": size, **properties}
     if colour == "black":
         return {"color": colour, "markerfacecolor": "white", **style}
     return {"color": figure_colour(colour), **style}
@@ -91,12 +91,12 @@ def _area(colour: str, marker: str) -> Mapping[str, Any]:
     return {**_points(colour, marker, 2.2, **edge), "color": figure_colour(colour, _AREA_STRENGTH)}
 
 
-def _case_lines(quantity: str, dashes: Any, width: float, **others: float) -> dict[str, Any]:
+def _case_lines(quantity: str, dashes: Any, width: float, **properties: float) -> dict[str, Any]:
     # The properties of an output of a sweep by role, one per case. The first colour of a case is
     # enough here; several colours distinguish runs over time.
     return {
         f"{quantity}, {name}": _line(
-            CASE_COLOURS[case][0], dashes or CASE_LINES[case], width, **others
+            CASE_COLOURS[case][0], dashes or CASE_LINES[case], width, **properties
         )
         for case, name in _CASE_NAMES.items()
     }

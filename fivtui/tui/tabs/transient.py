@@ -421,7 +421,7 @@ class TransientPane(ActionPane):
         if self._plotted:
             chart = time_chart("y", self._plotted, strip=False, x_axis=False)
             for name in _QUANTITIES:
-                self.query_one(f"#plot-{name}", ChartView).view.show_end(chart, last=at_end)
+                self.query_one(f"#plot-{name}", ChartView).view.show_end(chart, at_end=at_end)
             self.draw()
 
 

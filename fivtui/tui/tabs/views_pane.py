@@ -163,7 +163,7 @@ class ViewsPane(Pane):
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:  # noqa: ARG002
         """Whether an action is available: the next view and chart need several of them."""
         items = {"next_view": self.VIEWS, "next_chart": self._stacked_charts}
-        return len(items.get(action, "any")) > 1
+        return action not in items or len(items[action]) > 1
 
     def key_hints(self) -> list[str]:
         """Keys of the tab; the first focus the plot and show the next view."""
@@ -253,9 +253,9 @@ class ViewsPane(Pane):
     @property
     def _chart_rows(self) -> int:
         # Rows of each chart if all are shown; whatever is beside them has one row.
-        children = [child for child in self.page.children if child.display]
-        others = [child for child in children if not isinstance(child, ChartView)]
-        return (self.view_switcher.size.height - len(others)) // len(self._stacked_charts)
+        rows = self.view_switcher.size.height
+        rows -= sum(part.display and not isinstance(part, ChartView) for part in self.page.children)
+        return rows // len(self._stacked_charts)
 
     @property
     def _choice_setting(self) -> str:

@@ -154,7 +154,7 @@ class ChartView(DrawnChart, can_focus=True):
         if self.view.cursors.pinned and position is not None:
             self._move_cursor((float(at_end), position[1]))
         else:
-            self.view.show_end(self._chart, last=at_end)
+            self.view.show_end(self._chart, at_end=at_end)
             self._handle_new_limits()
 
     def action_half_page(self, direction: int) -> None:

@@ -221,7 +221,7 @@ class StudyPane(JobPane):
 
     @property
     def title_note(self) -> str:
-        """Whether the result is that of another scene."""
+        """A note on a result of another scene; else empty."""
         return _OUTDATED_NOTE if self.has_class(_OUTDATED) else ""
 
     def page_of(self, view: str) -> str:
@@ -291,9 +291,9 @@ class StudyPane(JobPane):
         """Display a computed result, and log its answer."""
         self.session.studies[self.study_key] = DisplayedStudy(result, self.session.name)
         self.scene_changed()
-        done = f"{study(self.kind).contents_name} done in {duration_text(self.duration)}"
+        report = f"{study(self.kind).contents_name} done in {duration_text(self.duration)}"
         facts = filter(None, self.answer_text(result).split(FACTS))
-        self.post_message(Reported("; ".join([done, *facts]), routine=True))
+        self.post_message(Reported("; ".join([report, *facts]), routine=True))
 
     def scene_changed(self) -> None:
         """Display the result beside the edited scene."""
@@ -311,18 +311,18 @@ class StudyPane(JobPane):
 
     def _find_outdated(self, result: Any) -> str:
         # The values of a result that the edited scene does not have; empty if it has all.
-        again = f"{self.session.key_names['compute']} computes again"
+        advice = f"{self.session.key_names['compute']} computes again"
         try:
             scene = self.session.scene()
             computed_scene = self.computed_scene(result, scene)
         except InputError:
             # Invalid fields, or an edited value that the result's parameters do not allow.
-            return f"of {_OUTDATED_NOTE}: {again}"
+            return f"of {_OUTDATED_NOTE}: {advice}"
         changes = change_texts(computed_scene, scene)
         if not changes:
             return ""
         rest = f" and {len(changes) - 1} more" if len(changes) > 1 else ""
-        return f"of {changes[0]}{rest}: {again}"
+        return f"of {changes[0]}{rest}: {advice}"
 
     def computed_scene(self, result: Any, edited: Scene) -> Scene:
         """The edited scene with the values on which a result depends, except varied ones."""
@@ -366,7 +366,7 @@ class StudyPane(JobPane):
         raise NotImplementedError
 
     def answer_text(self, result: Any) -> str:
-        """What a result says in numbers, the strongest text of the tab; facts have blanks between.
+        """What a result says in numbers, as facts joined by `FACTS`.
 
         By default, the rows of its table that are named in `ANSWER`.
         """

@@ -15,11 +15,7 @@ from fivtui.tradeoffs import QUICK_S, MeasuredSetting, settings_table, tradeoff_
 from fivtui.tui.chart import ChartView
 from fivtui.tui.session import Job
 from fivtui.tui.tabs.preview import Sketch, about
-from fivtui.tui.tabs.requests.tradeoff import (
-    TITLES,
-    current_setting,
-    setting_text,
-)
+from fivtui.tui.tabs.requests.tradeoff import TITLES, current_setting, setting_text
 from fivtui.tui.tabs.tables import ListTable
 
 from .study_pane import ResultInputs, StudyPane
