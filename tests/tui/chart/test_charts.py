@@ -1,10 +1,8 @@
 """Axes, views and cursors of charts, and their pictures in characters."""
 
-import dataclasses
-import itertools
 from dataclasses import replace
 from functools import partial
-from itertools import pairwise
+from itertools import chain, pairwise
 
 import numpy as np
 import pytest
@@ -176,13 +174,13 @@ def test_of_several_dense_curves_the_top_one_is_filled_and_the_others_are_outlin
         ]
         upper_rows = [round((0.5 - a / 6.4) * len(rows) - 0.5) for a in amplitudes]
         for curve, upper_row in zip(curves, upper_rows, strict=True):
-            near_edge = itertools.chain(*rows[max(upper_row - 1, 0) : upper_row + 2])
+            near_edge = chain(*rows[max(upper_row - 1, 0) : upper_row + 2])
             assert curve.colour in {style for _, style in near_edge}
         # In a plane, gaps between the ellipses show what is below, also outside of the top one.
         if ordered:
-            inside = itertools.chain(*rows[upper_rows[0] + 2 : len(rows) // 2])
+            inside = chain(*rows[upper_rows[0] + 2 : len(rows) // 2])
             assert {style for _, style in inside} == {curves[top].colour}
-            between = itertools.chain(*rows[upper_rows[1] + 2 : upper_rows[0] - 1])
+            between = chain(*rows[upper_rows[1] + 2 : upper_rows[0] - 1])
             assert all((character == " ") == (top == 0) for character, _ in between)
 
 
@@ -492,7 +490,7 @@ def test_cursors_of_a_chart_along_curves_are_on_the_curves() -> None:
 
 def test_a_long_note_continues_in_parts_on_the_next_lines() -> None:
     note = "f₁ 0.7538 Hz, period 1.327 s, t 50 to 100 s"
-    chart = dataclasses.replace(SINE, note=note)
+    chart = replace(SINE, note=note)
     lines = draw(chart, View(), 46, 14, reserved=18).text().splitlines()
     assert lines[0].rstrip() == "y (m) f₁ 0.7538 Hz,"
     assert note in " ".join(" ".join(lines[:3]).split())

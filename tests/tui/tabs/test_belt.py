@@ -11,12 +11,7 @@ from fivtui.tui.chart.widget.chart_view import ChartView
 from fivtui.tui.tabs.exports.export import DATA, FIGURE
 from fivtui.tui.tabs.motion.belt import BeltView
 from fivtui.tui.tabs.transient import TransientPane
-from tests.support.laboratory import (
-    run_to_end,
-    show_tab,
-    until,
-    until_shown,
-)
+from tests.support.laboratory import run_to_end, show_tab, until, until_shown
 
 SIZE = (100, 34)
 

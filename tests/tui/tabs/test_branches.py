@@ -22,20 +22,8 @@ from fivtui.tui.chart.picture import MARGIN, draw
 from fivtui.tui.chart.widget.chart_view import ChartView
 from fivtui.tui.persistence.results import ResultStore
 from fivtui.tui.tabs.exports.export import DATA
-from fivtui.tui.tabs.studies.branches import (
-    BranchesPane,
-    nearest_cycle,
-    orbit_scene,
-    parse_branch,
-)
-from tests.support.laboratory import (
-    app_of,
-    show_tab,
-    type_into,
-    until,
-    until_hidden,
-    until_shown,
-)
+from fivtui.tui.tabs.studies.branches import BranchesPane, nearest_cycle, orbit_scene, parse_branch
+from tests.support.laboratory import app_of, show_tab, type_into, until, until_hidden, until_shown
 
 BRANCH = branch(None, "mu", low=0.2, high=1.0)
 

@@ -76,7 +76,6 @@ async def test_two_cursors_are_on_all_plots_with_differences_and_units(
     index = int(abs(motion.t - cursors.first[0]).argmin())
     await until_shown(pilot, f"y ◆{motion.y[index]:.5g} ")
     await pilot.press("n")
-    await until_shown(pilot, "ẋ ◆")
     await until_shown(pilot, f"ẋ ◆{motion.vx[index]:.5g} ")
     old_position = cursors.first
     await pilot.press("left")

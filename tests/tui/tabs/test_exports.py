@@ -42,7 +42,6 @@ from tests.support.laboratory import (
     palette,
     show_tab,
     until,
-    until_hidden,
     until_notice,
     until_shown,
 )
@@ -181,8 +180,8 @@ async def test_a_map_is_exported_and_its_command_gives_the_same_file(pilot: Pilo
     await palette(pilot, "copy the command")
     await until_shown(pilot, "fivtui sweep")
     await pilot.press("escape")
-    await palette(pilot, "export")
-    await until_hidden(pilot, "Export the")
+    await palette(pilot, "export the")
+    await until_shown(pilot, "No matches found")
 
 
 async def test_a_trade_off_is_exported_and_its_command_measures_the_same_scene(

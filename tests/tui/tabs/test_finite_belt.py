@@ -6,13 +6,7 @@ from textual.pilot import Pilot
 
 from fivtui.tui.chart.widget.chart_view import ChartView
 from fivtui.tui.tabs.transient import TransientPane
-from tests.support.laboratory import (
-    run_to_end,
-    type_into,
-    until,
-    until_screen,
-    until_shown,
-)
+from tests.support.laboratory import run_to_end, type_into, until, until_screen, until_shown
 
 SIZE = (170, 40)
 

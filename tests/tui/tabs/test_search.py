@@ -4,14 +4,7 @@ from textual.pilot import Pilot
 from textual.widgets import DataTable, Static
 
 from fivtui.tui.lab.form.form import FieldList
-from tests.support.laboratory import (
-    app_of,
-    chart_of,
-    run_to_end,
-    until,
-    until_hidden,
-    until_shown,
-)
+from tests.support.laboratory import app_of, chart_of, run_to_end, until, until_hidden, until_shown
 
 SIZE = (100, 30)
 

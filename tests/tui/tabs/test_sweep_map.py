@@ -19,12 +19,7 @@ from fivtui.sweeps import grid_chart, sweep_chart
 from fivtui.sweeps.rows import compute_rows
 from fivtui.tui.chart.picture import draw
 from fivtui.tui.session import scene_texts
-from fivtui.tui.tabs.requests.map import (
-    map_request,
-    mapped_values,
-    point_text,
-    point_texts,
-)
+from fivtui.tui.tabs.requests.map import map_request, mapped_values, point_text, point_texts
 from fivtui.tui.tabs.requests.sweep import (
     failure_text,
     partial_sweep,
@@ -33,13 +28,7 @@ from fivtui.tui.tabs.requests.sweep import (
     sweep_parts,
     sweep_request,
 )
-from tests.support.laboratory import (
-    app_of,
-    chart_of,
-    endless_simulate,
-    until,
-    until_shown,
-)
+from tests.support.laboratory import app_of, chart_of, endless_simulate, until, until_shown
 
 BASE = PRESETS["base"]
 

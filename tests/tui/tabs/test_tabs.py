@@ -19,10 +19,7 @@ from fivtui.tradeoffs.measure import Tradeoff, measure_tradeoff
 from fivtui.tui.session import runs
 from fivtui.tui.tabs import TABS
 from fivtui.tui.tabs.requests.paper import claim_rows, claim_text
-from fivtui.tui.tabs.requests.tradeoff import (
-    current_setting,
-    setting_text,
-)
+from fivtui.tui.tabs.requests.tradeoff import current_setting, setting_text
 from fivtui.tui.tabs.tab_book import TabBook
 from fivtui.tui.tabs.tables import ListTable
 from fivtui.tui.tabs.views_pane import ViewsPane
@@ -36,6 +33,7 @@ from tests.support.laboratory import (
     show_tab,
     type_into,
     until,
+    until_hidden,
     until_screen,
     until_shown,
 )
@@ -181,7 +179,7 @@ async def test_the_trade_off_is_measured_and_shown(
     await until_shown(pilot, "of t_end=10 (now 100): F10 computes again")
     await until_shown(pilot, "now taylor (compiled) tol=1e-12")
     await type_into(pilot, "t_end", "10")
-    await until_screen(pilot, lambda text: "computes again" not in text)
+    await until_hidden(pilot, "computes again")
     await click_view(pilot, "events")
     await until_shown(pilot, "error of events (s)")
     await click_view(pilot, "settings")
