@@ -221,7 +221,7 @@ def load_session(path: Path) -> Session | None:
             return _session_from_dict(data)
     except InputError as error:
         raise DamagedSession(str(error)) from None
-    except (ValueError, KeyError, TypeError, AttributeError, RecursionError, OverflowError):
+    except (ValueError, LookupError, TypeError, AttributeError, RecursionError, OverflowError):
         raise DamagedSession("damaged") from None
     if isinstance(version, int) and version > STATE_VERSION:
         raise InputError(f"version {version}, written by a newer fivtui, not {STATE_VERSION}")
@@ -230,7 +230,11 @@ def load_session(path: Path) -> Session | None:
 
 def _session_from_dict(data: Any) -> Session:
     session = Session(scene_from_dict(data["scene"]), str(data["source"]))
-    texts = {name: str(text) for name, text in data["texts"].items() if name in FIELDS}
+    texts = {
+        name: str(text)
+        for name, text in data["texts"].items()
+        if name in FIELDS and text in (FIELDS[name].choices or {text})
+    }
     over_time = session.over_time
     if "over_time" in data:
         over_time = parse_over_time("over_time", data["over_time"])

@@ -358,12 +358,31 @@ def test_an_unreadable_session_file_is_renamed(content: bytes, reason: str, tmp_
         assert loaded_state(path) == state_of(Session())
 
 
-def test_a_session_with_an_infinite_number_of_runs_is_damaged(tmp_path: Path) -> None:
-    path = tmp_path / "session.json"
-    save_state(state_of(Session()), {}, {}, path)
-    path.write_text(path.read_text().replace('"count": 0', '"count": 1e999'))
+@pytest.mark.parametrize(
+    ("text", "replacement"), [('"count": 0', '"count": 1e999'), ('"x": null', '"x": []')]
+)
+def test_a_session_with_a_wrong_value_is_damaged(
+    text: str, replacement: str, tmp_path: Path
+) -> None:
+    path, session = tmp_path / "session.json", Session()
+    session.views["plot-y"] = View()
+    save_state(state_of(session), {}, {}, path)
+    content = path.read_text()
+    assert text in content
+    path.write_text(content.replace(text, replacement))
     with pytest.raises(DamagedSession, match="damaged"):
         load_session(path)
+
+
+def test_an_unknown_choice_of_a_session_is_replaced_by_that_of_its_scene(tmp_path: Path) -> None:
+    path, session = tmp_path / "session.json", Session(PRESETS["linear"])
+    save_state(state_of(session), {}, {}, path)
+    data = json.loads(path.read_text())
+    data["texts"] |= {"method": "unknown", "F": "unknown"}
+    path.write_text(json.dumps(data))
+    restored = load_session(path)
+    assert restored is not None
+    assert restored.texts == session.texts | {"F": "unknown"}
 
 
 def test_an_autosave_writes_only_changes_and_reports_errors(tmp_path: Path) -> None:
