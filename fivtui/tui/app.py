@@ -294,8 +294,9 @@ class FivtuiApp(App[None]):
                 report_error(error)
                 return
             loop.call_soon_threadsafe(self._terminate, _TERMINATION_SIGNALS[-1])
-            while True:
-                error.thread._queue.get()
+            # Drop what the program still writes, up to the None that ends the thread.
+            while error.thread._queue.get() is not None:
+                pass
 
         threading.excepthook = end
 
