@@ -41,9 +41,9 @@ _ON: Final = "on"
 _OFF: Final = "off"
 _FIRST_METHOD: Final = next(iter(METHODS))
 
-# Fields that restrict the values of another one: static friction is at least the sliding friction,
+# By field, the fields that restrict its values: static friction is at least the sliding friction,
 # the step depends on method and end time.
-_OTHER_FIELDS: Final = {"mu_s": ("mu",), "step": ("method", "t_end")}
+_RESTRICTING_FIELDS: Final = {"mu_s": ("mu",), "step": ("method", "t_end")}
 
 # Maps of safety by mapped value, with their titles: each is a result with a key of its own.
 SAFETY_MAPS: Final = {"safe-mu": "Safe μ", "coexistence": "Regions"}
@@ -155,10 +155,10 @@ class Session(Editing):
 
     def _conflict(self, name: str) -> str:
         # The error of a value that is allowed with some values of other fields only.
-        others = _OTHER_FIELDS.get(name, ())
-        if not others or any(self.field_error(other) for other in others):
+        restricting = _RESTRICTING_FIELDS.get(name, ())
+        if not restricting or any(map(self.field_error, restricting)):
             return ""
-        values: dict[str, Any] = {other: self._value(other) for other in (*others, name)}
+        values: dict[str, Any] = {field: self._value(field) for field in (*restricting, name)}
         try:
             if name == "step":
                 dataclasses.replace(base_scene(), **values)
@@ -201,24 +201,17 @@ class Session(Editing):
         """The engine of the edited scene: native solver, Python FMU or native FMU."""
         return engine_of(self.texts["method"])
 
-    @property
-    def next_engine(self) -> str:
-        """The engine that `switch_engine` switches to."""
-        return engine_of(self._next_method())
-
     def switch_engine(self) -> None:
         """Switch to the next engine: one FMU after the other, then the last native method."""
-        method = self._next_method()
-        if self.texts["method"] not in FMU_ENGINES:
-            self._native_method = self.texts["method"]
-        if method in FMU_ENGINES:
-            self._fmu_method = method
-        self._set_field("method", method, "engine")
+        method = self.texts["method"]
+        if method not in FMU_ENGINES:
+            self._native_method = method
+        methods = [self._native_method, *FMU_ENGINES, self._native_method]
+        next_method = methods[methods.index(method) + 1]
+        if next_method in FMU_ENGINES:
+            self._fmu_method = next_method
+        self._set_field("method", next_method, "engine")
         self.close_undo_step()
-
-    def _next_method(self) -> str:
-        methods, method = [*FMU_ENGINES, self._native_method], self.texts["method"]
-        return methods[methods.index(method) + 1] if method in FMU_ENGINES else methods[0]
 
     def engine_pair(self) -> tuple[Scene, Scene]:
         """The edited scene with a native method, and with an FMU: its own, or the last one used.
