@@ -79,13 +79,11 @@ class LabActions(Screen[None]):
 
     def action_toggle_runs(self) -> None:
         """Show and focus the list of runs, or hide it."""
-        pane = self.query_one(RunsPane)
-        if pane.has_focus_within:
+        if self.query_one(RunsPane).has_focus_within:
             self.remove_class("-runs")
-            self.query_one(Form).focus_field("mu")
+            self.focus_field("mu")
         else:
-            self.add_class("-runs")
-            self.query_one(RunsTable).focus()
+            self.action_focus_part("runs")
 
     def action_toggle_computation(self) -> None:
         """Start or stop the computation of the current tab."""

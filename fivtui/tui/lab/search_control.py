@@ -74,12 +74,11 @@ class SearchController:
         if self._screen.is_busy:
             self._pause_timer = self._screen.set_timer(_PAUSE, self._start)
         elif self._key is not None:
-            self._pause_timer, self._job = None, Job()
-            search = partial(_search, *self._key, self._job, partial(self._post, self._job))
+            self._pause_timer = None
+            self._job = job = Job()
+            show_attractors = partial(self._screen.call_later, self._store, job)
+            search = partial(_search, *self._key, job, show_attractors)
             self._screen.run_in_thread("search for limit cycles", search)
-
-    def _post(self, job: Job, attractors: Attractors) -> None:
-        self._screen.call_later(self._store, job, attractors)
 
     def _store(self, job: Job, attractors: Attractors) -> None:
         # Results of a stopped search are ignored.
@@ -94,7 +93,7 @@ class SearchController:
 
 
 def _search(
-    system: System, stable: bool, job: Job, show_attractors: Callable[[Attractors], None]
+    system: System, stable: bool, job: Job, show_attractors: Callable[[Attractors], object]
 ) -> None:
     # Both searches; `stable` is whether the equilibrium is stable. Returns early when stopped.
     from fivtui.orbits import coexistence
