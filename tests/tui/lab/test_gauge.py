@@ -250,7 +250,7 @@ def test_ranges_follow_from_the_scene_and_the_value_alone() -> None:
         return [(low, high) for low, *_, high in bounds]
 
     for path in (("0.7", "50", "4"), ("1", "4"), ("4.4", "2", "4")):
-        assert ranges(*path) == ranges("4") == [(0.0, 7.5), (0.0, 10.0)][::-1], path
+        assert ranges(*path) == ranges("4") == [(0.0, 10.0), (0.0, 7.5)], path
 
 
 async def test_the_mouse_drags_the_value_in_one_undo_step(pilot: Pilot[None]) -> None:
