@@ -136,7 +136,7 @@ class FivtuiApp(App[None]):
         self.session = Session()
         self._keys = KeyQueue(self, self._handle_event)
         self._line = TerminalLine(self, self._pictures, self._urgent_regions)
-        # The last change of the terminal's size on a slow line.
+        # The change of the terminal's size after which a pause is awaited.
         self._awaited_size_event: Resize | None = None
         self._mode = self.DEFAULT_MODE
         self.add_mode(self._mode, self.get_default_screen)

@@ -19,7 +19,7 @@ from fivtui.results import Row
 from fivtui.tui.chart import TextInput
 from fivtui.tui.tabs import RowsView
 
-# Parts of the screen by the vi keys of their directions.
+# Parts of the screen by the keys of their directions: those of vi, and arrows.
 _PARTS: Final = {"h": "fields", "l": "plot", "k": "tabs", "j": "runs"} | {
     "left": "fields",
     "right": "plot",
@@ -136,7 +136,7 @@ class HelpDialog(ModalScreen[None]):
 
 
 class PartKey(ModalScreen[str]):
-    """Waits for the key of a part of the screen: vi's keys, by where the part is."""
+    """Waits for the key of the direction in which a part of the screen is."""
 
     def on_key(self, event: Key) -> None:
         """Return the part, or nothing for another key."""

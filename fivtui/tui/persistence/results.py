@@ -68,8 +68,8 @@ class ResultStore:
                     self._written[key] = (study.value, stored)
                     self._own_files.add(stored.file)
                 except (InputError, ComputationError) as error:
-                    kept = "" if stored is None else "; the previous result is kept"
-                    reasons_not_stored[key] = f"{error}{kept}"
+                    suffix = "" if stored is None else "; the previous result is kept"
+                    reasons_not_stored[key] = f"{error}{suffix}"
                     if not isinstance(error, (_NotStored, ComputationError)):
                         self.write_error = f"{key} is not saved: {error}"
             if stored is not None:

@@ -71,7 +71,7 @@ def state_path(environment: Mapping[str, str] | None = None) -> Path:
 def user_folder(
     name: str, windows_name: str, default: str, environment: Mapping[str, str] | None
 ) -> Path:
-    """The folder ``fivtui`` in that of a variable, of another one on Windows, or in `default`."""
+    """``fivtui`` in the folder that a variable names (another on Windows), or in `default`."""
     variables = os.environ if environment is None else environment
     folder = variables.get(name, "")
     if not Path(folder).is_absolute():

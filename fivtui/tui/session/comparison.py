@@ -40,8 +40,8 @@ def change_rows(run: Transient, baseline: Transient) -> list[Row]:
     for label, unit, attribute in _QUANTITIES:
         value, reference = map(attrgetter(attribute), (run, baseline))
         difference = quantity_text(value - reference, unit)
-        is_percentage = reference and value != reference
-        percentage = f" ({percent_text(value, reference)} %)" if is_percentage else ""
+        has_percentage = reference and value != reference
+        percentage = f" ({percent_text(value, reference)} %)" if has_percentage else ""
         note = f"from {quantity_text(reference, unit)}{percentage}"
         rows.append(Row(label, f"{'+' if value > reference else ''}{difference}", note))
     return rows

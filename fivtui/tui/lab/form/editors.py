@@ -80,7 +80,7 @@ class TextEditor(TextInput):
         return self.value
 
     def show(self, text: str) -> None:
-        """Display a text without reporting an edit, unless an edit is not yet in the session."""
+        """Display a text of the session without reporting an edit; keep an edit it lacks."""
         if self.value == self._shown_text != text:
             with self.prevent(Input.Changed):
                 self.value = text
