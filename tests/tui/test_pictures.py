@@ -21,6 +21,7 @@ from textual.pilot import Pilot
 from fivtui.charts import mix, plot_pixels
 from fivtui.tui.chart import ChartView, TerminalReply
 from fivtui.tui.chart.graphics import GRAPHICS_QUERY
+from fivtui.tui.chart.picture import axis_ticks
 from fivtui.tui.chart.widget.pictures import _REPLY, _ReplyParser
 from fivtui.tui.tabs.studies.sweep import SweepPane
 from tests.support import laboratory
@@ -103,8 +104,8 @@ async def screen(pilot: Pilot[None], monkeypatch: pytest.MonkeyPatch) -> Screen:
 def is_shown(screen: Screen) -> bool:
     pictures = app_of(screen.pilot)._pictures
     return bool(pictures._visible) and all(
-        chart in pictures._shown and pictures._shown[chart][0].plot == plot
-        for chart, (plot, _) in pictures._visible.items()
+        chart in pictures._shown and pictures._shown[chart].plot == plot
+        for chart, plot in pictures._visible.items()
     )
 
 
@@ -131,14 +132,15 @@ async def test_a_terminal_with_sixel_shows_the_figures_of_the_charts(screen: Scr
         position = MOVE.search(text[: match.start()])
         assert position is not None
         shown[int(position[1]) - 1, int(position[2]) - 1] = match[0]
-    for plot, area in pictures._visible.values():
+    for plot in pictures._visible.values():
+        area = plot.area
         pixels = plot_pixels(
             plot.chart,
             plot.view,
             (area.width * 10, area.height * 20),
             dpi=120.0,
             colours=plot.colours,
-            ticks=plot.ticks,
+            ticks=axis_ticks(plot.chart, plot.view, area.width, area.height),
         )
         decoded = decode_sixel(shown[area.y, area.x])
         assert decoded.shape == pixels.shape
@@ -179,7 +181,7 @@ async def test_no_characters_replace_the_picture_of_a_chart_that_changes(
     monkeypatch.setattr("fivtui.tui.chart.widget.pictures._HELD_S", 1e-3)
     screen.answer(CELL, SIXEL_ATTRIBUTES)
     await until(screen.pilot, lambda: is_shown(screen))
-    (chart, (_, area)), *_ = app_of(screen.pilot)._pictures._visible.items()
+    (chart, plot), *_ = app_of(screen.pilot)._pictures._visible.items()
     chart.focus()
     await until_still(screen.pilot)
     screen.frames.clear()
@@ -188,20 +190,22 @@ async def test_no_characters_replace_the_picture_of_a_chart_that_changes(
         await screen.pilot.press(key)
         await until(screen.pilot, lambda: is_shown(screen))
     assert sum(len(SIXEL.findall(frame)) for frame in screen.frames) >= len(keys)
-    assert not any(writes_into(frame, area) for frame in screen.frames)
+    assert not any(writes_into(frame, plot.area) for frame in screen.frames)
     # Without pictures, characters do.
     app_of(screen.pilot)._pictures.stop("")
     await screen.pilot.press("plus")
-    assert any(writes_into(frame, area) for frame in screen.frames)
+    assert any(writes_into(frame, plot.area) for frame in screen.frames)
 
 
 async def test_kittys_pictures_leave_while_a_dialog_covers_them_or_a_key_is_held(
     screen: Screen, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    # No key counts as held.
+    monkeypatch.setattr("fivtui.tui.chart.widget.pictures._HELD_S", 1e-3)
     screen.answer(KITTY, CELL, SIXEL_ATTRIBUTES)
     await until(screen.pilot, lambda: is_shown(screen))
     assert SIXEL.search(screen.text()) is None
-    numbers = {drawn.number for drawn, _ in app_of(screen.pilot)._pictures._shown.values()}
+    numbers = {picture.number for picture in app_of(screen.pilot)._pictures._shown.values()}
     screen.frames.clear()
     await screen.pilot.press("f1")
     await until(screen.pilot, lambda: not app_of(screen.pilot)._pictures._shown)
@@ -210,9 +214,9 @@ async def test_kittys_pictures_leave_while_a_dialog_covers_them_or_a_key_is_held
     await until(screen.pilot, lambda: is_shown(screen))
     assert "a=T" in screen.text()
     pictures = app_of(screen.pilot)._pictures
+    # All further keys are those of a held key.
     monkeypatch.setattr("fivtui.tui.chart.widget.pictures._HELD_S", HANG_S)
-    # This key follows the one before soon enough.
-    await screen.pilot.press("up")
+    await screen.pilot.press("up", "up")
     await until(screen.pilot, lambda: not pictures._shown)
     pictures._end_held_key()
     await until(screen.pilot, lambda: is_shown(screen))

@@ -9,10 +9,12 @@ with a backdrop: values over the plane, drawn as shades.
 
 from typing import Final
 
+import numpy as np
+from numpy.typing import NDArray
+
 from fivtui.charts import (
     Chart,
     Position,
-    Trace,
     View,
     crosshair,
     nearest_curve_value,
@@ -47,66 +49,51 @@ def switch_cursor(chart: Chart, view: View, *, second: bool) -> None:
 
 
 def _place_cursor(chart: Chart, view: View, initial_position: float) -> None:
-    trace = _top_curve(chart, view)
-    if trace is None:
+    values = _curve_values(chart, view)
+    if values is None:
         move_cursor(chart, view, (initial_position, 0.5))
-    elif trace.curve_values is not None:
-        index = int(initial_position * (trace.curve_values.size - 1))
-        view.cursors.move((float(trace.curve_values[index]), 0.0))
+    else:
+        view.cursors.move((float(values[int(initial_position * (values.size - 1))]), 0.0))
 
 
-def _top_curve(chart: Chart, view: View) -> Trace | None:
-    # The topmost visible curve: keys move cursors along it.
+def _curve_values(chart: Chart, view: View) -> NDArray[np.float64] | None:
+    # Values of the topmost visible curve, along which keys move cursors.
     if not chart.curve_label:
         return None
-    curves = [trace for _, trace in view.visible_traces(chart) if trace.curve_values is not None]
-    return curves[-1] if curves and curves[-1].x.size else None
+    curves = [trace.curve_values for _, trace in view.visible_traces(chart)]
+    return next((values for values in reversed(curves) if values is not None and values.size), None)
 
 
 def cursor_position(chart: Chart, view: View) -> Position | None:
     """Axis positions of the active cursor; None if it is off."""
     position = view.cursors.active_position
-    if position is None:
+    points = points_at(chart, view, position)
+    if position is None or (chart.curve_label and not points):
         return None
-    if chart.is_plane or chart.curve_label:
-        points = points_at(chart, view, position)
-        if chart.curve_label and not points:
-            return None
-        # The cursor stands at the point of the topmost trace, which is the last one.
-        position = crosshair(chart, position, points[-1:])
+    # The cursor stands at the point of the topmost trace, which is the last one.
+    position = crosshair(chart, position, points[-1:])
     x, y = view.axes(chart)
-    return float(x.positions([position[0]])[0]), float(y.positions([position[1]])[0])
+    return float(x.positions(position[0])), float(y.positions(position[1]))
 
 
-def move_cursor(chart: Chart, view: View, position: Position, direction: int = 0) -> None:
-    """Move the active cursor to the sample or point nearest to a pair of axis positions.
-
-    If `direction` is not 0, the cursor moves at least to the next sample in this direction.
-    """
+def move_cursor(chart: Chart, view: View, position: Position) -> None:
+    """Move the active cursor to the sample or point nearest to a pair of axis positions."""
     x, y = view.axes(chart)
-    point = (x.value(position[0]), y.value(position[1]))
+    cursor = _snap(chart, view, (x.value(position[0]), y.value(position[1])))
+    if cursor is not None:
+        view.cursors.move(cursor)
+
+
+def _snap(chart: Chart, view: View, point: Position) -> Position | None:
+    # The position of a cursor nearest to a point (x, y); None without a curve to move along.
     if chart.curve_label:
         curve_value = nearest_curve_value(chart, view, point)
-        if curve_value is None:
-            return
-        point = (curve_value, 0.0)
-    elif chart.is_plane:
-        point = crosshair(chart, point, points_at(chart, view, point))
-    else:
-        point = (_nearest_sample_x(chart, view, point[0], direction), point[1])
-    view.cursors.move(point)
-
-
-def _nearest_sample_x(chart: Chart, view: View, x: float, direction: int) -> float:
-    # x of the nearest sample of the topmost trace; with a direction, at least the next sample.
-    traces = [trace for _, trace in view.visible_traces(chart) if trace.x.size]
-    if not traces:
-        return x
-    values, old_position = traces[-1].x, view.cursors.active_position
-    index = nearest_index(values, x)
-    if direction and old_position is not None and float(values[index]) == old_position[0]:
-        index = min(max(index + (1 if direction > 0 else -1), 0), values.size - 1)
-    return float(values[index])
+        return None if curve_value is None else (curve_value, 0.0)
+    points = points_at(chart, view, point)
+    if points and not chart.is_plane:
+        # The nearest sample of the topmost trace, which is the last one.
+        return points[-1].x, point[1]
+    return crosshair(chart, point, points)
 
 
 def step_cursor(chart: Chart, view: View, step: tuple[int, int], size: tuple[int, int]) -> bool:
@@ -114,49 +101,29 @@ def step_cursor(chart: Chart, view: View, step: tuple[int, int], size: tuple[int
 
     `size` is the number of columns and rows of the plot.
     """
-    right, up = step
-    trace = _top_curve(chart, view)
-    if trace is not None:
-        _step_along_curve(view, trace, right)
+    values, cursor = _curve_values(chart, view), view.cursors.active_position
+    if values is not None and cursor is not None:
+        step_size = max(values.size // _STEPS_PER_CURVE, 1)
+        index = nearest_index(values, cursor[0]) + step[0] * step_size
+        view.cursors.move((float(values[min(max(index, 0), values.size - 1)]), 0.0))
         return False
     position = cursor_position(chart, view)
     if position is None:
         return False
-    change = right / size[0], up / size[1]
-    new_x, new_y = position[0] + change[0], position[1] + change[1]
-    if chart.is_plane:
-        new_x, new_y = _next_point(chart, view, position, change)
+    x, y = view.axes(chart)
+    change = step[0] / size[0], step[1] / size[1]
+    # Step until the cursor would be elsewhere.
+    new_x, new_y = position
+    old_cursor = new_cursor = _snap(chart, view, (x.value(new_x), y.value(new_y)))
+    while new_cursor == old_cursor and 0.0 <= new_x <= 1.0 and 0.0 <= new_y <= 1.0:
+        new_x, new_y = new_x + change[0], new_y + change[1]
+        new_cursor = _snap(chart, view, (x.value(new_x), y.value(new_y)))
+    if new_cursor == old_cursor and chart.is_plane and chart.backdrop is None:
+        # No point is in this direction; maps pan, because they are computed where they are shown.
+        return False
     is_outside = not 0.0 <= new_x <= 1.0
     if is_outside:
         # Pan the plot to keep the cursor visible.
         view.pan(chart, change[0])
-    move_cursor(chart, view, (min(max(new_x, 0.0), 1.0), min(max(new_y, 0.0), 1.0)), right)
+    move_cursor(chart, view, (min(max(new_x, 0.0), 1.0), min(max(new_y, 0.0), 1.0)))
     return is_outside
-
-
-def _next_point(chart: Chart, view: View, position: Position, change: Position) -> Position:
-    # Step until the nearest point changes. If it does not, keep the position; on a map, return the
-    # position outside, so that the plot pans.
-    x, y = view.axes(chart)
-
-    def nearest(new_x: float, new_y: float) -> list[Position]:
-        # Positions only: a value that is NaN would differ from itself.
-        points = points_at(chart, view, (x.value(new_x), y.value(new_y)))
-        return [(point.x, point.y) for point in points]
-
-    old_points = nearest(*position)
-    new_x, new_y = position
-    while 0.0 <= new_x <= 1.0 and 0.0 <= new_y <= 1.0:
-        new_x, new_y = new_x + change[0], new_y + change[1]
-        if nearest(new_x, new_y) != old_points:
-            return new_x, new_y
-    return position if chart.backdrop is None else (new_x, new_y)
-
-
-def _step_along_curve(view: View, trace: Trace, cells: int) -> None:
-    position = view.cursors.active_position
-    if trace.curve_values is not None and position is not None:
-        step = cells * max(trace.curve_values.size // _STEPS_PER_CURVE, 1)
-        index = nearest_index(trace.curve_values, position[0]) + step
-        index = min(max(index, 0), trace.curve_values.size - 1)
-        view.cursors.move((float(trace.curve_values[index]), 0.0))

@@ -16,9 +16,7 @@ Pixels = NDArray[np.uint8]
 CELL_QUERY: Final = "\x1b[16t"
 GRAPHICS_QUERY: Final = f"\x1b_Gi=31,s=1,v=1,a=q,t=d,f=24;AAAA\x1b\\{CELL_QUERY}\x1b[c"
 # Attribute of terminals that understand sixel.
-SIXEL_ATTRIBUTE: Final = 4
-# Bits of a channel by which colours are told apart: charts have few colours.
-_CHANNEL_BITS: Final = 5
+SIXEL_ATTRIBUTE: Final = "4"
 # Registers for colours, which all terminals with sixel have.
 _MAX_COLOURS: Final = 255
 # Pixels in a sixel, one above the other.
@@ -33,23 +31,26 @@ _CHUNK: Final = 4096
 
 def encode_sixel(pixels: Pixels) -> str:
     """RGB pixels, shape (height, width, 3), as sixel from the position of the terminal's cursor."""
+    # Imported late, because Pillow loads slowly.
+    from PIL import Image
+
     height, width, _ = pixels.shape
-    indices, palette = _palette(pixels)
-    padding = -height % _SIXEL_HEIGHT
-    # The index of padding is that of no colour.
-    padded = np.pad(indices, ((0, padding), (0, 0)), constant_values=len(palette))
+    image = Image.fromarray(pixels).quantize(_MAX_COLOURS, method=Image.Quantize.FASTOCTREE)
+    palette = np.rint(np.reshape(image.getpalette() or (), (-1, 3)) / 2.55).astype(int).tolist()
     colours = "".join(
-        f"#{number};2;{red};{green};{blue}"
-        for number, (red, green, blue) in enumerate(np.rint(palette / 2.55).astype(int).tolist())
+        f"#{number};2;{red};{green};{blue}" for number, (red, green, blue) in enumerate(palette)
     )
-    bands = padded.reshape(-1, _SIXEL_HEIGHT, width)
-    data = b"-".join(b"$".join(_encode_band(band, len(palette))) for band in bands)
+    # The index of padding is that of no colour.
+    padding = -height % _SIXEL_HEIGHT
+    indices = np.pad(np.asarray(image), ((0, padding), (0, 0)), constant_values=_MAX_COLOURS)
+    bands = indices.reshape(-1, _SIXEL_HEIGHT, width)
+    data = b"-".join(b"$".join(_encode_band(band)) for band in bands)
     return f'\x1bP0;1q"1;1;{width};{height}{colours}{data.decode()}\x1b\\'
 
 
-def _encode_band(band: NDArray[np.intp], colour_count: int) -> Iterator[bytes]:
+def _encode_band(band: Pixels) -> Iterator[bytes]:
     # The sixels of each colour in a row of sixels.
-    for number in np.flatnonzero(np.bincount(band.ravel(), minlength=colour_count)[:colour_count]):
+    for number in np.flatnonzero(np.bincount(band.ravel())[:_MAX_COLOURS]):
         sixels = _SIXEL_BITS @ (band == number) + ord(_NO_PIXELS)
         line = sixels.tobytes().rstrip(_NO_PIXELS)
         yield b"#%d" % number + _REPEATED.sub(_count_repeated, line)
@@ -57,31 +58,6 @@ def _encode_band(band: NDArray[np.intp], colour_count: int) -> Iterator[bytes]:
 
 def _count_repeated(match: re.Match[bytes]) -> bytes:
     return b"!%d%b" % (len(match[0]), match[1])
-
-
-def _palette(pixels: Pixels) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
-    """The index of the colour of every pixel, and the colours: the most frequent ones."""
-    channels = pixels.astype(np.intp)
-    red, green, blue = np.moveaxis(channels >> (8 - _CHANNEL_BITS), -1, 0)
-    codes = (red << 2 * _CHANNEL_BITS) | (green << _CHANNEL_BITS) | blue
-    counts = np.bincount(codes.ravel(), minlength=1 << 3 * _CHANNEL_BITS)
-    used = np.flatnonzero(counts)
-    # A colour is the mean of the pixels of its code.
-    means = np.stack(
-        [
-            np.bincount(codes.ravel(), channels[..., channel].ravel(), counts.size)[used]
-            / counts[used]
-            for channel in range(3)
-        ],
-        axis=1,
-    )
-    by_frequency = np.argsort(-counts[used], kind="stable")
-    palette = means[by_frequency[:_MAX_COLOURS]]
-    # Rarer colours become the nearest one.
-    distances = ((means[:, None, :] - palette[None, :, :]) ** 2).sum(axis=2)
-    index_by_code = np.zeros(counts.size, dtype=np.intp)
-    index_by_code[used] = distances.argmin(axis=1)
-    return index_by_code[codes], palette
 
 
 def encode_kitty(pixels: Pixels, number: int, columns: int, rows: int) -> str:

@@ -58,12 +58,12 @@ _FILLING_MASK: Final = 0b10010101
 # The same of stacked areas, from the lowest.
 _AREA_MASKS: Final = (0b01000010, 0b10010101, 0b11111111)
 _ALL_DOTS: Final = 0b11111111
-_BLANK: Final = ord(" ")
-_VERTICAL: Final = ord("│")
-_HORIZONTAL: Final = ord("─")
-_CROSSING: Final = ord("┼")
+_BLANK: Final = " "
+_VERTICAL: Final = "│"
+_HORIZONTAL: Final = "─"
+_CROSSING: Final = "┼"
 # Character of the line and style of both cursors.
-_CURSORS: Final = ((ord("│"), "cursor"), (ord("┊"), "cursor-2"))
+_CURSORS: Final = ((_VERTICAL, "cursor"), ("┊", "cursor-2"))
 
 
 class PlotArea(NamedTuple):
@@ -101,12 +101,12 @@ def draw(chart: Chart, view: View, width: int, height: int, *, reserved: int = 0
         # The name of the x axis does not fit beside its ticks.
         spans.insert(1, (f" over {chart.x_label}", "label"))
         needed_spans += 1
-    lines, needed_lines = _wrap_spans(spans, needed_spans, width, reserved)
+    needed_rows = len(_wrap_spans(spans[:needed_spans], width, reserved))
     # A long heading loses its last lines, to leave a few rows for the plot.
     free_rows = height - bottom_rows
-    needed_rows = min(needed_lines, free_rows - _MIN_ROWS_BELOW_NEEDED)
+    needed_rows = min(needed_rows, free_rows - _MIN_ROWS_BELOW_NEEDED)
     heading_rows = max(needed_rows, free_rows - _MIN_ROWS_BELOW_LEGEND, 1)
-    del lines[heading_rows:]
+    lines = _wrap_spans(spans, width, reserved)[:heading_rows]
     top_row = len(lines)
     view.rows = rows = max(height - top_row - bottom_rows, 1)
     x_axis, y_axis = view.axes(chart)
@@ -122,8 +122,9 @@ def draw(chart: Chart, view: View, width: int, height: int, *, reserved: int = 0
     return Picture(lines[:height], PlotArea(margin, top_row, columns, rows))
 
 
-def axis_ticks(x_axis: Axis, y_axis: Axis, columns: int, rows: int) -> AxisTicks:
+def axis_ticks(chart: Chart, view: View, columns: int, rows: int) -> AxisTicks:
     """The ticks of both axes of a plot."""
+    x_axis, y_axis = view.axes(chart)
     x_ticks = [tick for tick, _, _ in _x_labels(x_axis, columns)]
     return x_ticks, y_axis.ticks(_max_y_ticks(rows))[0]
 
@@ -133,7 +134,7 @@ def _max_y_ticks(rows: int) -> int:
 
 
 class _Canvas:
-    # The cells of the plot area: code points of characters, and indices of style names.
+    # The cells of the plot area: characters, and names of styles.
 
     def __init__(self, chart: Chart, view: View, columns: int, rows: int) -> None:
         self._chart, self._columns, self._rows = chart, columns, rows
@@ -145,12 +146,11 @@ class _Canvas:
         self._cursor_points = cursor_points(chart, view)
         # The plot and, below it, the strips.
         shape = rows + len(chart.strips), columns
-        self._all_characters = np.full(shape, _BLANK, dtype=np.uint32)
-        self._all_styles = np.zeros(shape, dtype=np.intp)
+        self._all_characters = np.full(shape, _BLANK)
+        self._all_styles = np.full(shape, "plot", dtype=object)
         self._characters, self._strips = np.split(self._all_characters, [rows])
         self._styles, self._strip_styles = np.split(self._all_styles, [rows])
-        self._style_names = ["plot", "strip"]
-        self._strip_styles[:] = 1
+        self._strip_styles[:] = "strip"
         # Bits of the dots at the edges of each trace with lines or dots, by its index.
         self._edges: dict[int, NDArray[np.uint32]] = {}
 
@@ -163,13 +163,13 @@ class _Canvas:
         limits = (self._x_axis.low, self._x_axis.high)
         for cells, strip in zip(self._strips, chart.strips, strict=True):
             shares = covered_shares(strip.intervals, limits, self._columns)
-            cells[:] = list(map(ord, shade_text(shares)))
+            cells[:] = list(shade_text(shares))
         if chart.stacked:
             self._draw_areas()
         else:
             self._draw_curves()
-        if chart.backdrop is not None:
-            self._draw_plateau_labels(chart.backdrop)
+        for x, y, text in chart.backdrop.labels if chart.backdrop is not None else ():
+            self._write_at(x, y, f" {text} ", "plot")
         for index, trace in self._traces:
             if trace.look in ("points", "marked"):
                 self._draw_marks(index, trace)
@@ -181,35 +181,26 @@ class _Canvas:
         self._draw_cursor(1)
         self._draw_cursor(0)
 
-    def _style_id(self, name: str) -> int:
-        # Index of a style; a new style is appended.
-        if name not in self._style_names:
-            self._style_names.append(name)
-        return self._style_names.index(name)
-
     def _draw_shades(self, backdrop: Backdrop) -> None:
         # Coordinates of the middle of the columns and rows.
         cell_x = self._x_axis.values((np.arange(self._columns) + 0.5) / self._columns)
         cell_y = self._y_axis.values(1.0 - (np.arange(self._rows) + 0.5) / self._rows)
         x_indices = nearest_indices(backdrop.x, cell_x)
         levels = backdrop.levels[x_indices, nearest_indices(backdrop.y, cell_y)[:, None]]
-        shades = [(ord(shade.character), self._style_id(shade.style)) for shade in backdrop.shades]
-        characters, styles = np.array(shades, dtype=np.intp).T
+        characters, styles = np.array(
+            [(shade.character, shade.style) for shade in backdrop.shades], dtype=object
+        ).T
         inside_x = (cell_x >= backdrop.x[0]) & (cell_x <= backdrop.x[-1])
         inside_y = (cell_y >= backdrop.y[0]) & (cell_y <= backdrop.y[-1])
         inside = inside_x[None, :] & inside_y[:, None]
         self._characters[inside] = characters[levels][inside]
         self._styles[inside] = styles[levels][inside]
 
-    def _draw_plateau_labels(self, backdrop: Backdrop) -> None:
-        for x, y, text in backdrop.labels:
-            self._write_at(x, y, f" {text} ", self._style_id("plot"))
-
-    def _draw_guides(self) -> list[tuple[int, int, str, int]]:
+    def _draw_guides(self) -> list[tuple[int, int, str, str]]:
         # Returns row, first column, text and style of the labels.
-        labels: list[tuple[int, int, str, int]] = []
+        labels: list[tuple[int, int, str, str]] = []
         for guide in self._chart.guides:
-            style, label = self._style_id(guide_style(guide)), guide.label
+            style, label = guide_style(guide), guide.label
             cell = self._column_at(guide.value) if guide.vertical else self._row_at(guide.value)
             if cell is None:
                 continue
@@ -226,13 +217,13 @@ class _Canvas:
             self._styles[cells] = style
         return labels
 
-    def _write(self, row: int, column: int, text: str, style: int) -> None:
+    def _write(self, row: int, column: int, text: str, style: str) -> None:
         column = max(min(column, self._columns - len(text)), 0)
         text = text[: self._columns - column]
-        self._characters[row, column : column + len(text)] = [ord(character) for character in text]
+        self._characters[row, column : column + len(text)] = list(text)
         self._styles[row, column : column + len(text)] = style
 
-    def _write_at(self, x: float, y: float, text: str, style: int) -> None:
+    def _write_at(self, x: float, y: float, text: str, style: str) -> None:
         # Write a text in the middle of a point, if it is inside the plot.
         row, column = self._row_at(y), self._column_at(x)
         if row is not None and column is not None:
@@ -247,9 +238,9 @@ class _Canvas:
         rasters = [self._raster(trace) for _, trace in lines]
         cells = np.array([raster.cells for raster in rasters])
         inner_cells = np.array([raster.inner_cells for raster in rasters])
-        styles = np.array([self._style_id(trace_style(trace, index)) for index, trace in lines])
+        styles = np.array([trace_style(trace, index) for index, trace in lines], dtype=object)
         filling = inner_cells[0] & (_FILLING_MASK if lines[0][1].ordered else _ALL_DOTS)
-        self._characters[filling > 0] = Raster.BLANK + filling[filling > 0]
+        self._draw_dots(filling)
         self._styles[filling > 0] = styles[0]
         # Curves of a plane are outlines only where they meet.
         is_alone = (cells > 0).sum(axis=0) == 1
@@ -263,8 +254,8 @@ class _Canvas:
         is_shown = has_dots & (ranks == stripes % np.maximum(counts, 1))
         cell_dots = np.bitwise_or.reduce(dots, axis=0)
         cell_dots |= np.where(has_dots[0] & (counts == 1), filling, 0)
+        self._draw_dots(cell_dots)
         is_drawn = counts > 0
-        self._characters[is_drawn] = Raster.BLANK + cell_dots[is_drawn]
         self._styles[is_drawn] = styles[is_shown.argmax(axis=0)][is_drawn]
         self._edges = {index: edge for (index, _), edge in zip(lines, dots, strict=True)}
 
@@ -272,8 +263,7 @@ class _Canvas:
         # Fill the areas of traces over the same x, each on top of those before it.
         edges = self._x_edges
         middles, bottom = 0.5 * (edges[1:] + edges[:-1]), np.zeros(edges.size - 1)
-        dots = np.zeros_like(self._characters)
-        counts = np.zeros(dots.shape, dtype=np.intp)
+        dots, counts = np.zeros((2, self._rows, self._columns), dtype=np.uint32)
         for index, trace in self._traces:
             top = bottom + np.interp(middles, trace.x, trace.y, 0.0, 0.0)
             raster = Raster(self._columns, self._rows)
@@ -281,10 +271,15 @@ class _Canvas:
             raster.fill_columns(*(np.where(top > bottom, edge, np.nan) for edge in limits))
             dots |= raster.cells & _AREA_MASKS[index % len(_AREA_MASKS)]
             # A cell has the colour of the area with most dots.
-            dot_counts = np.bitwise_count(raster.cells).astype(np.intp)
-            self._styles[dot_counts > counts] = self._style_id(trace_style(trace, index))
+            dot_counts = np.bitwise_count(raster.cells)
+            self._styles[dot_counts > counts] = trace_style(trace, index)
             counts, bottom = np.maximum(counts, dot_counts), top
-        self._characters[dots > 0] = Raster.BLANK + dots[dots > 0]
+        self._draw_dots(dots)
+
+    def _draw_dots(self, bits: NDArray[np.uint32]) -> None:
+        # Draw the Braille characters with these dots.
+        has_dots = bits > 0
+        self._characters[has_dots] = (Raster.BLANK + bits[has_dots]).view("<U1")
 
     def _draw_marks(self, index: int, trace: Trace) -> None:
         x, y = self._x_axis.positions(trace.x), self._y_axis.positions(trace.y)
@@ -296,8 +291,8 @@ class _Canvas:
         if trace.look == "marked" and trace.ordered and columns.size > 1:
             step = max(1, int(_MARK_DISTANCE * columns.size / (1 + np.ptp(columns))))
         marked = slice(step * (2 * index + 1) // _MARK_DISTANCE % step, None, step)
-        self._characters[rows[marked], columns[marked]] = ord(trace_mark(trace, index))
-        self._styles[rows[marked], columns[marked]] = self._style_id(trace_style(trace, index))
+        self._characters[rows[marked], columns[marked]] = trace_mark(trace, index)
+        self._styles[rows[marked], columns[marked]] = trace_style(trace, index)
 
     def _raster(self, trace: Trace) -> Raster:
         raster = Raster(self._columns, self._rows)
@@ -342,15 +337,13 @@ class _Canvas:
                 edge_rows = np.flatnonzero(self._edges[index][:, column])
                 if edge_rows.size:
                     row = int(edge_rows[np.abs(edge_rows - row).argmin()])
-                style = self._style_id(trace_style(trace, index))
-                self._write(row, column, trace_mark(trace, index), style)
+                self._write(row, column, trace_mark(trace, index), trace_style(trace, index))
 
     def _draw_cursor(self, index: int) -> None:
         chart, position, points = self._chart, self._cursors[index], self._cursor_points[index]
         if position is None:
             return
-        vertical, style_name = _CURSORS[index]
-        style = self._style_id(style_name)
+        vertical, style = _CURSORS[index]
         x, y = crosshair(chart, position, points)
         column, row = self._column_at(x), self._row_at(y)
         if column is not None and not chart.curve_label:
@@ -370,12 +363,9 @@ class _Canvas:
     def lines(self) -> Iterator[list[Span]]:
         """The rows of plot and strips from the top, split into runs of one style."""
         for characters, styles in zip(self._all_characters, self._all_styles, strict=True):
-            text = "".join(map(chr, characters.tolist()))
-            bounds = [0, *(np.flatnonzero(np.diff(styles)) + 1).tolist(), len(text)]
-            yield [
-                (text[start:stop], self._style_names[int(styles[start])])
-                for start, stop in pairwise(bounds)
-            ]
+            text = "".join(characters.tolist())
+            bounds = [0, *(np.flatnonzero(styles[1:] != styles[:-1]) + 1).tolist(), len(text)]
+            yield [(text[start:stop], styles[start]) for start, stop in pairwise(bounds)]
 
 
 def _cell_index(position: float, cells: int) -> int:
@@ -397,16 +387,12 @@ def _x_labels(axis: Axis, columns: int) -> list[tuple[float, int, str]]:
     # The ticks of x, the first columns of their labels, and the labels: as many as have gaps.
     max_count = min(columns // _COLUMNS_PER_TICK, _MAX_X_TICKS)
     for count in range(max(max_count, 2), 0, -1):
-        labels, end = [], -_LABEL_GAP
+        labels = []
         for tick, text in zip(*axis.ticks(count), strict=True):
-            middle = _cell_index(float(axis.positions([tick])[0]), columns)
-            start = max(min(middle - len(text) // 2, columns - len(text)), 0)
-            has_gap = start >= end + _LABEL_GAP
-            end = start + len(text)
-            labels.append((tick, start, text))
-            if not has_gap:
-                break
-        else:
+            start = _cell_index(float(axis.positions(tick)), columns) - len(text) // 2
+            labels.append((tick, max(min(start, columns - len(text)), 0), text))
+        gaps = [after[1] - start - len(text) for (_, start, text), after in pairwise(labels)]
+        if min(gaps, default=_LABEL_GAP) >= _LABEL_GAP:
             return labels
     return labels[:1]
 
@@ -420,14 +406,11 @@ def _x_axis_line(axis: Axis, label: str, margin: int, columns: int) -> list[Span
     return [(name.ljust(margin), "label"), ("".join(line), "tick")]
 
 
-def _wrap_spans(
-    spans: Sequence[Span], needed_spans: int, width: int, reserved: int
-) -> tuple[list[list[Span]], int]:
-    # Wrap between spans; a span longer than a line is cut. Returns the lines, and how many of them
-    # contain the first `needed_spans` spans.
+def _wrap_spans(spans: Sequence[Span], width: int, reserved: int) -> list[list[Span]]:
+    # Wrap between spans; a span longer than a line is cut.
     lines: list[list[Span]] = [[]]
-    free_width, needed_lines = width - reserved, 1
-    for span_index, (text, style) in enumerate(spans):
+    free_width = width - reserved
+    for text, style in spans:
         if len(text.rstrip()) > free_width and lines[-1]:
             lines[-1].append((" " * free_width, "plot"))
             lines.append([])
@@ -435,7 +418,6 @@ def _wrap_spans(
         fitting_text = text[: max(free_width, 0)]
         lines[-1].append((fitting_text, style))
         free_width -= len(fitting_text)
-        needed_lines = len(lines) if span_index < needed_spans else needed_lines
     lines[-1].append((" " * free_width, "plot"))
     lines[0].append((" " * reserved, "plot"))
-    return lines, needed_lines
+    return lines

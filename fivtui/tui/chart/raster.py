@@ -43,25 +43,24 @@ class Raster:
         if x.size == 1:
             self.draw_dots(x, y)
             return
-        # Columns and rows of the dots at both ends of every line.
-        ends = _clip_lines(x, y)
-        height, width = self._dots.shape
-        columns, rows = ends[:, ::2] * (width - 1), (1.0 - ends[:, 1::2]) * (height - 1)
+        starts, ends = _clip_lines(np.stack([x, y]))
         # A line has a dot per column, or per row if it is steep.
-        lengths = np.maximum(np.abs(np.diff(columns)), np.abs(np.diff(rows)))[:, 0]
+        height, width = self._dots.shape
+        lengths = np.abs((ends - starts) * [[width - 1], [height - 1]]).max(axis=0)
         counts = np.ceil(lengths).astype(int) + 1
         # For every dot, the index of its line, its index in the line, and its fraction along it.
         line = np.repeat(np.arange(counts.size), counts)
         first_dots = np.cumsum(counts) - counts
         index = np.arange(line.size) - first_dots[line]
         fraction = index / np.maximum(counts - 1, 1)[line]
-        self._set_dots(_interpolate(columns, line, fraction), _interpolate(rows, line, fraction))
+        self.draw_dots(*(starts.take(line, 1) + fraction * (ends - starts).take(line, 1)))
 
     def draw_dots(self, x: FloatArray, y: FloatArray) -> None:
         """Draw dots at points; coordinates as in `draw_lines`."""
         inside = (x >= 0.0) & (x <= 1.0) & (y >= 0.0) & (y <= 1.0)
         height, width = self._dots.shape
-        self._set_dots(x[inside] * (width - 1), (1.0 - y[inside]) * (height - 1))
+        rows, columns = (1.0 - y[inside]) * (height - 1), x[inside] * (width - 1)
+        self._dots[np.rint(rows).astype(int), np.rint(columns).astype(int)] = True
 
     def fill_columns(self, low: FloatArray, high: FloatArray) -> None:
         """Set the dots of each column from `low` to `high`, as fractions of the height, or NaN."""
@@ -69,9 +68,6 @@ class Raster:
         rows = np.arange(height)[:, None]
         top, bottom = np.rint((1.0 - high) * (height - 1)), np.rint((1.0 - low) * (height - 1))
         self._dots |= (top <= rows) & (rows <= bottom)
-
-    def _set_dots(self, columns: FloatArray, rows: FloatArray) -> None:
-        self._dots[np.rint(rows).astype(int), np.rint(columns).astype(int)] = True
 
 
 def _pack(dots: NDArray[np.bool_]) -> NDArray[np.uint32]:
@@ -82,36 +78,21 @@ def _pack(dots: NDArray[np.bool_]) -> NDArray[np.uint32]:
     return cells
 
 
-def _interpolate(ends: FloatArray, line: NDArray[np.intp], fraction: FloatArray) -> FloatArray:
-    # Points at fractions of the lines with the indices `line`; `ends` has a row per line.
-    start, end = ends[:, 0], ends[:, 1]
-    points: FloatArray = start[line] + fraction * (end - start)[line]
-    return points
-
-
-def _clip_lines(x: FloatArray, y: FloatArray) -> FloatArray:
-    # Lines between consecutive points, clipped to the unit square by the algorithm of Liang and
-    # Barsky; a row per visible line: x0, y0, x1, y1.
-    is_finite = np.isfinite(x) & np.isfinite(y)
+def _clip_lines(points: FloatArray) -> tuple[FloatArray, FloatArray]:
+    # Starts and ends of the visible lines between consecutive points, clipped to the unit square by
+    # the algorithm of Liang and Barsky. All have two rows: x and y.
+    is_finite = np.isfinite(points[0]) & np.isfinite(points[1])
     is_finite = is_finite[:-1] & is_finite[1:]
-    x0, y0, x1, y1 = x[:-1][is_finite], y[:-1][is_finite], x[1:][is_finite], y[1:][is_finite]
-    dx, dy = x1 - x0, y1 - y0
-    # Fractions of the line at which it enters and leaves the square.
-    entering, leaving = np.zeros_like(x0), np.ones_like(x0)
-    visible = np.ones(x0.size, dtype=bool)
+    starts = points[:, :-1].compress(is_finite, 1)
+    changes = points[:, 1:].compress(is_finite, 1) - starts
     with np.errstate(divide="ignore", invalid="ignore"):
-        for start, change in ((x0, dx), (y0, dy)):
-            at_low, at_high = (0.0 - start) / change, (1.0 - start) / change
-            enter, leave = np.minimum(at_low, at_high), np.maximum(at_low, at_high)
-            constant = change == 0.0
-            visible &= ~constant | ((start >= 0.0) & (start <= 1.0))
-            entering = np.where(constant, entering, np.maximum(entering, enter))
-            leaving = np.where(constant, leaving, np.minimum(leaving, leave))
-    visible &= entering <= leaving
-    entering, leaving = entering[visible], leaving[visible]
-    x0, y0, dx, dy = x0[visible], y0[visible], dx[visible], dy[visible]
-    ends = np.stack(
-        [x0 + entering * dx, y0 + entering * dy, x0 + leaving * dx, y0 + leaving * dy], axis=1
-    )
-    clipped_ends: FloatArray = np.clip(ends, 0.0, 1.0)
-    return clipped_ends
+        at_low, at_high = (0.0 - starts) / changes, (1.0 - starts) / changes
+    # A line parallel to a limit does not cross it.
+    is_inside = (changes == 0.0) & (starts >= 0.0) & (starts <= 1.0)
+    # Fractions of the line at which it enters and leaves the square.
+    entering = np.where(is_inside, 0.0, np.minimum(at_low, at_high)).max(axis=0, initial=0.0)
+    leaving = np.where(is_inside, 1.0, np.maximum(at_low, at_high)).min(axis=0, initial=1.0)
+    visible = entering <= leaving
+    starts, changes = starts.compress(visible, 1), changes.compress(visible, 1)
+    first, last = starts + entering[visible] * changes, starts + leaving[visible] * changes
+    return np.clip(first, 0.0, 1.0), np.clip(last, 0.0, 1.0)

@@ -1,5 +1,6 @@
 """The widget of a chart that keys and mouse zoom, pan and read."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import ClassVar, Final
 
@@ -16,7 +17,7 @@ from textual.events import (
 )
 from textual.message import Message
 
-from fivtui.charts import NearestPoint, Position, View, points_at
+from fivtui.charts import Axis, NearestPoint, Position, points_at
 from fivtui.tui.chart.cursor_moves import cursor_position, move_cursor, step_cursor, switch_cursor
 
 from .drawn_chart import DrawnChart
@@ -31,6 +32,13 @@ _PAN_SHARE: Final = 0.15
 _FAR_STEPS: Final = 10
 # Textual's number of the right mouse button.
 _RIGHT_BUTTON: Final = 3
+
+
+@dataclass
+class ChartMessage(Message):
+    """A message of a chart."""
+
+    chart_view: "ChartView"
 
 
 class ChartView(DrawnChart, can_focus=True):
@@ -75,28 +83,15 @@ class ChartView(DrawnChart, can_focus=True):
     class PointChosen(Message):
         """Posted when the user opens a point, to run its parameters."""
 
-        chart_view: "ChartView"
         point: NearestPoint
 
-    @dataclass
-    class LimitsChanged(Message):
+    class LimitsChanged(ChartMessage):
         """Posted when the limits or scales of the axes have changed."""
 
-        chart_view: "ChartView"
-
-    @dataclass
-    class CursorMoved(Message):
+    class CursorMoved(ChartMessage):
         """Posted when a cursor was placed, moved or removed."""
 
-        chart_view: "ChartView"
-
-    def __init__(
-        self,
-        id: str,  # noqa: A002
-        *,
-        empty_text: str = "",
-        runs_points: bool = False,
-    ) -> None:
+    def __init__(self, id: str, *, empty_text: str = "", runs_points: bool = False) -> None:  # noqa: A002
         super().__init__(id, empty_text=empty_text)
         self._runs_points = runs_points
         # Last column and row of the pointer while the mouse is dragged.
@@ -105,10 +100,8 @@ class ChartView(DrawnChart, can_focus=True):
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:  # noqa: ARG002
         """Disable all without chart, "open" where points cannot be opened, "show_end" in planes."""
-        if self._chart is None:
-            return False
-        is_plane = self._chart.is_plane
-        return {"open": self._runs_points, "show_end": not is_plane}.get(action, True)
+        is_allowed = {"open": self._runs_points, "show_end": not self._chart.is_plane}
+        return self.chart is not None and is_allowed.get(action, True)
 
     # Zoom and pan
 
@@ -118,26 +111,19 @@ class ChartView(DrawnChart, can_focus=True):
 
     def action_zoom(self, direction: int) -> None:
         """Zoom in (-1) or out (+1) about the cursor, without cursor about the middle."""
-        position = None if self._chart is None else cursor_position(self._chart, self.view)
-        self._zoom(_ZOOM_FACTOR, direction, position or (0.5, 0.5))
-
-    def _zoom(self, factor: float, direction: int, centre: tuple[float, float]) -> None:
-        if self._chart is not None:
-            self.view.zoom(self._chart, factor**-direction, centre)
-            self._handle_new_limits()
+        centre = cursor_position(self._chart, self.view) or (0.5, 0.5)
+        self.view.zoom(self._chart, _ZOOM_FACTOR**-direction, centre)
+        self._handle_new_limits()
 
     def action_zoom_y(self, direction: int) -> None:
         """Zoom in (-1) or out (+1), only along y."""
-        if self._chart is not None:
-            self.view.zoom_y(self._chart, _ZOOM_FACTOR**-direction)
-            self._handle_new_limits()
+        self.view.zoom_y(self._chart, _ZOOM_FACTOR**-direction)
+        self._handle_new_limits()
 
     def action_step(self, right: int, up: int) -> None:
         """Move the active cursor if it is pinned (does not follow the pointer), else pan."""
         picture = self.current_picture()
-        if self._chart is None or picture is None:
-            return
-        if self.view.cursors.pinned:
+        if self.view.cursors.pinned and picture is not None:
             area = picture.plot_area
             if step_cursor(self._chart, self.view, (right, up), (area.columns, area.rows)):
                 self._handle_new_limits()
@@ -148,8 +134,6 @@ class ChartView(DrawnChart, can_focus=True):
 
     def action_show_end(self, at_end: bool) -> None:
         """Show the start or the end of the data; a pinned cursor goes to the visible end."""
-        if self._chart is None:
-            return
         position = cursor_position(self._chart, self.view)
         if self.view.cursors.pinned and position is not None:
             self._move_cursor((float(at_end), position[1]))
@@ -159,9 +143,8 @@ class ChartView(DrawnChart, can_focus=True):
 
     def action_half_page(self, direction: int) -> None:
         """Pan by half of the visible range of x."""
-        if self._chart is not None:
-            self.view.pan(self._chart, 0.5 * direction)
-            self._handle_new_limits()
+        self.view.pan(self._chart, 0.5 * direction)
+        self._handle_new_limits()
 
     def action_fit(self) -> None:
         """Fit both axes to the data."""
@@ -175,17 +158,15 @@ class ChartView(DrawnChart, can_focus=True):
 
     def action_trace(self, number: int) -> None:
         """Hide or show a trace."""
-        if self._chart is not None and self.view.toggle_trace(self._chart, number - 1):
+        if self.view.toggle_trace(self._chart, number - 1):
             self.redraw()
 
     def action_limits(self) -> None:
         """Ask for axis limits."""
-        if self._chart is None:
-            return
 
-        def apply(chosen_view: "View | None") -> None:
-            if chosen_view is not None and self._chart is not None:
-                self.view.set_limits(self._chart, chosen_view.x, chosen_view.y)
+        def apply(axes: Sequence[Axis | None] | None) -> None:
+            if axes is not None:
+                self.view.set_limits(self._chart, *axes)
                 self._handle_new_limits()
 
         self.app.push_screen(LimitsDialog(self._chart, self.view), apply)
@@ -194,9 +175,8 @@ class ChartView(DrawnChart, can_focus=True):
 
     def action_cursor(self, number: int) -> None:
         """Make the first (0) or second (1) cursor active; if it is active, switch it off."""
-        if self._chart is not None:
-            switch_cursor(self._chart, self.view, second=bool(number))
-            self._handle_moved_cursor()
+        switch_cursor(self._chart, self.view, second=bool(number))
+        self._handle_moved_cursor()
 
     def action_cursor_off(self) -> None:
         """Switch the cursors off."""
@@ -208,27 +188,22 @@ class ChartView(DrawnChart, can_focus=True):
         self.post_message(self.CursorMoved(self))
 
     def _move_cursor(self, position: Position) -> None:
-        if self._chart is not None:
-            move_cursor(self._chart, self.view, position)
-            self._handle_moved_cursor()
+        move_cursor(self._chart, self.view, position)
+        self._handle_moved_cursor()
 
     def action_open(self) -> None:
         """Open the point nearest to the cursor, which is first switched on if it is off."""
-        if self._chart is None:
-            return
         if self.view.cursors.active_position is None:
             self.action_cursor(0)
-        position = self.view.cursors.active_position
-        points = [] if position is None else points_at(self._chart, self.view, position)
-        if points:
-            self.post_message(self.PointChosen(self, points[0]))
+        for point in points_at(self._chart, self.view, self.view.cursors.active_position)[:1]:
+            self.post_message(self.PointChosen(point))
 
     # The mouse
 
     def on_mouse_move(self, event: MouseMove) -> None:
         """Pan while dragging, else let a cursor that is not pinned follow the pointer."""
         picture = self.current_picture()
-        if picture is None or self._chart is None:
+        if picture is None:
             return
         area = picture.plot_area
         if self._drag_position is not None:
@@ -272,8 +247,9 @@ class ChartView(DrawnChart, can_focus=True):
         picture = self.current_picture()
         if picture is not None:
             event.stop()
-            direction = -1 if isinstance(event, MouseScrollUp) else 1
-            self._zoom(_WHEEL_FACTOR, direction, picture.axis_positions(event.x, event.y))
+            factor = _WHEEL_FACTOR if isinstance(event, MouseScrollUp) else 1.0 / _WHEEL_FACTOR
+            self.view.zoom(self._chart, factor, picture.axis_positions(event.x, event.y))
+            self._handle_new_limits()
 
     async def on_click(self, event: Click) -> None:
         """Press a control, toggle a trace, place a cursor, or open a point (double click).

@@ -43,6 +43,7 @@ _MIN_SIZE: Final = (MARGIN + 2, 3)
 _MUTED: Final = "$foreground-muted"
 # Swatch of a shade in a picture, as wide as a character, so that the scale keeps its lines.
 _SWATCH: Final = "█"
+_BLACK: Final = Color.from_rgb(0, 0, 0)
 
 # Styles by the style names of spans: roles of colours, and others in colours of the theme. A strip
 # is a row of shades below the plot.
@@ -64,7 +65,7 @@ CHART_STYLES: Final[Mapping[str, str]] = {
 }
 
 # Styles that differ in a focused chart.
-FOCUSED_STYLES: Final[Mapping[str, str]] = {
+_FOCUSED_STYLES: Final = {
     "tick": "$foreground",
     "label": "bold underline $foreground",
 }
@@ -90,18 +91,16 @@ _CONTROLS: Final = (
 )
 
 
+_NO_CHART: Final = Chart("", "", ())
+
+
 class DrawnChart(Widget):
     """A chart with clickable controls at the end of its heading; without chart, a text."""
 
     # Whether the terminal shows a picture over the characters of the plot.
     is_covered = var(False)
 
-    def __init__(
-        self,
-        id: str,  # noqa: A002
-        *,
-        empty_text: str = "",
-    ) -> None:
+    def __init__(self, id: str, *, empty_text: str = "") -> None:  # noqa: A002
         super().__init__(id=id)
         # Controls of the widgets around the chart, before its own.
         self.extra_controls: Sequence[Control] = ()
@@ -109,7 +108,7 @@ class DrawnChart(Widget):
         # Cursors by the quantity along which they move, which charts may share; cursors of a plane
         # by the identifier of its chart.
         self.shared_cursors: dict[str, Cursors] = {}
-        self._chart: Chart | None = None
+        self._chart = _NO_CHART
         self._empty_text = empty_text
         self._picture: Picture | None = None
         self._styles_by_name: dict[str, Style] = {}
@@ -117,21 +116,18 @@ class DrawnChart(Widget):
     @property
     def chart(self) -> Chart | None:
         """The displayed chart."""
-        return self._chart
+        return None if self._chart is _NO_CHART else self._chart
 
     def text(self) -> str:
-        """The drawn chart without styles; empty without a chart."""
-        if self._chart is None:
-            return ""
+        """The drawn chart without styles."""
         return draw(self._chart, self.view, *self.size).text()
 
     def show(self, chart: Chart | None, *, empty_text: str | None = None) -> None:
         """Display a chart in the current view; without chart, display `empty_text`."""
-        is_changed = (chart is None) is not (self._chart is None)
-        self._chart = chart
-        if is_changed and self.has_focus:
+        if (chart is None) is not (self.chart is None):
             # Without a chart its keys have no effect.
             self.refresh_bindings()
+        self._chart = chart or _NO_CHART
         if chart is not None:
             shared_quantity = chart.cursor_label or str(self.id)
             self.view.cursors = self.shared_cursors.setdefault(shared_quantity, Cursors())
@@ -140,13 +136,12 @@ class DrawnChart(Widget):
         self.redraw()
 
     def redraw(self) -> None:
-        """Draw the chart again."""
-        previous, self._picture = self._picture, None
-        self._refresh_lines(previous)
+        """Draw the chart again.
 
-    def _refresh_lines(self, previous: Picture | None) -> None:
-        # Display the chart; where a picture covers the plot at its previous place, all but the
-        # plot, because text would erase the picture.
+        Where a picture covers the plot at its previous place, the plot is not displayed, because
+        text would erase the picture.
+        """
+        previous, self._picture = self._picture, None
         current = self.current_picture() if self.is_covered else None
         if current is None or previous is None or current.plot_area != previous.plot_area:
             self.refresh()
@@ -166,10 +161,12 @@ class DrawnChart(Widget):
 
     def _style(self, name: str) -> Style:
         if name not in self._styles_by_name:
-            styles = {**CHART_STYLES, **(FOCUSED_STYLES if self.has_focus else {})}
             role, _, action = name.partition(" ")
-            style = (self.visual_style + self.app.stylesheet.parse_style(styles[role])).rich_style
-            self._styles_by_name[name] = style + Style(meta={"action": action})
+            text = _FOCUSED_STYLES.get(role, "") if self.has_focus else ""
+            style = self.app.stylesheet.parse_style(text or CHART_STYLES[role])
+            self._styles_by_name[name] = (self.visual_style + style).rich_style + Style(
+                meta={"action": action}
+            )
         return self._styles_by_name[name]
 
     def plot_colours(self, opacity: float = 1.0) -> PlotColours:
@@ -180,8 +177,7 @@ class DrawnChart(Widget):
         background = self.background_colors[0].hex6
 
         def code(colour: Color | None) -> str:
-            colour = colour or Color.from_rgb(0, 0, 0)
-            return mix(colour.get_truecolor().hex, background, opacity)
+            return mix((colour or _BLACK).get_truecolor().hex, background, opacity)
 
         plain = self._style("plot")
         roles = {role: code(self._style(role).color) for role in INKS}
@@ -192,7 +188,7 @@ class DrawnChart(Widget):
     def _restyle(self) -> None:
         # A focused chart has styles of its own.
         self._styles_by_name.clear()
-        self._refresh_lines(self._picture)
+        self.redraw()
 
     def render_line(self, y: int) -> Strip:
         """A line of the picture."""
@@ -204,7 +200,7 @@ class DrawnChart(Widget):
 
     def _drawn_lines(self) -> list[list[Span]]:
         width, height = self.size
-        if self._chart is None or width < _MIN_SIZE[0] or height < _MIN_SIZE[1]:
+        if self.chart is None or width < _MIN_SIZE[0] or height < _MIN_SIZE[1]:
             text_lines = wrap(self._empty_text, max(width - len(_INDENT) - 1, 1))
             return [[("", "plot")], *([(f"{_INDENT}{line}", "label")] for line in text_lines)]
         if self._picture is None:
@@ -225,14 +221,12 @@ class DrawnChart(Widget):
         return self._picture
 
     def _control_spans(self, width: int) -> list[Span]:
-        is_wide = width >= _WIDE_COLUMNS
-        controls = (*self.extra_controls, *_CONTROLS)
-        texts = [control.label if is_wide else control.short_label for control in controls]
         view = self.view
         has_limits = view.x is not None or view.y is not None
         is_on = {"log('x')": view.log_x, "log('y')": view.log_y, "fit": has_limits}
         spans: list[Span] = []
-        for control, text in zip(controls, texts, strict=True):
+        for control in (*self.extra_controls, *_CONTROLS):
+            text = control.label if width >= _WIDE_COLUMNS else control.short_label
             style = "control-on" if is_on.get(control.action) else "control"
             spans += [(" ", "plot"), (text, f"{style} {control.action}")]
         return spans

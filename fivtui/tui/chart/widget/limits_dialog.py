@@ -1,6 +1,6 @@
 """The dialog for axis limits."""
 
-from dataclasses import replace
+from collections.abc import Sequence
 from typing import ClassVar, Final
 
 from textual import on
@@ -19,28 +19,26 @@ from .text_input import TextInput
 _LIMITS_FORMAT: Final = "LOW:HIGH, or empty to fit the data"
 
 
-class LimitsDialog(ModalScreen[View | None]):
+class LimitsDialog(ModalScreen[Sequence[Axis | None] | None]):
     """Dialog for ``LOW:HIGH`` of both axes; an axis without limits fits the data."""
 
-    BINDINGS: ClassVar[list[BindingType]] = [Binding("escape", "cancel", "Cancel")]
+    BINDINGS: ClassVar[list[BindingType]] = [Binding("escape", "dismiss", "Cancel")]
 
     def __init__(self, chart: Chart, view: View) -> None:
         super().__init__()
-        self._chart, self._view = chart, view
+        # Label, axis, and the chosen limits or None, by the names of the axes.
+        x, y = view.axes(chart)
+        self._axes = {"x": (chart.x_label, x, view.x), "y": (chart.y_label, y, view.y)}
 
     def compose(self) -> ComposeResult:
         """One input per axis."""
-        labels = {"x": self._chart.x_label, "y": self._chart.y_label}
-        axes = dict(zip("xy", self._view.axes(self._chart), strict=True))
         with Vertical(id="dialog"):
             yield Label("Axis limits", id="dialog-title")
-            for name, label in labels.items():
+            for name, (label, axis, chosen_axis) in self._axes.items():
                 yield Label(label, markup=False)
-                axis = axes[name]
                 limits_text = f"{axis.low:.6g}:{axis.high:.6g}"
-                is_chosen = getattr(self._view, name) is not None
                 yield TextInput(
-                    limits_text if is_chosen else "",
+                    "" if chosen_axis is None else limits_text,
                     replace_commas=with_decimal_points,
                     placeholder=f"now {limits_text}",
                     id=f"limits-{name}",
@@ -49,36 +47,31 @@ class LimitsDialog(ModalScreen[View | None]):
             yield Static(_LIMITS_FORMAT, id="dialog-hint", markup=False)
             with Horizontal(id="dialog-buttons"):
                 yield Button("OK", id="limits-ok", compact=True, variant="primary")
-                yield Button("Cancel", id="limits-cancel", compact=True)
+                yield Button("Cancel", compact=True, action="screen.dismiss")
 
     @on(Input.Changed)
-    def _read_limits(self) -> View | None:
-        # The view with the typed limits; if they are invalid, None, and the hint is the error.
+    def _read_limits(self) -> Sequence[Axis | None] | None:
+        # The typed limits of x and y; if they are invalid, None, and the hint is the error.
         # While the dialog opens, an input or the hint may not exist yet.
-        texts = {field.id: field.value for field in self.query(Input)}
-        # An axis without typed limits fits the data.
-        view, error = replace(self._view, x=None, y=None), ""
-        for axis_name, log in (("x", view.log_x), ("y", view.log_y)):
+        axes: list[Axis | None] = []
+        errors: list[str] = []
+        for field in self.query(Input):
+            name = str(field.id).removeprefix("limits-")
+            log = self._axes[name][1].log
             try:
-                limits = parse_limits(axis_name, texts.get(f"limits-{axis_name}", ""), log=log)
-            except InputError as input_error:
-                error = error or str(input_error)
+                limits = parse_limits(name, field.value, log=log)
+            except InputError as error:
+                errors.append(str(error))
             else:
-                if limits is not None:
-                    setattr(view, axis_name, Axis(*limits, log=log))
+                axes.append(limits and Axis(*limits, log=log))
         for hint in self.query("#dialog-hint").results(Static):
-            hint.update(error or _LIMITS_FORMAT)
-            hint.set_class(bool(error), "-wrong")
-        return None if error else view
+            hint.update(errors[0] if errors else _LIMITS_FORMAT)
+            hint.set_class(bool(errors), "-wrong")
+        return None if errors else axes
 
     @on(Input.Submitted)
     @on(Button.Pressed, "#limits-ok")
     def _accept(self) -> None:
-        view = self._read_limits()
-        if view is not None:
-            self.dismiss(view)
-
-    @on(Button.Pressed, "#limits-cancel")
-    def action_cancel(self) -> None:
-        """Close without changes."""
-        self.dismiss(None)
+        axes = self._read_limits()
+        if axes is not None:
+            self.dismiss(axes)

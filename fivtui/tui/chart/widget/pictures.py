@@ -27,7 +27,7 @@ from textual.screen import Screen
 from textual.timer import Timer
 from textual.widget import Widget
 
-from fivtui.charts import AxisTicks, Chart, PlotColours, View
+from fivtui.charts import Chart, PlotColours, View
 from fivtui.tui.chart.graphics import (
     CELL_QUERY,
     GRAPHICS_QUERY,
@@ -97,18 +97,13 @@ class _Plot:
     chart: Chart
     view: View
     colours: PlotColours
-    ticks: AxisTicks
-    # Columns and rows, and pixels of a cell.
-    size: Size
+    # The covered cells of the screen, and the pixels of a cell.
+    area: Region
     cell: Size
-
-    def covers_as(self, plot: "_Plot") -> bool:
-        """Whether its picture has the size of that of another plot."""
-        return (self.size, self.cell) == (plot.size, plot.cell)
 
 
 @dataclass(frozen=True, slots=True)
-class _DrawnPlot:
+class _Picture:
     # A picture as text by columns from its left edge, and the command that removes it.
     plot: _Plot
     number: int
@@ -136,7 +131,8 @@ class Pictures:
     ) -> None:
         self._app, self._wait, self._report = app, wait, report
         self._write: Callable[[str], None] = lambda _: None
-        self._has_kitty, self._has_sixel = False, False
+        # "kitty", "sixel", or nothing.
+        self._protocol = ""
         # Pixels of a cell; empty if unknown.
         self._cell = Size()
         self._screen_size = Size()
@@ -147,15 +143,10 @@ class Pictures:
         # Whether the last key followed the one before at once, and the timer that runs since then.
         self._is_key_held = False
         self._rest: Timer | None = None
-        # By chart: plots on the screen and the cells that they cover, their newest pictures, and
-        # the pictures in these cells.
-        self._visible: dict[DrawnChart, tuple[_Plot, Region]] = {}
-        self._drawn: dict[DrawnChart, _DrawnPlot] = {}
-        self._shown: dict[DrawnChart, tuple[_DrawnPlot, Region]] = {}
-
-    @property
-    def _is_able(self) -> bool:
-        return self._has_kitty or self._has_sixel
+        # By chart: plots on the screen, their newest pictures, and the pictures on the screen.
+        self._visible: dict[DrawnChart, _Plot] = {}
+        self._drawn: dict[DrawnChart, _Picture] = {}
+        self._shown: dict[DrawnChart, _Picture] = {}
 
     def start(self, write: Callable[[str], None]) -> None:
         """Ask the terminal what it can show; `write` sends text to it."""
@@ -165,10 +156,10 @@ class Pictures:
 
     def note_key(self) -> None:
         """Note that a key or a button was pressed."""
-        if self._is_able:
-            self._is_key_held = self._rest is not None
-            if self._rest is not None:
-                self._rest.stop()
+        if self._rest is not None:
+            self._is_key_held = True
+            self._rest.reset()
+        elif self._protocol:
             self._rest = self._app.set_timer(_HELD_S, self._end_held_key)
 
     def _end_held_key(self) -> None:
@@ -183,34 +174,33 @@ class Pictures:
 
     def stop(self, reason: str) -> None:
         """Remove all pictures, and show no more."""
-        if self._is_able:
-            self._has_kitty = self._has_sixel = False
+        if self._protocol:
+            self._protocol = ""
             self._visible.clear()
             self._write(self._commands(may_send=False))
             self._report(f"pictures are off: {reason}")
 
     def read(self, reply: TerminalReply) -> None:
         """Handle an answer of the terminal."""
-        fields = reply.fields
-        if fields["kitty"] is not None:
-            self._has_kitty = fields["kitty"] == "OK"
-        elif fields["width"] is not None:
-            self._cell = Size(int(fields["width"]), int(fields["height"] or 0))
-        else:
-            attributes = (fields["attributes"] or "").split(";")
-            self._has_sixel = not self._has_kitty and str(SIXEL_ATTRIBUTE) in attributes[1:]
+        if reply.fields["kitty"] == "OK":
+            self._protocol = "kitty"
+        elif width := reply.fields["width"]:
+            self._cell = Size(int(width), int(reply.fields["height"] or 0))
+        elif SIXEL_ATTRIBUTE in (reply.fields["attributes"] or "").split(";")[1:]:
+            self._protocol = self._protocol or "sixel"
         write_changes(self._app)
 
     def text(self, screen: Screen[Any], update: CompositorUpdate, *, may_send: bool) -> str:
         """What follows an update of the screen: removals, and if they may be sent, pictures."""
-        if not self._is_able:
+        if not self._protocol:
             return ""
-        if self._has_sixel:
+        if self._protocol == "sixel":
             # Text erases a picture.
-            for chart, (_, area) in list(self._shown.items()):
-                if _overlaps(update, area):
+            for chart, picture in list(self._shown.items()):
+                if _overlaps(update, picture.plot.area):
                     self._forget(chart)
-        self._visible = self._find_visible(screen)
+        is_shown = screen is self._app.screen and self._cell and not self._is_key_held
+        self._visible = self._find_visible(screen._compositor) if is_shown else {}
         self._may_wait = not may_send
         commands = self._commands(may_send=may_send)
         if screen.size != self._screen_size:
@@ -220,50 +210,40 @@ class Pictures:
         self._draw_next()
         return commands
 
-    def _find_visible(self, screen: Screen[Any]) -> dict[DrawnChart, tuple[_Plot, Region]]:
-        visible: dict[DrawnChart, tuple[_Plot, Region]] = {}
-        is_shown = screen is self._app.screen and self._is_able and not self._is_key_held
-        if not is_shown or not self._cell:
-            return visible
-        compositor = screen._compositor
+    def _find_visible(self, compositor: Compositor) -> dict[DrawnChart, _Plot]:
+        visible: dict[DrawnChart, _Plot] = {}
         for widget, (region, clip) in compositor.visible_widgets.items():
             if not isinstance(widget, DrawnChart):
                 continue
             picture, chart = widget.current_picture(), widget.chart
             if picture is None or chart is None:
                 continue
-            column, row, columns, rows = picture.plot_area
-            area = Region(column, row, columns, rows).translate(region.offset)
+            area = Region(*picture.plot_area).translate(region.offset)
             if clip.contains_region(area) and not _is_covered(widget, area, compositor):
-                view = deepcopy(widget.view)
-                ticks = axis_ticks(*view.axes(chart), columns, rows)
-                plot = _Plot(
-                    chart, view, widget.plot_colours(widget.opacity), ticks, area.size, self._cell
-                )
-                visible[widget] = plot, area
+                colours = widget.plot_colours(widget.opacity)
+                visible[widget] = _Plot(chart, deepcopy(widget.view), colours, area, self._cell)
         return visible
 
     def _commands(self, *, may_send: bool) -> str:
         # Text that removes pictures of charts that are not visible, and shows new pictures.
         commands = []
-        for chart, (drawn, area) in list(self._shown.items()):
-            _, visible_area = self._visible.get(chart, (None, None))
-            if visible_area != area:
-                commands.append(drawn.removal)
+        for chart, shown in list(self._shown.items()):
+            if chart not in self._visible or self._visible[chart].area != shown.plot.area:
+                commands.append(shown.removal)
                 self._forget(chart)
                 # The characters may have changed below the picture.
                 chart.refresh()
-        for chart, (plot, area) in self._visible.items() if may_send else ():
-            newest, (shown, _) = self._drawn.get(chart), self._shown.get(chart, (None, None))
-            if newest is None or not newest.plot.covers_as(plot):
+        for chart, plot in self._visible.items() if may_send else ():
+            newest, previous = self._drawn.get(chart), self._shown.get(chart)
+            if newest is None or (newest.plot.area, newest.plot.cell) != (plot.area, plot.cell):
                 continue
-            if shown is not None and shown.number == newest.number:
+            if previous is not None and previous.number == newest.number:
                 continue
             for column, text in newest.texts.items():
-                commands += [str(Control.move_to(area.x + column, area.y)), text]
-            if shown is not None:
-                commands.append(shown.removal)
-            self._shown[chart] = newest, area
+                commands += [str(Control.move_to(plot.area.x + column, plot.area.y)), text]
+            if previous is not None:
+                commands.append(previous.removal)
+            self._shown[chart] = newest
             chart.is_covered = True
         return "".join(commands)
 
@@ -274,9 +254,9 @@ class Pictures:
     def _draw_next(self) -> None:
         # Draw the visible plot that has changed and was not drawn for the longest time.
         changed = [
-            (drawn.number if drawn is not None else 0, chart, plot)
-            for chart, (plot, _) in self._visible.items()
-            if (drawn := self._drawn.get(chart)) is None or drawn.plot != plot
+            (picture.number if picture is not None else 0, chart, plot)
+            for chart, plot in self._visible.items()
+            if (picture := self._drawn.get(chart)) is None or picture.plot != plot
         ]
         if changed and not self._is_drawing:
             self._is_drawing = True
@@ -288,26 +268,26 @@ class Pictures:
         # Runs in a thread.
         self._wait()
         try:
-            drawn = self._encode(plot, number)
+            picture = self._encode(plot, number)
         except Exception as error:  # noqa: BLE001 (it is reported, and charts stay in characters)
             self._app.call_later(self.stop, f"a chart cannot be drawn: {error!r}")
         else:
-            self._app.call_later(self._finish, chart, drawn)
+            self._app.call_later(self._finish, chart, picture)
 
-    def _encode(self, plot: _Plot, number: int) -> _DrawnPlot:
+    def _encode(self, plot: _Plot, number: int) -> _Picture:
         # Imported late, because matplotlib loads slowly.
         from fivtui.charts import plot_pixels
 
-        (columns, rows), (width, height) = plot.size, plot.cell
+        (columns, rows), (width, height) = plot.area.size, plot.cell
         pixels = plot_pixels(
             plot.chart,
             plot.view,
             (columns * width, rows * height),
             dpi=_DPI_PER_PIXEL * height,
             colours=plot.colours,
-            ticks=plot.ticks,
+            ticks=axis_ticks(plot.chart, plot.view, columns, rows),
         )
-        if self._has_kitty:
+        if self._protocol == "kitty":
             texts, removal = {0: encode_kitty(pixels, number, columns, rows)}, delete_kitty(number)
         else:
             step = max(_MAX_SIXEL_WIDTH // width, 1)
@@ -316,15 +296,15 @@ class Pictures:
                 for column in range(0, columns, step)
             }
             removal = ""
-        return _DrawnPlot(plot, number, crc32(pixels.tobytes()), texts, removal)
+        return _Picture(plot, number, crc32(pixels.tobytes()), texts, removal)
 
-    def _finish(self, chart: DrawnChart, drawn: _DrawnPlot) -> None:
+    def _finish(self, chart: DrawnChart, picture: _Picture) -> None:
         self._is_drawing = False
         previous = self._drawn.get(chart)
-        if previous is not None and previous.checksum == drawn.checksum:
+        if previous is not None and previous.checksum == picture.checksum:
             # The same picture need not be sent again.
-            drawn = replace(previous, plot=drawn.plot)
-        self._drawn[chart] = drawn
+            picture = replace(previous, plot=picture.plot)
+        self._drawn[chart] = picture
         write_changes(self._app)
 
 
