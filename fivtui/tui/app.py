@@ -14,7 +14,6 @@ from textual._compositor import CompositorUpdate
 from textual.app import App
 from textual.binding import Binding, BindingType
 from textual.command import Provider
-from textual.driver import Driver
 from textual.drivers._writer_thread import WriterThread
 from textual.events import CursorPosition, Event, InputEvent, Key, MouseMove, Paste, Resize
 from textual.geometry import Region
@@ -68,14 +67,6 @@ def _command_provider() -> type[Provider]:
     return LabCommands
 
 
-def _report_interpreted_kernel(lab: Screen[object]) -> None:
-    from fivtui.kernel import why_interpreted
-
-    reason = why_interpreted()
-    if reason is not None:
-        lab.post_message(Reported(f"runs are interpreted, which takes long: {reason}"))
-
-
 class FivtuiApp(App[None]):
     """The terminal laboratory: restores, displays and saves a session."""
 
@@ -125,9 +116,9 @@ class FivtuiApp(App[None]):
         threads: ComputingThreads | None = None,
     ) -> None:
         register_alt_keys()
-        # Whether the driver reads answers of the terminal about pictures.
-        self._can_ask_terminal = False
         super().__init__()
+        # Whether the driver reads answers of the terminal about pictures.
+        self._can_ask_terminal = parse_replies(self.driver_class)
         for theme in BUILTIN_THEMES.values():
             self.register_theme(with_chart_colours(theme))
         self._pictures = Pictures(self, SCREEN_RESPONSE.wait, self._report)
@@ -138,8 +129,7 @@ class FivtuiApp(App[None]):
         self._line = TerminalLine(self, self._pictures, self._urgent_regions)
         # The change of the terminal's size after which a pause is awaited.
         self._awaited_size_event: Resize | None = None
-        self._mode = self.DEFAULT_MODE
-        self.add_mode(self._mode, self.get_default_screen)
+        self.add_mode(self.DEFAULT_MODE, self.get_default_screen)
         self._state_file = state
         self.autosave = Autosave(state)
         # The last reported error of saving.
@@ -200,16 +190,16 @@ class FivtuiApp(App[None]):
         try:
             session = autosave.open(event.number)
         except InputError as error:
-            self.screen_stack[0].post_message(Reported(str(error), error=True))
+            self._report(str(error), error=True)
             return
         self.autosave.close(self._session_state())
         self.autosave, self._reported_error = autosave, ""
         texts = [f"session {event.number} opened", *self._open(session)]
         self._reports.append(Reported("; ".join(texts)))
         # Removing the screen of the previous session ends its computations.
-        previous_mode, self._mode = self._mode, f"session {event.number}"
-        self.add_mode(self._mode, self.get_default_screen)
-        self.switch_mode(self._mode)
+        previous_mode, mode = self.current_mode, f"session {event.number}"
+        self.add_mode(mode, self.get_default_screen)
+        self.switch_mode(mode)
         self.remove_mode(previous_mode)
         self._start_screen()
 
@@ -233,12 +223,6 @@ class FivtuiApp(App[None]):
         )
         return screen
 
-    def get_driver_class(self) -> type[Driver]:
-        """The driver of the terminal, which can read answers about pictures if possible."""
-        driver_class = super().get_driver_class()
-        self._can_ask_terminal = parse_replies(driver_class)
-        return driver_class
-
     @on(TerminalReply)
     def _read_reply(self, event: TerminalReply) -> None:
         if self.screen_stack:
@@ -261,8 +245,8 @@ class FivtuiApp(App[None]):
             self._line.forget_cells()
             super()._check_resize()
 
-    def _report(self, text: str) -> None:
-        self.screen_stack[0].post_message(Reported(text))
+    def _report(self, text: str, *, error: bool = False) -> None:
+        self.screen_stack[0].post_message(Reported(text, error=error))
 
     async def action_quit(self) -> None:
         """Stop all computations, because threads would delay the end, and quit."""
@@ -336,7 +320,7 @@ class FivtuiApp(App[None]):
             lab.post_message(report)
         self._reports.clear()
         # After the first frame, because loading the kernel is slow.
-        self.call_after_refresh(_report_interpreted_kernel, lab)
+        self.call_after_refresh(self._report_interpreted_kernel)
         if self.session.unread_results:
             autosave, unread = self.autosave, dict(self.session.unread_results)
             # After the first frame, because reading files may be slow.
@@ -346,6 +330,12 @@ class FivtuiApp(App[None]):
                 thread=True,
                 exit_on_error=False,
             )
+
+    def _report_interpreted_kernel(self) -> None:
+        from fivtui.kernel import why_interpreted
+
+        if reason := why_interpreted():
+            self._report(f"runs are interpreted, which takes long: {reason}")
 
     async def on_event(self, event: Event) -> None:
         """Queue keys and pasted text, to handle them in order; handle other events at once."""
@@ -398,7 +388,7 @@ class FivtuiApp(App[None]):
         if self.autosave.save_error != self._reported_error:
             self._reported_error = self.autosave.save_error
             text = self._reported_error or "the session is saved again"
-            self.screen_stack[0].post_message(Reported(text, error=bool(self._reported_error)))
+            self._report(text, error=bool(self._reported_error))
         autosave, state = self.autosave, self._session_state()
         if autosave.needs_save(state):
             # In a thread, because writing files may be slow.

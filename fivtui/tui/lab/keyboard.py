@@ -2,11 +2,11 @@
 
 from collections import deque
 from collections.abc import Awaitable, Callable
-from contextlib import suppress
-from dataclasses import dataclass
 from string import ascii_lowercase, digits
+from types import SimpleNamespace
 from typing import Any, Final, cast
 
+from textual._ansi_sequences import ANSI_SEQUENCES_KEYS
 from textual.app import App
 from textual.dom import DOMNode
 from textual.events import Event, Key
@@ -31,26 +31,17 @@ _OVERRIDDEN_LETTERS: Final = "f"
 _MESSAGES_OF_FOCUSED_WIDGET: Final = 2
 
 
-@dataclass(frozen=True, slots=True)
-class _AltKey:
-    # An entry of Textual's table of key sequences, like a member of its enumeration of keys.
-    value: str
-
-
 def register_alt_keys() -> None:
     """Make Textual read Alt with a letter or digit as a key instead of inserting a symbol."""
-    # Versions of Textual without this table insert no symbols.
-    with suppress(ImportError):
-        from textual._ansi_sequences import ANSI_SEQUENCES_KEYS
-
-        sequences = cast("dict[str, Any]", ANSI_SEQUENCES_KEYS)
-        for character, name in _KEY_NAMES.items():
-            sequence = f"{_ESCAPE}{character}"
-            # The table gives a tuple for a key of Textual, such as Alt+B (a word back), which
-            # stays; for a symbol to insert it gives a text.
-            is_undefined = isinstance(sequences.get(sequence, ""), str)
-            if is_undefined or character in _OVERRIDDEN_LETTERS:
-                sequences[sequence] = (_AltKey(f"alt+{name}"),)
+    sequences = cast("dict[str, Any]", ANSI_SEQUENCES_KEYS)
+    for character, name in _KEY_NAMES.items():
+        sequence = f"{_ESCAPE}{character}"
+        # The table gives a tuple for a key of Textual, such as Alt+B (a word back), which stays;
+        # for a symbol to insert it gives a text.
+        is_undefined = isinstance(sequences.get(sequence, ""), str)
+        if is_undefined or character in _OVERRIDDEN_LETTERS:
+            # Like members of Textual's enumeration of keys.
+            sequences[sequence] = (SimpleNamespace(value=f"alt+{name}"),)
 
 
 def discard_alt_character(key: Key, *, mac_option: bool) -> None:

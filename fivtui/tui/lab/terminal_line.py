@@ -8,15 +8,14 @@ piece is drawn from the newest state when the terminal has read the piece before
 import math
 import time
 from collections.abc import Callable, Iterable, Sequence
-from functools import lru_cache
 from itertools import product
-from typing import TYPE_CHECKING, Any, Final, cast
+from typing import Any, Final, cast
 
 from rich.cells import cell_len
+from rich.color import ColorSystem
 from rich.console import Console
 from rich.segment import Segment
-from rich.style import Style
-from textual._compositor import CompositorUpdate
+from textual._compositor import CompositorUpdate, LayoutUpdate
 from textual.app import App
 from textual.events import CursorPosition
 from textual.geometry import Region
@@ -24,10 +23,6 @@ from textual.screen import Screen
 from textual.timer import Timer
 
 from fivtui.tui.chart import Pictures, write_changes
-
-if TYPE_CHECKING:
-    from rich.color import ColorSystem
-    from textual._compositor import LayoutUpdate
 
 # Duration of a piece on a slow line, s.
 _PIECE_S: Final = 0.15
@@ -52,12 +47,9 @@ _RESET_STYLE: Final = "\x1b[0m"
 # Text that displays nothing, to measure the rate before the first frame.
 _FIRST_PIECE: Final = _RESET_STYLE * 50
 
-# Codes that set a style: its attributes, foreground and background, or nothing.
-Codes = tuple[str, str, str]
-_NO_CODES: Final[Codes] = ("", "", "")
-# A character and its style; the text is empty for the second half of a wide character.
-Cell = tuple[str, Codes]
-_UNKNOWN_CELL: Final[Cell] = ("unknown", _NO_CODES)
+# A character and the codes of its style; the text is empty for the second half of a wide character.
+Cell = tuple[str, str]
+_UNKNOWN_CELL: Final[Cell] = ("unknown", "")
 
 
 class LineRate:
@@ -134,8 +126,8 @@ class TerminalLine:
         self._app, self._pictures = app, pictures
         # Parts of the screen that are drawn first.
         self._urgent_regions = urgent_regions
-        # None without a terminal.
-        self._rate: LineRate | None = None
+        self._rate = LineRate()
+        self._is_open = False
         # Number of the last piece, and the time of the answer to the query before it, s.
         self._number = 0
         self._answer_time = 0.0
@@ -146,8 +138,8 @@ class TerminalLine:
 
     def open(self, write: Callable[[str], None]) -> None:
         """Measure the rate of the line before the first frame; `write` sends text to it."""
-        self._rate = LineRate()
-        write(self._piece(self._rate, _FIRST_PIECE).render_segments(self._app.console))
+        self._is_open = True
+        write(self._piece(_FIRST_PIECE).render_segments(self._app.console))
 
     @property
     def is_slow(self) -> bool:
@@ -161,40 +153,36 @@ class TerminalLine:
     @property
     def awaits_answer(self) -> bool:
         """Whether the terminal will answer a query."""
-        return self._rate is not None and self._rate.has_answered and not self._rate.is_free
+        return self._rate.has_answered and not self._rate.is_free
 
     def fit(self, screen: Screen[Any], update: CompositorUpdate) -> CompositorUpdate | None:
         """What to write for an update: on a slow line a piece of all changes, or nothing yet."""
-        rate = self._rate
-        budget = math.inf if rate is None else rate.budget(time.monotonic())
-        if rate is None or math.isinf(budget):
+        budget = self._rate.budget(time.monotonic()) if self._is_open else math.inf
+        if math.isinf(budget):
             if self._timer is not None:
                 self._timer.stop()
                 self._timer, self._cells = None, []
                 update = self._full_update(screen)
-            is_free = rate is None or rate.is_free
+            is_free = self._rate.is_free
             pictures = self._pictures.text(screen, update, may_send=is_free)
-            if rate is None or not is_free:
-                return _Frame(update, pictures)
-            return self._between_queries(rate, update, pictures)
+            if self._is_open and is_free:
+                return self._between_queries(update, pictures)
+            return _Frame(update, pictures)
         if self._timer is None:
             self._timer = self._app.set_interval(_POLL_INTERVAL_S, self._continue)
         text = self._changes(screen, budget) if budget else ""
         self._is_outdated = bool(text) or not budget
-        return self._piece(rate, text) if text else None
+        return self._piece(text) if text else None
 
     def answer(self, event: CursorPosition) -> None:
         """Handle the answer of the terminal to a query."""
-        rate = self._rate
-        if rate is None:
-            return
-        rate.has_answered = True
-        if event.x == self._number and event.y == _ROW_BEFORE:
+        self._rate.has_answered = True
+        if (event.x, event.y) == (self._number, _ROW_BEFORE):
             self._answer_time = event.time
-        elif event.x == self._number and event.y == _ROW_AFTER:
-            was_fast = rate.is_fast
-            rate.measure(event.time - self._answer_time)
-            if was_fast and not rate.is_fast:
+        elif (event.x, event.y) == (self._number, _ROW_AFTER):
+            was_fast = self._rate.is_fast
+            self._rate.measure(event.time - self._answer_time)
+            if was_fast and not self._rate.is_fast:
                 self._pictures.stop("the terminal reads them too slowly")
             self._continue()
             self._pictures.resume()
@@ -202,13 +190,13 @@ class TerminalLine:
     def _continue(self) -> None:
         # On a slow line, write the next piece if the terminal has read the last one; leave a line
         # that has become fast to whole frames.
-        if self._timer is None or self._rate is None or not self._app.is_running:
+        if self._timer is None or not self._app.is_running:
             return
         budget = self._rate.budget(time.monotonic())
         if math.isinf(budget) or (budget and self._is_outdated):
             write_changes(self._app)
 
-    def _full_update(self, screen: Screen[Any]) -> "LayoutUpdate":
+    def _full_update(self, screen: Screen[Any]) -> LayoutUpdate:
         stack = self._app._background_screens
         update = screen._compositor.render_update(full=True, screen_stack=stack)
         return cast("LayoutUpdate", update)
@@ -226,19 +214,17 @@ class TerminalLine:
         regions = [region.intersection(area) for region in self._urgent_regions()]
         return changed_text(self._cells, rows, [*regions, area], budget)
 
-    def _piece(self, rate: LineRate, text: str) -> _Frame:
+    def _piece(self, text: str) -> _Frame:
         text += _RESET_STYLE
-        return self._between_queries(rate, CompositorUpdate(), text, len(text.encode()))
+        return self._between_queries(CompositorUpdate(), text, len(text.encode()))
 
-    def _between_queries(
-        self, rate: LineRate, update: CompositorUpdate, text: str, size: int = 0
-    ) -> _Frame:
+    def _between_queries(self, update: CompositorUpdate, text: str, size: int = 0) -> _Frame:
         # `size` is 0 for a frame that is not measured.
         self._number = (self._number + 1) % _PIECE_NUMBERS
         before, after = (
             _QUERY.format(row + 1, self._number + 1) for row in (_ROW_BEFORE, _ROW_AFTER)
         )
-        rate.write(size and size + len(before + after), time.monotonic())
+        self._rate.write(size and size + len(before + after), time.monotonic())
         return _Frame(update, text + after, before)
 
 
@@ -255,7 +241,7 @@ def changed_text(
     parts: list[str] = []
     size = 0
     # The cursor, and the style in which it writes.
-    cursor, codes = (-1, -1), _NO_CODES
+    cursor, codes = (-1, -1), ""
     for region in regions:
         for y, x in product(region.line_range, region.column_range):
             row = rows[y]
@@ -267,7 +253,7 @@ def changed_text(
             first = x if cursor == (x, y) or row[x][0] else x - 1
             part = "" if cursor == (first, y) else f"\x1b[{y + 1};{first + 1}H"
             for text, cell_codes in row[first : x + 1]:
-                part += _style_change(codes, cell_codes) + text
+                part += text if cell_codes == codes else f"\x1b[0;{cell_codes}m{text}"
                 codes = cell_codes
             displayed[y][x] = row[x]
             cursor = x + 1, y
@@ -276,30 +262,10 @@ def changed_text(
     return "".join(parts)
 
 
-def _style_change(old: Codes, new: Codes) -> str:
-    changed = [code for code, old_code in zip(new, old, strict=True) if code != old_code]
-    if new[0] != old[0] or "" in changed:
-        # Codes replace colours; other parts of a style end only with all others.
-        changed = ["0", *filter(None, new)]
-    return f"\x1b[{';'.join(changed)}m" if changed else ""
-
-
-@lru_cache(maxsize=4096)
-def _style_codes(style: Style | None, color_system: "ColorSystem | None") -> Codes:
-    if style is None or color_system is None:
-        return _NO_CODES
-    foreground, background = Style(color=style.color), Style(bgcolor=style.bgcolor)
-    attributes, *colours = (
-        part._make_ansi_codes(color_system)
-        for part in (style.without_color, foreground, background)
-    )
-    return attributes, colours[0], colours[1]
-
-
-def _cells_of(strip: Iterable[Segment], color_system: "ColorSystem | None") -> list[Cell]:
+def _cells_of(strip: Iterable[Segment], color_system: ColorSystem | None) -> list[Cell]:
     cells: list[Cell] = []
     for text, style, _control in strip:
-        codes = _style_codes(style, color_system)
+        codes = style._make_ansi_codes(color_system) if style and color_system else ""
         for character in text:
             width = cell_len(character)
             if width:

@@ -13,7 +13,7 @@ from textual.geometry import Region
 from textual.pilot import Pilot
 
 from fivtui.tui.app import FivtuiApp
-from fivtui.tui.lab.terminal_line import Cell, Codes, LineRate, changed_text
+from fivtui.tui.lab.terminal_line import Cell, LineRate, changed_text
 from tests.support.laboratory import HANG_S, app_of, text_of, until_still
 
 SIZE = (80, 24)
@@ -21,7 +21,6 @@ SIZE = (80, 24)
 RATE = 960.0
 # The field of μ in the form.
 VALUE = re.compile(r"│.μ +([\d.]+)")
-PLAIN: Codes = ("", "", "")
 TOKEN = re.compile(r"\x1b\[([?\d;]*)([A-Za-z])|\x1b[78]|([^\x1b])", re.DOTALL)
 
 
@@ -29,9 +28,9 @@ class Screen:
     """The cells of a terminal that executes what is written."""
 
     def __init__(self, width: int, height: int) -> None:
-        self.cells: list[list[Cell]] = [[(" ", PLAIN)] * width for _ in range(height)]
+        self.cells: list[list[Cell]] = [[(" ", "")] * width for _ in range(height)]
         self.x = self.y = 0
-        self.codes = PLAIN
+        self.codes = ""
 
     def execute(self, token: re.Match[str]) -> None:
         parameters, command, character = token.groups()
@@ -44,23 +43,15 @@ class Screen:
         elif command == "H":
             self.y, self.x = (int(number) - 1 for number in parameters.split(";"))
         elif command == "m":
-            for code in re.findall(r"[34]8;2;\d+;\d+;\d+|\d+", parameters):
-                part = {"38": 1, "48": 2}.get(code[:2], 0)
-                parts = ["", "", ""] if code == "0" else list(self.codes)
-                parts[part] = "" if code == "0" else code
-                attributes, foreground, background = parts
-                self.codes = attributes, foreground, background
+            # Every style replaces that before.
+            self.codes = re.sub("^0;?", "", parameters)
 
     @property
     def lines(self) -> list[str]:
         return ["".join(text for text, _ in row) for row in self.cells]
 
 
-styles: st.SearchStrategy[Codes] = st.tuples(
-    st.sampled_from(["", "1", "4"]),
-    st.sampled_from(["", "38;2;1;2;3", "38;2;3;2;1"]),
-    st.sampled_from(["", "48;2;0;0;0", "48;2;9;9;9"]),
-)
+styles = st.sampled_from(["", "1", "4;38;2;1;2;3", "38;2;1;2;3;48;2;9;9;9"])
 
 
 @st.composite
@@ -95,8 +86,8 @@ def test_pieces_of_changes_draw_the_new_cells(
 
 
 def test_changes_begin_in_the_first_region() -> None:
-    old: list[list[Cell]] = [[("a", PLAIN)] * 9 for _ in range(9)]
-    new: list[list[Cell]] = [[("b", PLAIN)] * 9 for _ in range(9)]
+    old: list[list[Cell]] = [[("a", "")] * 9 for _ in range(9)]
+    new: list[list[Cell]] = [[("b", "")] * 9 for _ in range(9)]
     piece = changed_text(old, new, [Region(2, 5, 3, 1), Region(0, 0, 9, 9)], 14.0)
     assert piece == "\x1b[6;3Hbbb\x1b[1;1Hb"
 
