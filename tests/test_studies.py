@@ -140,8 +140,8 @@ def test_a_new_study_is_written_drawn_and_printed_by_a_command(
 def test_a_new_study_is_exported_stored_and_shown_by_the_laboratory(tmp_path: Path) -> None:
     data = scene_study_export(DATA, "bounce", BOUNCE_RESULT, "mine")
     assert (data.file_name, data.subject) == ("mine-bounce.csv", "the bounce")
-    assert data.suffixes == (".csv", ".npz", ".parquet", ".json")
-    for suffix in data.suffixes:
+    assert tuple(data.writers) == (".csv", ".npz", ".parquet", ".json")
+    for suffix in data.writers:
         assert write_export(data, tmp_path / f"b{suffix}") == ""
     assert json.loads((tmp_path / "b.json").read_text()) == BOUNCE_RESULT.to_dict()
     figure = scene_study_export(FIGURE, "bounce", BOUNCE_RESULT, "mine")

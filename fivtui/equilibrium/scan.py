@@ -1,6 +1,5 @@
 """Eigenvalues at the equilibrium over the friction coefficient."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final
 
@@ -9,7 +8,6 @@ from numpy.typing import NDArray
 
 from fivtui.model import (
     PARAMETERS,
-    Cancelled,
     Column,
     ComputationError,
     System,
@@ -23,8 +21,6 @@ from .eigenvalues import Stability
 FloatArray = NDArray[np.float64]
 
 _POINT_COUNT: Final = 241
-# Number of points between calls of `should_continue`.
-_POINTS_PER_CALL: Final = 24
 # Least upper end of a scan, and the factor by which it exceeds μ and every critical μ.
 _MIN_TOP: Final = 1.0
 _TOP_FACTOR: Final = 1.5
@@ -79,22 +75,14 @@ def mu_scan_end(result: Stability) -> float:
     return float(min(next(number for number in round_numbers if number >= min_top), mu_max))
 
 
-def mode_scan(
-    system: System,
-    top: float,
-    *,
-    should_continue: Callable[[], bool] = lambda: True,
-) -> ModeScan:
+def mode_scan(system: System, top: float) -> ModeScan:
     """Eigenvalues over evenly spaced μ from 0 to `top`, or to the last with an equilibrium.
 
-    Raises `ComputationError` if there is none, and `Cancelled` if `should_continue`, called
-    repeatedly, returns False.
+    Raises `ComputationError` if there is none.
     """
     mu = np.linspace(0.0, top, _POINT_COUNT)
     matrices = np.empty((_POINT_COUNT, 4, 4))
     for index, value in enumerate(mu.tolist()):
-        if index % _POINTS_PER_CALL == 0 and not should_continue():
-            raise Cancelled
         changed = system.with_values({"mu": value})
         try:
             point = equilibrium(changed)

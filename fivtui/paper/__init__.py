@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from .charts import figure_charts
     from .claims.check import CLAIMS, check_claims
     from .claims.claim import CheckedClaim, Claim
-    from .claims.report import claims_markdown
+    from .claims.report import claims_markdown, verdict_counts
     from .data import FigureData, FloatArray
     from .export import DEFAULT_FORMATS, figure_numbers, figures, save_figures
     from .kinds import ComputedPanel

@@ -26,13 +26,14 @@ _SAMPLES: Final = 10_001
 class PaperResults:
     """Tables and runs of the paper, each computed when first requested.
 
-    `should_continue` is called between computations, which are cancelled when it returns False.
+    `tables` has those computed so far, by the keys of their panels. `should_continue` is called
+    between computations, which are cancelled when it returns False.
     """
 
     def __init__(self, *, workers: int | None = None) -> None:
         self.should_continue: Callable[[], bool] = lambda: True
         self._workers = workers
-        self._tables: dict[str, FigureData] = {}
+        self.tables: dict[str, FigureData] = {}
         self._runs: dict[Scene, Transient] = {}
         self._amplitudes: dict[Scene, Amplitude] = {}
 
@@ -69,9 +70,9 @@ class PaperResults:
 
     def table(self, key: str) -> FigureData:
         """The data of a panel, by its key in `PANELS`."""
-        if key not in self._tables:
-            self._tables[key] = self._compute_table(PANELS[key])
-        return self._tables[key]
+        if key not in self.tables:
+            self.tables[key] = self._compute_table(PANELS[key])
+        return self.tables[key]
 
     def _compute_table(self, panel: Panel) -> FigureData:
         if panel.kind == "transient":

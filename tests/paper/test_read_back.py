@@ -21,7 +21,7 @@ from fivtui.paper.data import DATA_COLUMNS, save_data
 from fivtui.paper.panels import PANELS, figure_panels
 from fivtui.paper.results import PaperResults
 from fivtui.scene.scene import Scene
-from fivtui.tui.tabs.requests.paper import figure_rows, point_scene
+from fivtui.tui.tabs.requests.paper import figure_row, point_scene
 from tests.support import paper_model
 from tests.support.reading import (
     drawn_line,
@@ -405,8 +405,7 @@ def test_a_point_of_a_chart_opens_the_scene_of_its_line() -> None:
 
 def test_the_list_of_figures_names_the_parameters_of_their_lines() -> None:
     # The mark ✓ means that the figure has been computed.
-    rows = {row[0].removesuffix(" ✓"): row for row in figure_rows(computed=["3"])}
-    assert list(rows) == list(PANELS)
+    rows = {key: figure_row(panel, is_computed=key == "3") for key, panel in PANELS.items()}
     assert rows["3"][0] == "3 ✓"
     assert rows["7"][0] == "7"
     assert rows["3"][1] == "k_nl 0, 50, 100, 500"

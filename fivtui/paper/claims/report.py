@@ -31,9 +31,14 @@ def print_claims(checked: Sequence["CheckedClaim"]) -> None:
     has_space = width is None or width >= _LEAST_TABLE_WIDTH
     content = _claims_table(checked) if has_space else _claims_list(checked)
     print_titled("Claims of the paper", content)
+    Console(stderr=True, highlight=False).print(verdict_counts(checked))
+
+
+def verdict_counts(checked: Sequence["CheckedClaim"]) -> str:
+    """How many claims have each verdict."""
     counts = Counter(entry.verdict.value for entry in checked)
     text = ", ".join(f"{verdict} {count}" for verdict, count in counts.items())
-    Console(stderr=True, highlight=False).print(f"{len(checked)} claims: {text}")
+    return f"{len(checked)} claims: {text}"
 
 
 def _claims_table(checked: Sequence["CheckedClaim"]) -> Table:

@@ -18,6 +18,7 @@ from textual.command import DiscoveryHit, Hit, Hits, Provider
 from textual.fuzzy import Matcher
 
 from fivtui.model import InputError
+from fivtui.paper import PANELS
 from fivtui.scene import PRESETS, Scene
 from fivtui.tui.chart import ChartView
 from fivtui.tui.persistence import Slot, load_session
@@ -31,7 +32,7 @@ from fivtui.tui.tabs import (
     SessionRequested,
     TabSpec,
     ViewsPane,
-    paper_scenes,
+    panel_scene,
 )
 
 from .keys import LAB_KEYS, key_text
@@ -196,10 +197,10 @@ def _export_entries(lab: LabScreen, kind: str) -> Iterator[PaletteEntry]:
     with suppress(InputError):
         if lab.pane is not None:
             export = lab.pane.export(kind)
-            is_belt = not {".gif", ".wav"}.isdisjoint(export.suffixes)
+            is_belt = not {".gif", ".wav"}.isdisjoint(export.writers)
             yield PaletteEntry(
                 f"Export the {export.kind} of {export.subject}…",
-                f"{lab.session.key_names[kind]}: {', '.join(export.suffixes)}",
+                f"{lab.session.key_names[kind]}: {', '.join(export.writers)}",
                 partial(lab.action_export, kind),
                 _BELT_EXPORT_TERMS[kind] if is_belt else _SEARCH_TERMS[kind],
             )
@@ -271,9 +272,9 @@ def _scene_entries(lab: LabScreen) -> Iterator[PaletteEntry]:
 
     for name, scene in PRESETS.items():
         yield entry(f"Preset {name}", scene.description, scene, name, f"preset {name}")
-    for scene, caption in paper_scenes():
-        title = f"Scene of {scene.name.replace('fig-', 'Fig. ')}"
-        yield entry(title, caption, scene, "", f"scene {scene.name}: {caption}")
+    for key, panel in PANELS.items():
+        scene, report = panel_scene(panel), f"scene fig-{key}: {panel.caption}"
+        yield entry(f"Scene of Fig. {key}", panel.caption, scene, "", report)
 
 
 def _run_entries(lab: LabScreen) -> Iterator[PaletteEntry]:

@@ -47,8 +47,6 @@ _COLUMNS: Final = (
 class RunsTable(ListTable[str | Text]):
     """A table with a row per run."""
 
-    omitted_if_narrow = ("off belt %", "engine", "sep.")
-
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding(
             "enter", "request('load')", "Load", key_display="⏎", tooltip="Load the scene of the run"
@@ -87,7 +85,7 @@ class RunsPane(Vertical):
 
     def compose(self) -> ComposeResult:
         """The table."""
-        yield RunsTable(cursor_type="row", zebra_stripes=True)
+        yield RunsTable(omitted=("off belt %", "engine", "sep."))
 
     def show(self, runs: Runs, live: LiveCurve) -> None:
         """Display the runs, and mark those that are plotted."""

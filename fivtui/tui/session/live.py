@@ -6,7 +6,7 @@ Its ghost is the curve before the last edit, for comparison.
 from collections.abc import Hashable
 from dataclasses import dataclass
 from enum import Enum
-from typing import Final
+from typing import ClassVar, Final
 
 from fivtui.scene import Scene
 from fivtui.transient import METHODS, Transient
@@ -61,6 +61,7 @@ class LiveJob(Job):
 class LiveRun:
     """The run that the live curve shows: its scene, result, and computing time, s."""
 
+    name: ClassVar[str] = "live"
     scene: Scene
     result: Transient
     duration: float

@@ -73,6 +73,11 @@ class RunStyle:
         """The marker character."""
         return MARKERS[self.marker % len(MARKERS)]
 
+    @property
+    def look(self) -> tuple[str, str]:
+        """Marker and role of the colour."""
+        return self.marker_sign, self.colour_role
+
 
 def default_style(number: int) -> RunStyle:
     """The default style of run `number`: seven colours and six markers repeat after 42 runs."""
@@ -124,6 +129,11 @@ class Run(Job):
 
     def __post_init__(self) -> None:
         self.style = default_style(self.number)
+
+    @property
+    def name(self) -> str:
+        """Its name in legends and messages."""
+        return f"run {self.number}"
 
     @property
     def engine(self) -> str:

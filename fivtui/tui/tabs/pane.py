@@ -2,17 +2,16 @@
 
 from collections.abc import Callable
 from itertools import takewhile
-from typing import TYPE_CHECKING, ClassVar, Final
+from typing import ClassVar, Final
 
 from textual.containers import Vertical
 from textual.timer import Timer
 from textual.widget import Widget
 from textual.widgets import Button, Input
 
-from fivtui.tui.session import Run, Session
+from fivtui.tui.session import Run, Session, study_command
 
-if TYPE_CHECKING:
-    from .exports.export import Export
+from .exports.export import Export, run_export
 
 # Prefixes of actions that change only what a tab displays.
 _DISPLAY_ACTIONS: Final = ("next_", "show_")
@@ -107,7 +106,7 @@ class Pane(Vertical):
         """Start or stop the computation of the tab. Returns False if it has no computation."""
         return False
 
-    def export(self, kind: str) -> "Export":
+    def export(self, kind: str) -> Export:
         """Figure or data of the current contents; by default of the displayed run.
 
         Raises
@@ -115,8 +114,6 @@ class Pane(Vertical):
         InputError
             If there is nothing to export yet; the message suggests an action.
         """
-        from .exports.export import run_export
-
         return run_export(kind, self.session.runs.displayed)
 
     def command_line(self) -> str:
@@ -127,8 +124,6 @@ class Pane(Vertical):
         InputError
             If a field is invalid, or if no command can compute the contents.
         """
-        from fivtui.tui.session import study_command
-
         run = self.session.runs.displayed
         scene = self.session.scene() if run is None else run.scene
         return study_command("run", scene, self.session.origin)

@@ -7,6 +7,7 @@ from textual import on
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import Horizontal, VerticalScroll
+from textual.content import Content
 from textual.screen import ModalScreen
 from textual.visual import VisualType
 from textual.widget import Widget
@@ -38,13 +39,13 @@ class Searchable(Widget):
         """
         raise NotImplementedError
 
-    def move_by(self, rows: int) -> None:
+    def action_move(self, rows: int) -> None:
         """Move by rows down, or up if negative."""
         raise NotImplementedError
 
     def action_half_page(self, direction: int) -> None:
         """Move by half a page down (+1) or up (-1)."""
-        self.move_by(direction * max(self.size.height // 2, 1))
+        self.action_move(direction * max(self.size.height // 2, 1))
 
     def action_search(self) -> None:
         """Ask for a text and find it while it is typed."""
@@ -104,10 +105,6 @@ class SearchableList(Searchable):
         """The texts of all rows."""
         raise NotImplementedError
 
-    def action_move(self, rows: int) -> None:
-        """Move the cursor by rows down, or up if negative."""
-        self.move_by(rows)
-
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
         """Whether an action is available: the next match after a search."""
         if action == "find_next":
@@ -133,13 +130,16 @@ class SearchableList(Searchable):
         for offset in range(len(texts)):
             index = (start + direction * offset) % len(texts)
             if self._search_text in texts[index].lower():
-                self.move_by(index - self.row_index)
+                self.action_move(index - self.row_index)
                 return True
         return False
 
 
 class TextView(VerticalScroll, Searchable, Generic[Line]):
-    """Lines that scroll; a search hides all lines that do not contain the text."""
+    """Lines that scroll; a search hides all lines that do not contain the text.
+
+    Textual's `RichLog` draws nothing before it has a size, and if it was scrolled, it may get none.
+    """
 
     lines: Sequence[Line] = ()
     _empty_text: VisualType = ""
@@ -157,11 +157,11 @@ class TextView(VerticalScroll, Searchable, Generic[Line]):
 
     def text_of(self, line: Line) -> str:
         """The text of a line."""
-        raise NotImplementedError
+        return str(line)
 
     def content_of(self, lines: Sequence[Line]) -> VisualType:
         """What displays lines."""
-        raise NotImplementedError
+        return Content("\n".join(map(self.text_of, lines)))
 
     def show(self, lines: Sequence[Line], empty_text: VisualType = "") -> None:
         """Display lines, or a text in place of none."""
@@ -175,6 +175,6 @@ class TextView(VerticalScroll, Searchable, Generic[Line]):
         self.query_one(".lines", Static).update(content)
         return bool(matches)
 
-    def move_by(self, rows: int) -> None:
+    def action_move(self, rows: int) -> None:
         """Scroll by rows down, or up if negative."""
         self.scroll_relative(y=rows, animate=False)

@@ -28,13 +28,8 @@ class ListTable(DataTable[Cell], SearchableList):
     """A table with vi keys, whose columns are as wide as their contents.
 
     Textual measures columns one frame late and never shrinks them. A narrow table first omits the
-    columns `omitted_if_narrow`, one by one, then wraps the `wrapped_column`.
+    columns `omitted`, one by one, then wraps the column `wrapped`.
     """
-
-    wrapped_column: str = ""
-    omitted_if_narrow: tuple[str, ...] = ()
-    # The columns and rows of the last call of `fill`.
-    _filled_content: tuple[Sequence[str], Mapping[str, Sequence[Cell]]] | None = None
 
     BINDINGS: ClassVar[list[BindingType]] = [
         *SearchableList.BINDINGS,
@@ -42,9 +37,22 @@ class ListTable(DataTable[Cell], SearchableList):
         Binding("l", "scroll_right", "Right", show=False),
     ]
 
+    def __init__(
+        self,
+        id: str | None = None,  # noqa: A002
+        *,
+        wrapped: str = "",
+        omitted: Sequence[str] = (),
+        fixed_columns: int = 0,
+    ) -> None:
+        super().__init__(id=id, cursor_type="row", zebra_stripes=True, fixed_columns=fixed_columns)
+        self._wrapped, self._omitted = wrapped, omitted
+        # The columns and rows of the last call of `fill`.
+        self._content: tuple[Sequence[str], Mapping[str, Sequence[Cell]]] = ((), {})
+
     def fill(self, columns: Sequence[str], rows: Mapping[str, Sequence[Cell]]) -> None:
         """Replace columns and rows (by row key); the cursor keeps its row."""
-        self._filled_content = columns, rows
+        self._content = columns, rows
         cursor_row, scroll_x = self.cursor_row, self.scroll_x
         self.clear(columns=True)
         # Widths of the shown columns, by the indices of the columns.
@@ -52,26 +60,27 @@ class ListTable(DataTable[Cell], SearchableList):
             index: max(cell_len(label), *(_cell_width(row[index]) for row in rows.values()), 0)
             for index, label in enumerate(columns)
         }
-        for label in self.omitted_if_narrow:
-            if self._is_crowded(columns, widths) and label in columns:
+        wrapped = columns.index(self._wrapped) if self._wrapped in columns else None
+        spare_width = 0 if wrapped is None else max(widths[wrapped] - _READABLE_WIDTH, 0)
+        for label in self._omitted:
+            if label in columns and self._missing_width(widths) > spare_width:
                 del widths[columns.index(label)]
-        missing_width, wrapped_index = self._missing_width(widths), None
-        if missing_width > 0 and self.wrapped_column in columns:
-            wrapped_index = columns.index(self.wrapped_column)
-            widths[wrapped_index] = max(widths[wrapped_index] - missing_width, _MIN_WRAPPED_WIDTH)
+        missing_width = self._missing_width(widths)
+        if missing_width <= 0:
+            wrapped = None
+        if wrapped is not None:
+            widths[wrapped] = max(widths[wrapped] - missing_width, _MIN_WRAPPED_WIDTH)
         # If the columns are still too wide, a blank after each replaces the padding on both sides.
         is_tight = self._missing_width(widths) > 0
         self.cell_padding = 0 if is_tight else _PADDING
         for index, width in widths.items():
             self.add_column(columns[index], width=width + is_tight)
         for key, row in rows.items():
-            cells = {index: row[index] for index in widths}
-            lines: list[str] = []
-            if wrapped_index is not None:
-                lines = wrap(str(row[wrapped_index]), widths[wrapped_index])
-            if wrapped_index is not None and lines:
-                cells[wrapped_index] = "\n".join(lines)
-            self.add_row(*cells.values(), key=key, height=max(len(lines), 1))
+            cells, height = {index: row[index] for index in widths}, 1
+            if wrapped is not None:
+                lines = wrap(str(row[wrapped]), widths[wrapped])
+                cells[wrapped], height = "\n".join(lines), max(len(lines), 1)
+            self.add_row(*cells.values(), key=key, height=height)
         self.move_cursor(row=cursor_row)
         self.scroll_x = scroll_x
 
@@ -82,20 +91,11 @@ class ListTable(DataTable[Cell], SearchableList):
 
     def row_texts(self) -> Sequence[str]:
         """The texts of all rows, with those of omitted columns."""
-        rows = self._filled_content[1] if self._filled_content is not None else {}
-        return [" ".join(map(str, row)) for row in rows.values()]
+        return [" ".join(map(str, row)) for row in self._content[1].values()]
 
-    def move_by(self, rows: int) -> None:
+    def action_move(self, rows: int) -> None:
         """Move the cursor by rows down, or up if negative."""
         self.move_cursor(row=min(max(self.cursor_row + rows, 0), self.row_count - 1))
-
-    def _is_crowded(self, columns: Sequence[str], widths: Mapping[int, int]) -> bool:
-        # Whether the wrapped column would be too narrow to read.
-        missing_width = self._missing_width(widths)
-        if self.wrapped_column not in columns:
-            return missing_width > 0
-        wrapped_width = widths[columns.index(self.wrapped_column)] - missing_width
-        return missing_width > 0 and wrapped_width < _READABLE_WIDTH
 
     def _missing_width(self, widths: Mapping[int, int]) -> int:
         # Width of the columns beyond that of the table; 0 before the table has a size.
@@ -104,8 +104,8 @@ class ListTable(DataTable[Cell], SearchableList):
 
     def on_resize(self) -> None:
         """Wrap for the new width."""
-        if (self.wrapped_column or self.omitted_if_narrow) and self._filled_content is not None:
-            self.fill(*self._filled_content)
+        if self._wrapped or self._omitted:
+            self.fill(*self._content)
 
 
 def shorten(text: str, width: int) -> str:

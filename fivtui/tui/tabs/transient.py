@@ -4,11 +4,11 @@ While a scene is edited, the live curve, a run of the edited scene, replaces the
 ghost is the curve before the edit. The view "difference" subtracts the run chosen as baseline.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from functools import partial
-from pathlib import Path
-from typing import TYPE_CHECKING, ClassVar, Final
+from typing import ClassVar, Final
 
 from textual import on
 from textual.app import ComposeResult
@@ -17,7 +17,7 @@ from textual.containers import Horizontal, Vertical
 from textual.events import Resize
 from textual.widgets import Static
 
-from fivtui.charts import Heading
+from fivtui.charts import Cursors, Heading
 from fivtui.equilibrium import stability
 from fivtui.model import ComputationError, InputError
 from fivtui.results import Row
@@ -38,6 +38,7 @@ from fivtui.transient import (
 from fivtui.tui.chart import ChartView
 from fivtui.tui.session import (
     NATIVE_ENGINE,
+    LiveRun,
     Run,
     RunState,
     Session,
@@ -49,6 +50,14 @@ from fivtui.tui.session import (
     study_command,
 )
 
+from .exports.export import (
+    FIGURE,
+    Export,
+    belt_export,
+    charts_export,
+    run_export,
+    scene_study_export,
+)
 from .job_pane import ActionPane
 from .messages import LiveRequested, RunRequested
 from .motion.belt import BeltView
@@ -56,22 +65,20 @@ from .motion.measured import MeasuredView
 from .tab_book import TABS
 from .tables import RowsView, flow_facts
 
-if TYPE_CHECKING:
-    from .exports.export import Export
-
 # Quantities of the time histories from the top.
 _QUANTITIES: Final = ("y", "P", "x")
-# Mark and colour of the ghost, the live curve before an edit.
-_GHOST_STYLE: Final = ("·", "ghost")
+# Name, mark and colour of the ghost, the live curve before an edit.
+_GHOST: Final = ("before", "·", "ghost")
 _LIVE_OFF: Final = "The live curve is off: press Run, or switch it on in the palette."
 # Charts that display a text while there is no curve, the first ones of their views.
 _FIRST_CHARTS: Final = ("plot-y", "phase-y", "plot-spectrum", "belt-picture")
-# Key of the view of measured data, and of the stored text of its input.
+# Key of the view of measured data; the view, which is also the key of the stored text of its input.
 _MEASURED_KEY: Final = "m"
 _MEASURED: Final = "measured"
-_NO_SPECTRUM: Final = "no chart to export: too few samples in its time window"
+# Views whose data are points of their charts; that of other views is the trajectory.
+_POINT_VIEWS: Final = ("spectrum", "difference")
+_NO_CHART: Final = "no chart to export in this view"
 _NO_BASELINE: Final = "no difference: set another run as baseline (b in the run list)"
-_NO_EXPORT: Final = "this view of the live curve has no export: press Run first"
 
 
 class TransientPane(ActionPane):
@@ -86,7 +93,7 @@ class TransientPane(ActionPane):
         "spectrum": "Spectrum",
         "difference": "Difference",
         "belt": "Belt",
-        "measured": "Measured",
+        _MEASURED: "Measured",
         "result": "Result",
     }
     LOG_AXES: ClassVar[Mapping[str, str]] = {"plot-spectrum": "y"}
@@ -104,8 +111,10 @@ class TransientPane(ActionPane):
         super().__init__(session)
         # What is plotted: first the displayed run or the live curve, then the overlaid runs.
         self._plotted: list[PlottedRun] = []
-        # The run that is plotted first; None if it is the live curve.
-        self._first_run: Run | None = None
+        # The run or live curve that is plotted first; None if a live run has failed.
+        self._first: Run | LiveRun | None = None
+        # The results that are plotted.
+        self._results: list[Transient] = []
         # The facts of the summary.
         self._facts: Sequence[str] = []
 
@@ -129,12 +138,11 @@ class TransientPane(ActionPane):
             yield ChartView("difference-y", empty_text=_NO_BASELINE)
             yield ChartView("difference-P")
         yield BeltView("belt")
-        yield MeasuredView(
-            "measured",
+        text, store_text = (
             self.stored_setting(_MEASURED, ""),
             partial(self.store_setting, _MEASURED),
-            _MEASURED_KEY,
         )
+        yield MeasuredView(_MEASURED, text, store_text, _MEASURED_KEY)
         yield RowsView(id="result")
 
     # The action
@@ -174,35 +182,31 @@ class TransientPane(ActionPane):
 
     def run_changed(self, run: Run | None) -> None:
         """Display the live curve if it is visible, else a run; and the overlaid runs."""
-        if self.session.live.visible:
-            self._show_live()
-            return
-        if run is None or run.result is None:
+        live, runs = self.session.live, self.session.runs
+        first = live.curve if live.visible else run
+        result = None if first is None else first.result
+        if result is None and not live.visible:
             self._clear()
             return
-        self._show_summary(_summary(run.result))
-        self._show(_plotted_runs(reversed(self.session.runs.plotted)), run)
-
-    def _show_live(self) -> None:
+        self._show_summary([live.error] if result is None else _summary(result))
+        # Runs are named by what distinguishes their scenes.
+        listed = [run for run in reversed(runs.plotted) if run.overlaid or not live.visible]
+        names = legend_names({run.number: run.scene for run in listed})
+        lines = [
+            (run.result, name, *run.style.look, run.number)
+            for run, name in zip(listed, names, strict=True)
+            if run.result is not None
+        ]
         # The live curve is drawn over the overlaid runs, these over the ghost.
-        live, runs = self.session.live, self.session.runs
-        summary_lines: list[str] = [live.error]
-        plotted: list[PlottedRun | None] = []
         if live.curve is not None:
-            result = live.curve.result
-            summary_lines = _summary(result)
-            # The live curve has the style of the next run.
+            # It has the style of the next run.
             number = runs.count + 1
-            style = default_style(number)
-            plotted.append(
-                plotted_run(result, "live", style.marker_sign, style.colour_role, number)
-            )
-        overlaid = [run for run in reversed(runs.plotted) if run.overlaid]
-        plotted += _plotted_runs(overlaid)
-        if live.ghost is not None and all(run.result is not live.ghost for run in overlaid):
-            plotted.append(plotted_run(live.ghost, "before", *_GHOST_STYLE))
-        self._show_summary(summary_lines)
-        self._show(plotted, None)
+            look = default_style(number).look
+            lines.insert(0, (live.curve.result, live.curve.name, *look, number))
+        if live.ghost is not None and all(result is not live.ghost for result, *_ in lines):
+            lines.append((live.ghost, *_GHOST, 0))
+        self._results = [result for result, *_ in lines]
+        self._show([plotted_run(*line) for line in lines], first)
 
     def _show_summary(self, lines: Sequence[str]) -> None:
         self._facts = lines
@@ -213,50 +217,53 @@ class TransientPane(ActionPane):
         session = self.session
         if session.runs.active is not None:
             return
-        self._plotted, self._first_run = [], None
         self._show_summary([])
         text = session.live.status if session.live_enabled else _LIVE_OFF
         for chart in self.query(ChartView):
             chart.show(None, empty_text=text if chart.id in _FIRST_CHARTS else None)
         self.query_one("#result", RowsView).show([], text)
-        self.draw()
+        self._show([], None)
         self.post_message(LiveRequested())
 
     def run_progressed(self, run: Run) -> None:
         """Display the part of a run computed so far."""
-        trajectory = run.partial.trajectory()
+        trajectory, system, t_end = run.partial.trajectory(), run.scene.system, run.scene.t_end
         if trajectory is not None:
-            plotted = partial_run(
-                trajectory,
-                run.scene.system,
-                run.scene.t_end,
-                name=_run_name(run),
-                mark=run.style.marker_sign,
-                colour=run.style.colour_role,
-            )
+            mark, colour = run.style.look
+            name = run.name
+            plotted = partial_run(trajectory, system, t_end, name=name, mark=mark, colour=colour)
             self._show([plotted], run)
 
-    def _show(self, plotted: Sequence[PlottedRun | None], first: Run | None) -> None:
+    def _show(self, plotted: Sequence[PlottedRun | None], first: Run | LiveRun | None) -> None:
         # A run without a trajectory is None.
         self._plotted = [run for run in plotted if run is not None]
-        self._first_run = first
+        self._first = first
         self.draw()
 
     def draw(self) -> None:
         """Draw the current view."""
-        self.set_class(self.view == "measured", "-measured")
+        self.set_class(self.view == _MEASURED, "-measured")
         if not self._plotted:
             return
-        draw = {
-            "time": self._draw_time,
-            "phase": self._draw_phase,
-            "spectrum": self._draw_spectrum,
-            "difference": self._draw_difference,
-            "belt": self._draw_belt,
-            "measured": self._draw_measured,
-            "result": self._draw_result,
-        }
-        draw[self.view]()
+        first = self._first
+        result = None if first is None else first.result
+        match self.view:
+            case "time":
+                self._draw_time()
+            case "phase":
+                self._draw_phase()
+            case "spectrum":
+                self._draw_spectrum()
+            case "difference":
+                self._draw_difference()
+            case "belt" if result is not None:
+                # The time is that of the first cursor of the time histories, if it is on.
+                cursor = self.shared_cursors.get(TIME_LABEL, Cursors()).first
+                self.query_one(BeltView).show_run(result, cursor and cursor[0])
+            case "measured" if result is not None:
+                self.query_one(MeasuredView).show_run(result)
+            case "result" if first is not None and result is not None:
+                self._draw_result(first, result)
 
     def _draw_time(self) -> None:
         shown = [name for name in _QUANTITIES if self.query_one(f"#plot-{name}").display]
@@ -281,124 +288,69 @@ class TransientPane(ActionPane):
 
     def _draw_difference(self) -> None:
         # The baseline is the chosen run, or else the ghost.
-        run, ghost = self.session.runs.baseline, self.session.live.ghost
-        baseline = None
-        if run is None:
-            baseline = None if ghost is None else plotted_run(ghost, "before")
-        elif run is not self._first_run:
-            baseline = _plotted_run(run, _run_name(run))
-        name = "live" if self._first_run is None else _run_name(self._first_run)
-        shown = replace(self._plotted[0], name=name)
+        first, run, ghost = self._first, self.session.runs.baseline, self.session.live.ghost
+        result, name = (ghost, _GHOST[0]) if run is None else (run.result, run.name)
+        baseline = None if result is None or run is first else plotted_run(result, name)
         for quantity in ("y", "P"):
-            chart = None
-            if baseline is not None:
-                is_top = quantity == "y"
+            chart, is_top = None, quantity == "y"
+            if first is not None and baseline is not None:
+                shown = replace(self._plotted[0], name=first.name)
                 chart = difference_chart(quantity, shown, baseline, strip=is_top, x_axis=not is_top)
             self.query_one(f"#difference-{quantity}", ChartView).show(chart)
 
-    def _draw_belt(self) -> None:
-        # The time is that of the first cursor of the time histories, if it is on.
-        result = self._result
-        if result is not None:
-            self.query_one(BeltView).show_run(result, self._cursor_time())
-
-    def _draw_measured(self) -> None:
-        result = self._result
-        if result is not None:
-            self.query_one(MeasuredView).show_run(result)
-
-    def _draw_result(self) -> None:
+    def _draw_result(self, first: Run | LiveRun, result: Transient) -> None:
         # The numbers, with differences to the baseline if there is one.
-        live, run = self.session.live.curve, self.session.runs.displayed
-        result, baseline = self._result, self.session.runs.baseline
-        if result is None:
-            return
-        rows = transient_rows(result, "" if live is not None or run is None else run.accuracy_text)
-        if baseline is not None and baseline.result is not None and baseline.result is not result:
-            name = "live" if live is not None or run is None else _run_name(run)
-            heading = Row("baseline", _run_name(baseline), f"{name} − {_run_name(baseline)}:")
+        baseline = self.session.runs.baseline
+        rows = transient_rows(result, first.accuracy_text if isinstance(first, Run) else "")
+        if baseline is not None and baseline.result is not None and baseline is not first:
+            heading = Row("baseline", baseline.name, f"{first.name} − {baseline.name}:")
             rows += [Row("", ""), heading, *change_rows(result, baseline.result)]
         self.query_one("#result", RowsView).show(rows)
 
     @property
-    def _result(self) -> Transient | None:
-        # The result of the live curve, or else of the displayed run.
-        live, run = self.session.live, self.session.runs.displayed
-        if live.curve is not None:
-            return live.curve.result
-        return None if run is None else run.result
-
-    def _cursor_time(self) -> float | None:
-        cursors = self.shared_cursors.get(TIME_LABEL)
-        return None if cursors is None or cursors.first is None else cursors.first[0]
+    def _chosen_window(self) -> tuple[float, float] | None:
+        # The chosen limits of time.
+        chosen = self.query_one("#plot-y", ChartView).view.x
+        return None if chosen is None else (chosen.low, chosen.high)
 
     @property
     def _window(self) -> tuple[float, float]:
-        # The chosen time window; without chosen limits, the second half of the run.
-        chosen = self.query_one("#plot-y", ChartView).view.x
-        t_reached = float(self._plotted[0].trajectory.t[-1])
-        return second_half(t_reached) if chosen is None else (chosen.low, chosen.high)
+        # Without chosen limits, the second half of the run.
+        return self._chosen_window or second_half(float(self._plotted[0].trajectory.t[-1]))
 
-    def export(self, kind: str) -> "Export":
+    # Exports
+
+    def export(self, kind: str) -> Export:
         """The displayed charts as figure; as data the trajectory, or the points of the charts."""
-        from .exports.export import FIGURE, charts_export, points_export, run_export
-
-        live, run, charts = self.session.live, self.session.runs.displayed, self.visible_charts()
-        plotted_runs = self.session.runs.plotted
-        results = [run.result for run in plotted_runs if run.result is not None]
-        if live.visible:
-            base_export = self._live_export(kind)
-            overlaid = [run.result for run in plotted_runs if run.overlaid]
-            first = None if live.curve is None else live.curve.result
-            results = [result for result in (first, live.ghost, *overlaid) if result is not None]
-        elif run is not None and run.result is not None and self.view in ("belt", "measured"):
-            return self._view_export(kind, run)
-        else:
-            base_export = run_export(kind, run)
-        if kind != FIGURE and self.view in ("time", "phase"):
-            # The trajectory of the run.
-            return base_export
-        if charts is None:
-            raise InputError(_NO_BASELINE if self.view == "difference" else _NO_SPECTRUM)
-        # All other exports are those of the charts, named after the run.
-        subject, stem = base_export.subject, Path(base_export.file_name).stem
-        if self.view != "time":
-            subject = subject if live.visible else f"{subject}, {self.view}"
-            stem = f"{stem}-{self.view}"
-        if kind != FIGURE:
-            return points_export(subject, stem, charts)
-        parameters = [result.parameters for result in results]
-        ignores_separation = not any(result.separation for result in results)
-        heading = Heading(parameters, ignores_separation=ignores_separation)
-        return charts_export(subject, stem, charts, heading)
-
-    def _live_export(self, kind: str) -> "Export":
-        from .exports.export import study_export
-
-        curve = self.session.live.curve
-        if curve is None or self.view == "belt" or self.visible_charts() is None:
-            raise InputError(_NO_EXPORT)
-        return study_export(kind, "run", curve.result, f"{curve.scene.name}-live", "the live curve")
-
-    def _view_export(self, kind: str, run: Run) -> "Export":
-        from .exports.export import belt_export, scene_study_export, with_displayed_charts
-
-        charts = self.visible_charts()
-        if self.view == "belt":
-            chosen = self.query_one("#plot-y", ChartView).view.x
-            window = None if chosen is None else (chosen.low, chosen.high)
-            return belt_export(kind, run, charts, window, self.query_one(BeltView).speed)
-        validation = self.query_one(MeasuredView).validation
-        name = f"{run.scene.name}-{run.number}"
-        export = scene_study_export(kind, "validation", validation, name)
-        verdict, ignored = self.query_one(MeasuredView).verdict, not run.scene.separation
-        heading = Heading([run.scene.parameters], ignores_separation=ignored, text=verdict)
-        return with_displayed_charts(export, charts, heading)
+        view, charts = self.view, self.visible_charts()
+        export = run_export(kind, self._first)
+        results = self._results[:1] if view == _MEASURED else self._results
+        heading = Heading(
+            [result.parameters for result in results],
+            ignores_separation=not any(result.separation for result in results),
+        )
+        if view == _MEASURED:
+            measured = self.query_one(MeasuredView)
+            heading = replace(heading, text=measured.verdict)
+            return scene_study_export(
+                kind, "validation", measured.validation, export.stem, charts=charts, heading=heading
+            )
+        if kind == FIGURE or view in _POINT_VIEWS:
+            if charts is None:
+                raise InputError(_NO_BASELINE if view == "difference" else _NO_CHART)
+            subject, stem = export.subject, export.stem
+            if view != "time":
+                subject, stem = f"{subject}, {view}", f"{stem}-{view}"
+            export = charts_export(kind, subject, stem, charts, heading)
+        if view == "belt":
+            speed = self.query_one(BeltView).speed
+            export = belt_export(export, results[0], self._chosen_window, speed)
+        return export
 
     def command_line(self) -> str:
         """The command that computes the displayed run, or compares it with measured data."""
         run = self.session.runs.displayed
-        if self.view != "measured" or run is None:
+        if self.view != _MEASURED or run is None:
             return super().command_line()
         request = run.scene, self.query_one(MeasuredView).options
         return study_command("validation", request, self.session.origin)
@@ -412,7 +364,7 @@ class TransientPane(ActionPane):
 
     def action_show_measured(self) -> None:
         """Show the view of measured data, and go to its input."""
-        self.show_view("measured")
+        self.show_view(_MEASURED)
         # The field from which the key comes keeps the focus until then.
         self.call_later(self.focus_within, self.page, bar_first=True)
 
@@ -427,7 +379,7 @@ class TransientPane(ActionPane):
 
 def _state_text(run: Run, next_step: str, *, is_outdated: bool) -> str:
     # `next_step`: what leads on from a result. `is_outdated`: whether the inputs have changed.
-    text = f"{_run_name(run)} {run.state.value}"
+    text = f"{run.name} {run.state.value}"
     if is_outdated:
         return f"{text}, inputs changed since"
     if run.result is not None and run.result.stats.cpu_s is not None:
@@ -437,34 +389,10 @@ def _state_text(run: Run, next_step: str, *, is_outdated: bool) -> str:
     return text
 
 
-def _run_name(run: Run) -> str:
-    return f"run {run.number}"
-
-
 def _summary(result: Transient) -> list[str]:
     # The lines of the summary; a warning follows the first.
-    first, *details = result_summary(result)
-    return [first, *_warnings(result), *details]
-
-
-def _plotted_runs(runs: Iterable[Run]) -> list[PlottedRun | None]:
-    # Runs named by what distinguishes their scenes.
-    run_list = list(runs)
-    names = legend_names({run.number: run.scene for run in run_list})
-    return list(map(_plotted_run, run_list, names))
-
-
-def _plotted_run(run: Run, name: str) -> PlottedRun | None:
-    if run.result is None:
-        return None
-    style = run.style
-    return plotted_run(run.result, name, style.marker_sign, style.colour_role, run.number)
-
-
-def _warnings(result: Transient) -> list[str]:
-    try:
+    lines = result_summary(result)
+    with suppress(ComputationError, InputError):
         linear_stability = stability(result.parameters, separation=result.separation)
-    except (ComputationError, InputError):
-        return []
-    warning = late_separation_warning(result, linear_stability)
-    return [warning] if warning else []
+        lines[1:1] = filter(None, [late_separation_warning(result, linear_stability)])
+    return lines

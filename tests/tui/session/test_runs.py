@@ -255,5 +255,5 @@ def test_a_scene_is_saved_under_the_name_of_its_file(tmp_path: Path) -> None:
     assert load_scene(path) == named
     with pytest.raises(Exception, match="exists already"):
         check_scene_path(path)
-    with pytest.raises(Exception, match=r"must be \.toml"):
+    with pytest.raises(Exception, match=r"must be one of \.toml"):
         check_scene_path(tmp_path / "stiff.txt")

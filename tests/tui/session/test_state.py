@@ -11,6 +11,7 @@ import pytest
 from fivtui.charts import Axis, View
 from fivtui.model.errors import InputError
 from fivtui.model.parameters import Parameters
+from fivtui.paper import PANELS
 from fivtui.scene.presets import PRESETS
 from fivtui.simulation import simulate
 from fivtui.transient.files import save_trajectory
@@ -30,7 +31,7 @@ from fivtui.tui.session.jobs import Outcome
 from fivtui.tui.session.runs import MAX_RUNS, Run, Runs, RunState, default_style, execute
 from fivtui.tui.session.scene_differences import base_scene
 from fivtui.tui.session.session import MAX_RECENT, Session
-from fivtui.tui.tabs.requests.paper import paper_scenes
+from fivtui.tui.tabs.requests.paper import panel_scene
 
 SHORT = dataclasses.replace(base_scene(), t_end=10.0)
 
@@ -273,7 +274,7 @@ def test_a_file_without_its_scene_is_refused(tmp_path: Path) -> None:
 
 
 def test_every_figure_has_an_initial_scene() -> None:
-    scenes = {scene.name: scene for scene, _ in paper_scenes()}
+    scenes = {scene.name: scene for scene in map(panel_scene, PANELS.values())}
     numbers = {int(name.removeprefix("fig-").rstrip("ab")) for name in scenes}
     assert numbers == set(range(2, 17))
     assert scenes["fig-5"].parameters == Parameters(F=100.0, c1=0.8)

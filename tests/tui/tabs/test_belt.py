@@ -69,7 +69,7 @@ async def test_the_slider_is_drawn_at_the_time_of_the_cursor_is_animated_and_is_
         film, "animate", lambda *arguments, **options: calls.append((arguments, options))
     )
     data, figure = pane.export(DATA), pane.export(FIGURE)
-    assert (data.file_name, figure.file_name) == ("base-1.wav", "base-1.gif")
+    assert (data.file_name, figure.file_name) == ("base-1.wav", "base-1-belt.gif")
     data.check(tmp_path / "a.wav")
     data.write(tmp_path / "a.wav")
     with wave.open(str(tmp_path / "a.wav")) as file:

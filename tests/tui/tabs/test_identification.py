@@ -113,7 +113,7 @@ async def test_a_fit_is_exported_and_its_command_gives_the_same_values(
     await until_shown(pilot, "μ 0.6")
     assert not pane.has_class("-outdated")
     figure, data = pane.export(FIGURE), pane.export(DATA)
-    assert data.suffixes == (".toml", ".json")
+    assert tuple(data.writers) == (".toml", ".json")
     assert data.file_name == "base-fitted-mu-c1.toml"
     figure.write(Path("fit.svg"))
     assert "<!-- computed -->" in Path("fit.svg").read_text()

@@ -66,15 +66,12 @@ async def test_a_narrow_table_omits_one_column_and_wraps_another() -> None:
     columns = ("verdict", "statement", "stated")
     rows = {"1": ("holds", "the slider leaves the belt as soon as it can", "a number")}
 
-    class Claims(ListTable[str | Text]):
-        wrapped_column, omitted_if_narrow = "statement", ("stated",)
-
     class ClaimsApp(App[None]):
         def compose(self) -> ComposeResult:
-            yield Claims()
+            yield ListTable[str | Text](wrapped="statement", omitted=("stated",))
 
     async with ClaimsApp().run_test(size=(44, 10)) as pilot:
-        table = pilot.app.query_one(Claims)
+        table: ListTable[str | Text] = pilot.app.query_one(ListTable)
         table.fill(columns, rows)
         narrow = first_lines(table)
         assert "stated" not in narrow[0]

@@ -77,7 +77,7 @@ class FieldList(VerticalScroll, SearchableList):
         fields = [row.field for row in self._visible_rows]
         return [f"{field.name} {field.symbol} {field.meaning}" for field in fields]
 
-    def move_by(self, rows: int) -> None:
+    def action_move(self, rows: int) -> None:
         """Move the cursor by rows down, or up if negative."""
         # A check box leaves ↑ and ↓ to this list. If it kept the focus, the next Enter would toggle
         # it, not edit the row that the cursor is moved to.

@@ -25,7 +25,7 @@ from fivtui.tui.session import (
     duration_text,
     study_command,
 )
-from fivtui.tui.tabs.exports.export import Export, scene_study_export, with_displayed_charts
+from fivtui.tui.tabs.exports.export import Export, scene_study_export
 from fivtui.tui.tabs.job_pane import FACTS, JobPane
 from fivtui.tui.tabs.messages import PointRunRequested, Reported
 from fivtui.tui.tabs.preview import Preview, Sketch, about_here
@@ -406,9 +406,14 @@ class StudyPane(JobPane):
     def export(self, kind: str) -> Export:
         """Figure or data of the result; the figure is the displayed charts, if there are any."""
         displayed = self.required_result()
-        name = displayed.name or self.session.name
-        export = scene_study_export(kind, self.kind, displayed.value, name)
-        return with_displayed_charts(export, self.visible_charts(), self.heading(displayed.value))
+        return scene_study_export(
+            kind,
+            self.kind,
+            displayed.value,
+            displayed.name or self.session.name,
+            charts=self.visible_charts(),
+            heading=self.heading(displayed.value),
+        )
 
     def command_line(self) -> str:
         """The command that computes the displayed result; without result, the edited scene."""

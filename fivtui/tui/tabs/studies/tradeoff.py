@@ -4,7 +4,7 @@ A setting is a method with a tolerance or step; the current one is that of the e
 """
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, ClassVar, Final
 
 from textual.app import ComposeResult
 from textual.containers import Vertical
@@ -24,17 +24,16 @@ if TYPE_CHECKING:
     from fivtui.tradeoffs import Tradeoff
 
 
-class _SettingsTable(ListTable[str]):
-    wrapped_column = "method"
-    omitted_if_narrow = (
-        "sticks",
-        "separations",
-        "steps",
-        "events s",
-        "half peak-to-peak",
-        "peak |y|",
-        "best for",
-    )
+# Columns that a narrow table of settings omits.
+_OMITTED: Final = (
+    "sticks",
+    "separations",
+    "steps",
+    "events s",
+    "half peak-to-peak",
+    "peak |y|",
+    "best for",
+)
 
 
 class TradeoffPane(StudyPane):
@@ -59,7 +58,7 @@ class TradeoffPane(StudyPane):
         """Chart and table."""
         with Vertical(id="errors"):
             yield ChartView("errors-chart")
-        yield _SettingsTable(id="settings", cursor_type="row", zebra_stripes=True, fixed_columns=1)
+        yield ListTable[str]("settings", wrapped="method", omitted=_OMITTED, fixed_columns=1)
 
     def start_text(self) -> str:
         """What the key measures, and the CPU time that it takes on every machine."""

@@ -41,11 +41,6 @@ _DOTS: Final = (0.618034 * _INDICES % 1.0, 0.754878 * _INDICES % 1.0)
 _Y: Final = np.linspace(0.0, 1.0, 40)
 
 
-class _IndexTable(ListTable[str]):
-    wrapped_column = COLUMNS[0]
-    omitted_if_narrow = ("if linear", "0 … 1")
-
-
 class UncertaintyPane(StudyPane):
     """Probabilities, histograms and Sobol indices of the edited scene with scattered parameters."""
 
@@ -83,7 +78,7 @@ class UncertaintyPane(StudyPane):
         """Histogram of a quantity; Sobol indices; samples by region."""
         with Vertical(id="histogram"):
             yield ChartView("histogram-chart")
-        yield _IndexTable(id="indices", cursor_type="row", zebra_stripes=True)
+        yield ListTable[str]("indices", wrapped=COLUMNS[0], omitted=("if linear", "0 … 1"))
         with Vertical(id="samples"):
             yield ChartView("samples-chart")
 
