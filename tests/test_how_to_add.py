@@ -551,8 +551,8 @@ TAB: Final = (
     Edit(
         "fivtui/tui/tabs/tab_book.py",
         r' +TabSpec\("log".*\n',
-        r'    TabSpec("words", "Words", "", "f12", "words", "WordsPane"),\n'
-        r'    TabSpec("friction", "Friction", "", "f11", "studies.friction", "FrictionPane"),\n'
+        r'    TabSpec("words", "Words", "", "f12", "words:WordsPane"),\n'
+        r'    TabSpec("friction", "Friction", "", "f11", "studies.friction:FrictionPane"),\n'
         r"\g<0>",
     ),
 )

@@ -14,7 +14,7 @@ from textual.binding import Binding, BindingType
 
 import fivtui
 from fivtui import Parameters
-from fivtui.equilibrium import mode_scan
+from fivtui.equilibrium.scan import mode_scan
 from fivtui.io import FORMATS
 from fivtui.maps.result import COLUMNS as MAP_COLUMNS
 from fivtui.model import ALL_PARAMETERS, Column, System

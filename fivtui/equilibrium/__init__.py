@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     )
     from .eigenvalues import Stability, growth_rate, stability
     from .report import critical_mu_text, margin_text, stability_rows, verdict
-    from .scan import ModeScan, mode_scan, mu_scan_end
+    from .scan import ModeScan, mu_scan_end
 else:
     from fivtui.lazy import lazy_exports
 

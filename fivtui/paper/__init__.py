@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from .claims.check import CLAIMS, check_claims
     from .claims.claim import CheckedClaim, Claim
     from .claims.report import claims_markdown, verdict_counts
-    from .data import FigureData, FloatArray
+    from .data import FloatArray
     from .export import DEFAULT_FORMATS, figure_numbers, figures, save_figures
     from .kinds import ComputedPanel
     from .panels import PANELS, SEPARATION, Panel

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from fivtui import InputError, Parameters, branch, simulate, simulate_batch, stability
-from fivtui.equilibrium import growth_rate, mode_scan
+from fivtui.equilibrium import growth_rate
+from fivtui.equilibrium.scan import mode_scan
 from fivtui.model import ComputationError, Mode, System, equilibrium
 from fivtui.orbits import coexistence, transients_phrase
 from fivtui.orbits.decay import DecayRegion

@@ -29,7 +29,6 @@ from fivtui.tui.session import (
     welcome_text,
 )
 from fivtui.tui.tabs import (
-    TABS,
     FieldFocused,
     JobPane,
     LiveRequested,
@@ -90,13 +89,13 @@ class LabScreen(EditorActions):
     def compose(self) -> ComposeResult:
         """Verdict and titles of the tabs at the top; below them form, current tab and runs."""
         yield VerdictView(id="verdict")
-        yield TabLine(TABS, self.session.key_names)
+        yield TabLine(self.session.key_names)
         with Container(id="bench"):
             yield Form(self.session.texts, reset_key=self.session.key_names["reset"])
             with Vertical(id="results"):
                 if self._shows_welcome:
                     yield Static(welcome_text(self.session.key_names), id="welcome", markup=False)
-                yield TabBook(TABS, self.session)
+                yield TabBook(self.session)
             yield RunsPane()
         yield Static(_TOO_SMALL, id="too-small", markup=False)
         yield NoticeView()

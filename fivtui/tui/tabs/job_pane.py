@@ -57,44 +57,6 @@ def compute_in_thread(
     owner.run_worker(compute_and_report, thread=True, exit_on_error=False)
 
 
-class JobStatus(Static):
-    """An answer in bold and a status in one line, with the full status as tooltip.
-
-    Answers and the error messages of inputs are wrapped.
-    """
-
-    def __init__(self, text: str) -> None:
-        super().__init__(text, classes="job-status", markup=False)
-        self._answer, self._full_text, self._is_error = "", text, False
-        self._line_count = 1
-
-    def show(self, answer: str, text: str, *, is_error: bool) -> None:
-        """Display an answer and a status, or the error message of an input."""
-        may_change_height = is_error or self._is_error or answer != self._answer
-        self._answer, self._full_text, self._is_error = answer, text, is_error
-        self._fit_text()
-        if may_change_height:
-            self.refresh(layout=True)
-
-    @on(Resize)
-    def _fit_text(self) -> None:
-        text, width = self._full_text, self.size.width
-        if not self._is_error:
-            # Facts that do not fit are omitted from the last on.
-            while 0 < width < cell_len(text) and _FACT_SEPARATOR in text:
-                text = text.rpartition(_FACT_SEPARATOR)[0]
-            text = shorten(text, width)
-        lines = flow_facts(filter(None, (*self._answer.split(FACTS), text)), width)
-        if (line_count := lines.count("\n") + 1) != self._line_count:
-            self._line_count = line_count
-            self.refresh(layout=True)
-        # The status comes last, in the line of the answer if it fits there.
-        status_start = len(lines) - len(text)
-        content = Content(lines).stylize(_ANSWER_STYLE, 0, status_start)
-        self.update(content.stylize(_STATUS_STYLE, status_start) if self._answer else content)
-        self.tooltip = self._full_text if text != self._full_text else None
-
-
 class ActionBar(Horizontal):
     """The line of an action and its inputs."""
 
@@ -105,26 +67,49 @@ class ActionBar(Horizontal):
 
 
 class StatusLine(Horizontal):
-    """The progress of a running job; else an answer and a status, or the error of an input."""
+    """The progress of a running job; else an answer in bold and a status, or the error of an input.
 
-    def __init__(self, hint: str) -> None:
+    Answers and errors are wrapped; facts of a status that do not fit are in the tooltip.
+    """
+
+    def __init__(self, hint: str = "") -> None:
         super().__init__(classes="status-line")
-        self._hint = hint
+        self._answer, self._text, self._is_error = "", hint, False
 
     def compose(self) -> ComposeResult:
-        """Progress bar, status."""
+        """Progress bar, answer and status."""
         yield ProgressBar(total=1.0, show_percentage=False, show_eta=False)
-        yield JobStatus(self._hint)
+        yield Static(self._text, classes="job-status", markup=False)
 
     def show(self, job: Job | None, answer: str, text: str, *, is_error: bool) -> None:
         """Display the progress of a running job, or an answer and a text."""
-        self.set_class(job is not None, "-running")
         if job is not None:
             self.query_one(ProgressBar).update(progress=job.fraction)
             answer, text, is_error = "", job.progress_text, False
+        self._answer, self._text, self._is_error = answer, text, is_error
+        self.set_class(job is not None, "-running")
         self.set_class(is_error, "-wrong")
         self.set_class(bool(answer), "-answered")
-        self.query_one(JobStatus).show(answer, text, is_error=is_error)
+        self._fit_text()
+
+    @on(Resize)
+    def _fit_text(self) -> None:
+        text, width = self._text, self.size.width
+        if not self._is_error:
+            # Facts that do not fit are omitted from the last on.
+            while 0 < width < cell_len(text) and _FACT_SEPARATOR in text:
+                text = text.rpartition(_FACT_SEPARATOR)[0]
+            text = shorten(text, width)
+        lines = flow_facts(filter(None, (*self._answer.split(FACTS), text)), width)
+        content = Content(lines)
+        if self._answer:
+            # The status comes last, in the line of the answer if it fits there.
+            status_start = len(lines) - len(text)
+            content = content.stylize(_ANSWER_STYLE, 0, status_start)
+            content = content.stylize(_STATUS_STYLE, status_start)
+        status = self.query_one(".job-status", Static)
+        status.update(content)
+        status.tooltip = self._text if text != self._text else None
 
 
 class ActionPane(ViewsPane):

@@ -20,21 +20,11 @@ _DISPLAY_ACTIONS: Final = ("next_", "show_")
 class Pane(Vertical):
     """The contents of a tab, created when the tab is first shown.
 
-    The screen tells only the pane of the current tab what has changed. When a tab is shown,
-    `scene_changed`, `run_changed`, `status_changed` and `report_added` are called, and the pane
-    updates its contents from the session.
-
-    Parameters
-    ----------
-    session : Session
-        State of the laboratory; panes read it, and post messages to change it.
-
-    Attributes
-    ----------
-    NAME : str
-        Key of the tab's stored settings.
+    The screen tells only the pane of the current tab what has changed. Panes read the session, and
+    post messages to change it.
     """
 
+    # Key of the tab's stored settings.
     NAME: ClassVar[str] = ""
 
     def __init__(self, session: Session) -> None:
@@ -56,15 +46,10 @@ class Pane(Vertical):
         """Store a setting of this tab."""
         self.session.settings.setdefault(self.NAME, {})[key] = value
 
-    def focus_content(self, *, bar_first: bool = False) -> None:
-        """Focus the plot or list; if `bar_first`, an input or else a button of the bar above it."""
-        self.focus_within(self, bar_first=bar_first)
-
-    def focus_within(self, container: Widget, *, bar_first: bool = False) -> None:
-        """As `focus_content`, in `container`; without `bar_first`, inputs come last."""
+    def focus_content(self, container: Widget | None = None, *, bar_first: bool = False) -> None:
+        """Focus the plot or list, else a button, else an input; the reverse if `bar_first`."""
 
         def rank(widget: Widget) -> int:
-            # 0 for a plot or list, 1 for a button, 2 for an input; `bar_first` reverses the order.
             return 2 if isinstance(widget, Input) else int(isinstance(widget, Button))
 
         def is_shown(widget: Widget) -> bool:
@@ -72,6 +57,7 @@ class Pane(Vertical):
             nodes = takewhile(lambda node: node is not self, widget.ancestors_with_self)
             return all(node.styles.inline.display != "none" for node in nodes)
 
+        container = container or self
         widgets = [container, *container.query("*")]
         focusable = [widget for widget in widgets if widget.focusable and is_shown(widget)]
         focusable.sort(key=rank, reverse=bar_first)
@@ -107,23 +93,11 @@ class Pane(Vertical):
         return False
 
     def export(self, kind: str) -> Export:
-        """Figure or data of the current contents; by default of the displayed run.
-
-        Raises
-        ------
-        InputError
-            If there is nothing to export yet; the message suggests an action.
-        """
+        """Figure or data of the contents, by default of the displayed run; `InputError` if none."""
         return run_export(kind, self.session.runs.displayed)
 
     def command_line(self) -> str:
-        """The shell command that computes the current contents.
-
-        Raises
-        ------
-        InputError
-            If a field is invalid, or if no command can compute the contents.
-        """
+        """The shell command that computes the contents; `InputError` if none does."""
         run = self.session.runs.displayed
         scene = self.session.scene() if run is None else run.scene
         return study_command("run", scene, self.session.origin)

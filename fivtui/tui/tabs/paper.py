@@ -6,7 +6,6 @@ of it; its verdict says whether the model confirms it. Figures are named by thei
 """
 
 from collections.abc import Mapping
-from functools import cached_property
 from typing import Any, ClassVar, Final
 
 from textual import on
@@ -15,10 +14,17 @@ from textual.binding import Binding, BindingType
 from textual.containers import Vertical
 from textual.widgets import DataTable, Static
 
-# Its functions are imported when they are used.
-from fivtui import paper
 from fivtui.model import InputError
-from fivtui.paper import PANELS
+from fivtui.paper import (
+    CLAIMS,
+    PANELS,
+    CheckedClaim,
+    ComputedPanel,
+    PaperResults,
+    check_claims,
+    figure_charts,
+    verdict_counts,
+)
 from fivtui.studies import study
 from fivtui.tui.chart import ChartView
 from fivtui.tui.session import DisplayedStudy, Job, Session, study_command
@@ -39,7 +45,7 @@ from .tables import ListTable
 
 # Key of the stored figure, and kind of study of the verdicts.
 _FIGURE_SETTING: Final = "figure"
-_CLAIMS: Final = "claims"
+_CLAIMS_STUDY: Final = "claims"
 
 
 class _PaperTable(ListTable[str]):
@@ -61,6 +67,8 @@ class PaperPane(JobPane):
 
     def __init__(self, session: Session) -> None:
         super().__init__(session)
+        # Figures and claims share computed results.
+        self._results = PaperResults()
         # The verdicts that are drawn; empty before the first drawing.
         self._drawn_verdicts: object = ""
 
@@ -75,27 +83,22 @@ class PaperPane(JobPane):
             yield ChartView("figure-1", runs_points=True)
             yield ChartView("figure-2", runs_points=True)
 
-    @cached_property
-    def _results(self) -> paper.PaperResults:
-        # Figures and claims share computed results.
-        return paper.PaperResults()
-
     # The lists
 
     @property
-    def _verdicts(self) -> dict[str, paper.CheckedClaim]:
+    def _verdicts(self) -> dict[str, CheckedClaim]:
         # The verdicts by claim, computed in this session or restored.
-        displayed = self.session.studies.get(_CLAIMS)
+        displayed = self.session.studies.get(_CLAIMS_STUDY)
         checked = [] if displayed is None else displayed.value
         return {entry.claim.id: entry for entry in checked}
 
     def scene_changed(self) -> None:
         """Draw the current view when the tab is first shown, and other verdicts."""
-        displayed = self.session.studies.get(_CLAIMS)
+        displayed = self.session.studies.get(_CLAIMS_STUDY)
         if displayed is not self._drawn_verdicts:
             self._drawn_verdicts = displayed
             if displayed is not None and self.job is None:
-                self.show_status(paper.verdict_counts(displayed.value))
+                self.show_status(verdict_counts(displayed.value))
             self.draw()
 
     def draw(self) -> None:
@@ -108,14 +111,14 @@ class PaperPane(JobPane):
             self.query_one("#figures", _PaperTable).fill(FIGURE_COLUMNS, rows)
         elif self.view == "claims":
             verdicts = self._verdicts
-            rows = {claim.id: claim_row(claim, verdicts.get(claim.id)) for claim in paper.CLAIMS}
+            rows = {claim.id: claim_row(claim, verdicts.get(claim.id)) for claim in CLAIMS}
             self.query_one("#claims-table", _PaperTable).fill(CLAIM_COLUMNS, rows)
         else:
             self._draw_figure()
 
     @on(DataTable.RowHighlighted, "#claims-table")
     def _show_highlighted_claim(self, event: DataTable.RowHighlighted) -> None:
-        claim = paper.CLAIMS[event.cursor_row]
+        claim = CLAIMS[event.cursor_row]
         self.query_one("#claim", Static).update(claim_text(claim, self._verdicts.get(claim.id)))
 
     # Computing
@@ -124,12 +127,12 @@ class PaperPane(JobPane):
         """Check the claims one by one."""
         if self.view == "figure":
             self.show_view("claims")
-        self.start(lambda job: paper.check_claims(self._results, progress=job.report))
+        self.start(lambda job: check_claims(self._results, progress=job.report))
 
     def show_result(self, result: Any) -> None:
         """Display a computed figure (its key), or the verdicts (a list)."""
         if isinstance(result, list):
-            self.session.studies[_CLAIMS] = DisplayedStudy(result, _CLAIMS)
+            self.session.studies[_CLAIMS_STUDY] = DisplayedStudy(result, _CLAIMS_STUDY)
             self.scene_changed()
         else:
             self.show_status(f"figure {result} computed")
@@ -184,7 +187,7 @@ class PaperPane(JobPane):
             self._choose_figure(self._listed_key)
         key = self._figure_key
         if key in self._results.tables:
-            charts = paper.figure_charts(PANELS[key], self._results.tables[key])
+            charts = figure_charts(PANELS[key], self._results.tables[key])
             first, second = self.query(ChartView)
             if len(charts) == 1:
                 first.display, second.display = True, False
@@ -202,12 +205,12 @@ class PaperPane(JobPane):
                 )
             if not self._verdicts:
                 raise InputError("no claims to export yet: press Check")
-            return study_export(kind, _CLAIMS, list(self._verdicts.values()), _CLAIMS)
+            return study_export(kind, _CLAIMS_STUDY, list(self._verdicts.values()), _CLAIMS_STUDY)
         key = self._selected_key
         if key not in self._results.tables:
             problem = f"Fig. {key} is not computed yet" if key else "no figure is selected yet"
             raise InputError(f"{problem}: Enter in the list of figures computes it")
-        panel = paper.ComputedPanel(key, self._results)
+        panel = ComputedPanel(key, self._results)
         if kind == FIGURE:
             # The displayed charts, or else all panels of the figure: the name has no panel.
             stem, subject = f"fig-{panel.number:02d}", f"Fig. {panel.number}"
@@ -218,10 +221,10 @@ class PaperPane(JobPane):
     def command_line(self) -> str:
         """The command that computes the selected figure or the claims."""
         if self.view == "claims":
-            return study_command(_CLAIMS, None, self.session.origin)
+            return study_command(_CLAIMS_STUDY, None, self.session.origin)
         if not self._selected_key:
             raise InputError("no figure is chosen yet: Enter in the list of figures computes one")
-        panel = paper.ComputedPanel(self._selected_key, self._results)
+        panel = ComputedPanel(self._selected_key, self._results)
         return study_command("figure", panel, self.session.origin)
 
     def action_open_scene(self) -> None:

@@ -1,6 +1,6 @@
 """The stability tab: vibration modes over μ, eigenvalues, summary; updated on every edit."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import replace
 from typing import ClassVar, Final
@@ -41,7 +41,6 @@ class StabilityPane(ViewsPane):
         "plane": "Eigenvalues",
         "facts": "Summary",
     }
-    COMMON_X_LIMITS: ClassVar[Sequence[Sequence[str]]] = (("growth", "frequency"),)
 
     def __init__(self, session: Session) -> None:
         super().__init__(session)

@@ -1,6 +1,6 @@
 """The registry of tabs, and their panes, which are created when first shown."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from importlib import import_module
 from typing import Final, cast
@@ -16,53 +16,37 @@ from .pane import Pane
 
 @dataclass(frozen=True, slots=True)
 class TabSpec:
-    """A tab.
+    """A tab: its identifier, also in saved sessions; its title, group of neighbours and key.
 
-    Attributes
-    ----------
-    id : str
-        Identifier of the tab, also in messages, commands and saved sessions.
-    title : str
-        Title in the line of tabs.
-    group : str
-        Purpose that neighbouring tabs share; a wide screen shows it.
-    key : str
-        Key that shows the tab.
-    module, class_name : str
-        Module in `fivtui.tui.tabs` and class of the pane; imported when the tab is first shown.
+    `pane` is the module in `fivtui.tui.tabs` and the class of its pane.
     """
 
     id: str
     title: str
     group: str
     key: str
-    module: str
-    class_name: str
+    pane: str
 
     def import_pane_class(self) -> type[Pane]:
-        """Import the class of the pane."""
-        module = import_module(f".{self.module}", __package__)
-        return cast("type[Pane]", getattr(module, self.class_name))
-
-    def new_pane(self, session: Session) -> Pane:
-        """Create the pane for a session."""
-        return self.import_pane_class()(session)
+        """Import the class of the pane, when the tab is first shown."""
+        module, _, name = self.pane.partition(":")
+        return cast("type[Pane]", getattr(import_module(f".{module}", __package__), name))
 
 
 TABS: Final = (
-    TabSpec("transient", "Run", "", "alt+1", "transient", "TransientPane"),
-    TabSpec("stability", "Modes", "Stability", "alt+2", "stability", "StabilityPane"),
-    TabSpec("map", "Map", "Stability", "alt+3", "studies.map", "MapPane"),
-    TabSpec("branch", "Branches", "Stability", "alt+4", "studies.branches", "BranchesPane"),
-    TabSpec("safe-mu", "Safe μ", "Stability", "alt+5", "studies.map", "SafeFrictionPane"),
-    TabSpec("sweep", "Sweep", "Studies", "alt+6", "studies.sweep", "SweepPane"),
-    TabSpec("uncertainty", "Risk", "Studies", "alt+7", "studies.uncertainty", "UncertaintyPane"),
-    TabSpec("trade-off", "Trade-off", "Studies", "alt+8", "studies.tradeoff", "TradeoffPane"),
+    TabSpec("transient", "Run", "", "alt+1", "transient:TransientPane"),
+    TabSpec("stability", "Modes", "Stability", "alt+2", "stability:StabilityPane"),
+    TabSpec("map", "Map", "Stability", "alt+3", "studies.map:MapPane"),
+    TabSpec("branch", "Branches", "Stability", "alt+4", "studies.branches:BranchesPane"),
+    TabSpec("safe-mu", "Safe μ", "Stability", "alt+5", "studies.map:SafeFrictionPane"),
+    TabSpec("sweep", "Sweep", "Studies", "alt+6", "studies.sweep:SweepPane"),
+    TabSpec("uncertainty", "Risk", "Studies", "alt+7", "studies.uncertainty:UncertaintyPane"),
+    TabSpec("trade-off", "Trade-off", "Studies", "alt+8", "studies.tradeoff:TradeoffPane"),
     TabSpec(
-        "identification", "Fit", "Studies", "alt+9", "studies.identification", "IdentificationPane"
+        "identification", "Fit", "Studies", "alt+9", "studies.identification:IdentificationPane"
     ),
-    TabSpec("paper", "Paper", "", "alt+0", "paper", "PaperPane"),
-    TabSpec("log", "Log", "", "alt+minus", "log", "LogPane"),
+    TabSpec("paper", "Paper", "", "alt+0", "paper:PaperPane"),
+    TabSpec("log", "Log", "", "alt+minus", "log:LogPane"),
 )
 _PREFIX: Final = "tab-"
 
@@ -73,12 +57,12 @@ class TabBook(ContentSwitcher):
     class Changed(Message):
         """Another tab is shown."""
 
-    def __init__(self, specs: Sequence[TabSpec], session: Session) -> None:
+    def __init__(self, session: Session) -> None:
         super().__init__(id="tabs")
-        self.specs = {spec.id: spec for spec in specs}
+        self._specs = {spec.id: spec for spec in TABS}
         self._session = session
-        if session.tab not in self.specs:
-            session.tab = specs[0].id
+        if session.tab not in self._specs:
+            session.tab = TABS[0].id
         # The created panes, by the identifiers of their tabs.
         self._created: dict[str, Pane] = {}
         # Whether the focus is to move to the tab that is being shown.
@@ -109,18 +93,16 @@ class TabBook(ContentSwitcher):
     def when_ready(self, function: Callable[[Pane], None]) -> None:
         """Call a function with the current pane as soon as it exists."""
         self._ready_callbacks.append(function)
-        self._call_ready_callbacks()
+        self.update_pane(self._call_ready_callbacks)
 
-    def _call_ready_callbacks(self) -> None:
-        pane = self.pane
-        if pane is not None and pane.is_mounted:
-            callbacks, self._ready_callbacks = self._ready_callbacks, []
-            for function in callbacks:
-                function(pane)
+    def _call_ready_callbacks(self, pane: Pane) -> None:
+        callbacks, self._ready_callbacks = self._ready_callbacks, []
+        for function in callbacks:
+            function(pane)
 
     def show_neighbour(self, direction: int) -> None:
         """Show the next (+1) or previous (-1) tab."""
-        names = list(self.specs)
+        names = list(self._specs)
         self.show(names[(names.index(self.active) + direction) % len(names)])
 
     def show(self, name: str) -> None:
@@ -139,12 +121,12 @@ class TabBook(ContentSwitcher):
     async def _show_active_pane(self) -> None:
         name = self.active
         if name not in self._created:
-            pane = self._created[name] = self.specs[name].new_pane(self._session)
+            pane = self._created[name] = self._specs[name].import_pane_class()(self._session)
             pane.border_subtitle = "  ".join(pane.key_hints())
             await self.add_content(pane, id=f"{_PREFIX}{name}")
         self.current = f"{_PREFIX}{name}"
         self.update_pane_from_session()
-        self._call_ready_callbacks()
+        self.update_pane(self._call_ready_callbacks)
         if self._moves_focus and name == self.active:
             self._moves_focus = False
             self._created[name].focus_content()

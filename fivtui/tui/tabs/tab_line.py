@@ -1,6 +1,6 @@
 """The line of tabs: their titles by group over the whole width of the screen."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from itertools import groupby
 from typing import ClassVar, Final
 
@@ -10,7 +10,7 @@ from textual.reactive import reactive
 from textual.style import Style
 from textual.widget import Widget
 
-from .tab_book import TabSpec
+from .tab_book import TABS, TabSpec
 
 # What the line shows, from the widest to the narrowest, and the blanks between titles.
 _TITLES, _KEYS, _MODIFIER, _GROUPS = "titles", "keys", "modifier", "groups"
@@ -42,12 +42,11 @@ class TabLine(Widget, can_focus=True):
     active = reactive("")
     progress = reactive("")
 
-    def __init__(self, specs: Sequence[TabSpec], key_names: Mapping[str, str]) -> None:
+    def __init__(self, key_names: Mapping[str, str]) -> None:
         super().__init__(id="tab-line")
-        self._specs = specs
-        self._keys = [key_names[f"tab-{spec.id}"] for spec in specs]
+        self._keys = {spec: key_names[f"tab-{spec.id}"] for spec in TABS}
         # The modifier that the keys of all tabs share, such as "Alt+"; else empty.
-        modifiers = {key[: -len(key.rpartition("+")[2])] for key in self._keys}
+        modifiers = {key[: -len(key.rpartition("+")[2])] for key in self._keys.values()}
         self._modifier = modifiers.pop() if len(modifiers) == 1 else ""
 
     def render(self) -> Content:
@@ -60,10 +59,10 @@ class TabLine(Widget, can_focus=True):
         line = Content(" ")
         if _MODIFIER in parts and self._modifier:
             # Without the keys of all tabs, the first one stands for them.
-            first = "" if _KEYS in parts else f"{self._sign(self._specs[0])}… "
+            first = "" if _KEYS in parts else f"{self._sign(TABS[0])}… "
             line += Content.styled(f"{self._modifier}{first}", _KEY_STYLE)
         is_first = True
-        for group, specs in groupby(self._specs, key=lambda spec: spec.group):
+        for group, specs in groupby(TABS, key=lambda spec: spec.group):
             if not is_first:
                 line += Content.styled("│", "$foreground 30%") + blanks
             is_first = False
@@ -80,12 +79,12 @@ class TabLine(Widget, can_focus=True):
         return line.stylize(style, *active_span)
 
     def _sign(self, spec: TabSpec) -> str:
-        return self._keys[self._specs.index(spec)].removeprefix(self._modifier)
+        return self._keys[spec].removeprefix(self._modifier)
 
     def _title(self, spec: TabSpec, parts: set[str]) -> Content:
         sign = self._sign(spec) if _KEYS in parts else ""
         title = spec.title if _TITLES in parts or spec.id == self.active else ""
-        if title and self.progress and spec is self._specs[0]:
+        if title and self.progress and spec is TABS[0]:
             title = f"{title} {self.progress}"
         content = Content.assemble((sign, _KEY_STYLE), " " if sign and title else "", title)
         return content.stylize(Style.from_meta({"@click": f"screen.show_tab('{spec.id}')"}))

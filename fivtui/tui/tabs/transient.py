@@ -19,6 +19,7 @@ from textual.widgets import Static
 
 from fivtui.charts import Cursors, Heading
 from fivtui.equilibrium import stability
+from fivtui.measured import describe_verdict
 from fivtui.model import ComputationError, InputError
 from fivtui.results import Row
 from fivtui.signals import spectrum_chart
@@ -97,10 +98,6 @@ class TransientPane(ActionPane):
         "result": "Result",
     }
     LOG_AXES: ClassVar[Mapping[str, str]] = {"plot-spectrum": "y"}
-    COMMON_X_LIMITS: ClassVar[Sequence[Sequence[str]]] = (
-        tuple(f"plot-{name}" for name in _QUANTITIES),
-        ("difference-y", "difference-P"),
-    )
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("g,home", "show_end(False)", "Start of the run", show=False),
         Binding("G,end", "show_end(True)", "End of the run", show=False),
@@ -330,10 +327,10 @@ class TransientPane(ActionPane):
             ignores_separation=not any(result.separation for result in results),
         )
         if view == _MEASURED:
-            measured = self.query_one(MeasuredView)
-            heading = replace(heading, text=measured.verdict)
+            validation = self.query_one(MeasuredView).validation
+            heading = replace(heading, text=describe_verdict(validation))
             return scene_study_export(
-                kind, "validation", measured.validation, export.stem, charts=charts, heading=heading
+                kind, "validation", validation, export.stem, charts=charts, heading=heading
             )
         if kind == FIGURE or view in _POINT_VIEWS:
             if charts is None:
@@ -366,7 +363,7 @@ class TransientPane(ActionPane):
         """Show the view of measured data, and go to its input."""
         self.show_view(_MEASURED)
         # The field from which the key comes keeps the focus until then.
-        self.call_later(self.focus_within, self.page, bar_first=True)
+        self.call_later(self.focus_content, self.page, bar_first=True)
 
     def action_show_end(self, at_end: bool) -> None:
         """Limit the time to the start or the end of the run, for phases and the spectrum, too."""

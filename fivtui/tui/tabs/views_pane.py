@@ -3,14 +3,14 @@
 A view of a tab is a page of it; the `View` of a chart has its limits, scales and cursors.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import ClassVar, Final
 
 from textual import on
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
-from textual.containers import Horizontal
+from textual.containers import Horizontal, Vertical
 from textual.content import Content
 from textual.events import Resize
 from textual.style import Style
@@ -56,14 +56,11 @@ class ViewsPane(Pane):
         Key of the stored view.
     LOG_AXES : mapping of str to str
         Axes of charts that are logarithmic at first, such as ``xy``.
-    COMMON_X_LIMITS : sequence of sequences of str
-        Groups of identifiers of charts with common limits of x.
     """
 
     VIEWS: ClassVar[Mapping[str, str]] = {}
     VIEW_SETTING: ClassVar[str] = "view"
     LOG_AXES: ClassVar[Mapping[str, str]] = {}
-    COMMON_X_LIMITS: ClassVar[Sequence[Sequence[str]]] = ()
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("v", "next_view", "View"),
         Binding("n", "next_chart", "Chart", tooltip="Next chart, or all charts"),
@@ -116,13 +113,13 @@ class ViewsPane(Pane):
 
     @on(ChartView.LimitsChanged)
     def _link_limits(self, event: ChartView.LimitsChanged) -> None:
-        changed_view = event.chart_view.view
-        groups = (group for group in self.COMMON_X_LIMITS if event.chart_view.id in group)
-        for chart in (self.query_one(f"#{name}", ChartView) for name in next(groups, ())):
-            if chart is not event.chart_view:
-                chart.view.x, chart.view.log_x = changed_view.x, changed_view.log_x
+        # Charts one above the other have common limits of x.
+        changed = event.chart_view
+        for chart in changed.siblings if type(changed.parent) is Vertical else ():
+            if isinstance(chart, ChartView):
+                chart.view.x, chart.view.log_x = changed.view.x, changed.view.log_x
                 # The heading of the chart warns of later runs that are outside the limits.
-                chart.view.newest_run_when_zoomed = changed_view.newest_run_when_zoomed
+                chart.view.newest_run_when_zoomed = changed.view.newest_run_when_zoomed
                 chart.redraw()
 
     @on(ChartView.CursorMoved)
@@ -273,7 +270,7 @@ class ViewsPane(Pane):
         self.fit_charts()
         self.draw()
         if self.screen.focused in charts:
-            self.focus_within(self.page)
+            self.focus_content(self.page)
 
     def show_view(self, name: str) -> None:
         """Show a view by its identifier."""
@@ -283,7 +280,7 @@ class ViewsPane(Pane):
         self.fit_charts()
         self.draw()
         self._show_cursors()
-        self.focus_within(self.page)
+        self.focus_content(self.page)
 
     def show_titles(self) -> None:
         """Display the titles in the upper border, the current one marked."""

@@ -57,7 +57,7 @@ async def test_the_slider_is_drawn_at_the_time_of_the_cursor_is_animated_and_is_
     await until_shown(pilot, ", ×2")
     await pilot.press("space")
     assert not view.playing
-    view.go_to(run.result.t_end - 0.01)
+    view.action_go_to(run.result.t_end - 0.01)
     await pilot.press("space")
     await until(pilot, lambda: not view.playing)
     assert view.t == run.result.t_end

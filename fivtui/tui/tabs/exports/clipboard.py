@@ -29,18 +29,14 @@ def copy_picture(export: Export) -> None:
         export.write(path)
         try:
             # Do not wait for output: the program provides the picture while in the background.
-            process = subprocess.run(  # noqa: S603, a program of the desktop
-                command,
-                stdin=subprocess.DEVNULL,
-                stdout=subprocess.DEVNULL,
-                stderr=subprocess.DEVNULL,
-                timeout=_TIMEOUT_S,
-                check=False,
+            none = subprocess.DEVNULL
+            subprocess.run(  # noqa: S603, a program of the desktop
+                command, stdin=none, stdout=none, stderr=none, timeout=_TIMEOUT_S, check=True
             )
+        except subprocess.CalledProcessError:
+            raise InputError(f"the picture is not copied: {command[0]} failed") from None
         except (OSError, subprocess.TimeoutExpired) as error:
             raise InputError(f"the picture is not copied: {error}") from None
-        if process.returncode != 0:
-            raise InputError(f"the picture is not copied: {command[0]} failed")
 
 
 def clipboard_command(path: Path, platform: str, environment: Mapping[str, str]) -> Sequence[str]:

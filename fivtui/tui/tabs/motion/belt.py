@@ -6,7 +6,6 @@ from typing import ClassVar, Final
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import Vertical
-from textual.timer import Timer
 
 from fivtui.film import Layout, Timing, belt_chart, layout_of, watchable_speed
 from fivtui.transient import Transient
@@ -41,7 +40,6 @@ class BeltView(Vertical):
         self.t, self.speed = 0.0, 1.0
         self._run: Transient | None = None
         self._layout: Layout | None = None
-        self._timer: Timer | None = None
         # Clock time of the last frame, s; 0 while the slider is still.
         self._last_frame_time = 0.0
 
@@ -63,16 +61,13 @@ class BeltView(Vertical):
         if run is not self._run and run.trajectory is not None:
             self._run, self._layout = run, layout_of(run.trajectory)
             self.speed = watchable_speed(run)
-            self.t = min(self.t, run.t_end)
-        if t is not None:
-            self.t = min(max(t, 0.0), run.t_end)
-        self.draw()
+        self.action_go_to(self.t if t is None else t)
 
     def draw(self) -> None:
         """Draw the slider at the current time."""
-        view = self.query_one(ChartView)
         if self._run is None or self._layout is None:
             return
+        view = self.query_one(ChartView)
         columns, rows = view.size.width - _MARGINS[0], view.size.height - _MARGINS[1]
         aspect = _CELL_ASPECT * max(columns, 1) / max(rows, 1)
         timing = Timing(0.0, self._run.t_end, self.speed)
@@ -85,20 +80,16 @@ class BeltView(Vertical):
     def stop(self) -> None:
         """Stop the motion."""
         self._last_frame_time = 0.0
-        if self._timer is not None:
-            self._timer.pause()
+        self._timer.pause()
 
     def action_play(self) -> None:
         """Let the slider move, from the start if it is at the end, or stop it."""
-        if self._timer is None or self._run is None:
-            return
         if self.playing:
             self.stop()
-            return
-        if self.t >= self._run.t_end:
-            self.t = 0.0
-        self._last_frame_time = time.monotonic()
-        self._timer.resume()
+        elif self._run is not None:
+            self.t = self.t if self.t < self._run.t_end else 0.0
+            self._last_frame_time = time.monotonic()
+            self._timer.resume()
 
     def _tick(self) -> None:
         if self._run is None or not self.playing:
@@ -114,13 +105,9 @@ class BeltView(Vertical):
     def action_step_time(self, direction: int) -> None:
         """Step forward or back."""
         self.stop()
-        self.go_to(self.t + direction * _STEP_S * self.speed)
+        self.action_go_to(self.t + direction * _STEP_S * self.speed)
 
     def action_go_to(self, t: float) -> None:
-        """Go to a time, s."""
-        self.go_to(t)
-
-    def go_to(self, t: float) -> None:
         """Show a time, s, within the run."""
         if self._run is not None:
             self.t = min(max(t, 0.0), self._run.t_end)

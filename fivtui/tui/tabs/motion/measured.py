@@ -1,9 +1,8 @@
 """The view of a run beside measured data: their file, both signals, spectra, deviations."""
 
 from collections.abc import Callable
-from contextlib import suppress
 from dataclasses import replace
-from typing import Final
+from typing import Final, TypeVar
 
 from textual import on
 from textual.app import ComposeResult
@@ -29,6 +28,9 @@ from fivtui.tui.tabs.preview import FILE_FORMAT, MEASURED_SKETCH, Preview
 _NO_DATA: Final = "no measured data: name a file above, Enter reads it"
 _PLACEHOLDER: Final = "FILE.csv --signal NAME --scale N --shift auto --band 5%"
 _FORMAT: Final = f"FILE.csv and options such as --band 5%; {ACCEPT_KEY}"
+_QUESTION: Final = "How near does the model come to a measurement?"
+
+T = TypeVar("T")
 
 
 class MeasuredView(Vertical):
@@ -46,27 +48,23 @@ class MeasuredView(Vertical):
         key: str,
     ) -> None:
         super().__init__(id=id, classes="-empty")
-        self._text, self._store_text, self._key = text, store_text, key
+        self._initial_text, self._store_text, self._key = text, store_text, key
         self._run: Transient | None = None
-        # The comparison that the last valid input asks for, and its result.
-        self._compare: Callable[[Transient], Validation] | None = None
         self._validation: Validation | None = None
+        # Error message of the input, or of the comparison.
         self._error = ""
 
     def compose(self) -> ComposeResult:
         """The input, the charts, and the verdict."""
         with ActionBar():
             yield OptionInput(
-                self._text, ValidateOptions, id="measured-data", placeholder=_PLACEHOLDER
+                self._initial_text, ValidateOptions, id="measured-data", placeholder=_PLACEHOLDER
             )
         yield ChartView("overlay-time")
         yield ChartView("overlay-spectrum")
-        yield Preview(
-            MEASURED_SKETCH,
-            "How near does the model come to a measurement?",
-            (self._key, f"goes to the file above; Enter reads it. {FILE_FORMAT}"),
-        )
-        yield StatusLine("")
+        start = self._key, f"goes to the file above; Enter reads it. {FILE_FORMAT}"
+        yield Preview(MEASURED_SKETCH, _QUESTION, start)
+        yield StatusLine()
 
     def show_run(self, run: Transient) -> None:
         """Compare a run with the measured data."""
@@ -75,33 +73,33 @@ class MeasuredView(Vertical):
 
     def draw(self) -> None:
         """Compare and draw; display the verdict or an error below."""
-        time_view, spectrum_view = self.query(ChartView)
-        self._error, self._validation = "", None
-        if self._run is not None and self._input_text:
-            try:
-                compare = prepare_comparison(self.options)()
-                self._validation = compare(self._run)
-                self._compare = compare
-            except InputError as error:
-                self._error = str(error)
-                # The overlay stays until the input is corrected.
-                if self._compare is not None:
-                    with suppress(InputError):
-                        self._validation = self._compare(self._run)
-        validation = self._validation
+        validation, run = None, self._run
+        if run is not None and self._text:
+            validation = self._try(lambda: prepare_comparison(self.options)()(run))
+        self._validation = validation
         self.set_class(validation is None, "-empty")
+        time_view, spectrum_view = self.query(ChartView)
         time_view.show(None if validation is None else overlay_chart(validation))
         spectrum_view.show(None if validation is None else overlay_spectra(validation))
         self._show_text()
 
+    def _try(self, compute: Callable[[], T]) -> T | None:
+        # The result of a function; None if it raises an `InputError`, which is displayed.
+        self._error = ""
+        try:
+            return compute()
+        except InputError as error:
+            self._error = str(error)
+            return None
+
     @property
-    def _input_text(self) -> str:
-        return self.query_one("#measured-data", Input).value.strip()
+    def _text(self) -> str:
+        return self.query_one(OptionInput).value.strip()
 
     @property
     def options(self) -> ValidateOptions:
         """The input as options of `fivtui validate`; raises `InputError` without a file."""
-        options, files = read_option_text(ValidateOptions, self._input_text)
+        options, files = read_option_text(ValidateOptions, self._text)
         files += [] if options.measured is None else [options.measured]
         if len(files) != 1:
             raise InputError(f"{len(files)} files: must be one" if files else _NO_DATA)
@@ -114,39 +112,33 @@ class MeasuredView(Vertical):
             raise InputError(self._error or _NO_DATA)
         return self._validation
 
-    @property
-    def verdict(self) -> str:
-        """The verdict of the comparison; empty if there is none."""
-        return "" if self._validation is None else describe_verdict(self._validation)
-
     @on(DescendantFocus)
     @on(DescendantBlur)
     def _show_text(self) -> None:
         # The error of the input, the meaning of its last option while it is typed, or the verdict.
-        data_input, result = self.query_one("#measured-data", Input), self._validation
-        input_error = self._input_error()
-        data_input.set_class(bool(input_error), "-invalid")
-        error, answer, text = input_error or self._error, "", ""
-        if result is not None and not error:
-            facts = [self.verdict, *([f"WARNING: {result.warning}"] if result.warning else [])]
-            answer, text = FACTS.join(facts), _comparison_text(result)
+        data_input, result, is_error = (
+            self.query_one(OptionInput),
+            self._validation,
+            bool(self._error),
+        )
+        data_input.set_class(is_error, "-invalid")
+        answer = text = ""
+        if result is not None:
+            warnings = [f"WARNING: {result.warning}"] if result.warning else []
+            answer, text = (
+                FACTS.join([describe_verdict(result), *warnings]),
+                _comparison_text(result),
+            )
         if data_input.has_focus:
-            text = option_help(ValidateOptions, self._input_text, _FORMAT)
-        self.query_one(StatusLine).show(None, answer, error or text, is_error=bool(error))
-
-    def _input_error(self) -> str:
-        if self._input_text:
-            try:
-                prepare_comparison(self.options)
-            except InputError as error:
-                return str(error)
-        return ""
+            text = option_help(ValidateOptions, self._text, _FORMAT)
+        status = self.query_one(StatusLine)
+        status.show(None, "" if is_error else answer, self._error or text, is_error=is_error)
 
     @on(Input.Changed)
     def _store_input(self, event: Input.Changed) -> None:
         event.stop()
         self._store_text(event.value)
-        self._error = ""
+        self._try(lambda: self._text and prepare_comparison(self.options))
         self._show_text()
 
     @on(Input.Submitted)

@@ -46,7 +46,6 @@ class IdentificationPane(StudyPane):
     NOTES: ClassVar[Sequence[str]] = (
         f"To fit a record, enter rig.csv --signal y --fit μ. {FILE_FORMAT}",
     )
-    COMMON_X_LIMITS: ClassVar[Sequence[Sequence[str]]] = (("fit-signals", "fit-residuals"),)
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("enter", "apply_values", "Apply", key_display="⏎", tooltip="Run the fitted values"),
         Binding("s", "next_signal", "Next signal"),
