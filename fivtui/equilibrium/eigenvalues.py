@@ -32,6 +32,8 @@ if TYPE_CHECKING:
 
 # Growth rates below this, relative to the fastest eigenvalue, are zero to rounding.
 ROUNDING: Final = 1e-12
+# Frequencies closer than this, relative to the fastest eigenvalue, have merged.
+_MERGED_DISTANCE: Final = 1e-6
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,7 +79,8 @@ class Stability(SystemResult, Plottable):
     equilibrium : Equilibrium
         The point at which the system is linearised: `x` and `y`, m, and the contact force `P`, N.
     eigenvalues : ndarray of complex, shape (4,)
-        λ in 1/s: growth rates and angular frequencies, by falling imaginary part.
+        λ in 1/s: growth rates and angular frequencies, by falling imaginary part; those of modes
+        with the same frequency by falling growth rate.
     growth_rate : float
         Greatest real part, 1/s.
     stable : bool
@@ -242,5 +245,11 @@ def _judge_eigenvalues(values: NDArray[np.complex128]) -> tuple[float, bool]:
 
 def _eigenvalues(p: Parameters, point: Equilibrium) -> NDArray[np.complex128]:
     values = np.linalg.eigvals(np.array(jacobian(p, point.y, point.mode))).astype(np.complex128)
-    order = np.lexsort((-values.real, -values.imag))
-    return values[order]
+    return in_order(values)
+
+
+def in_order(values: NDArray[np.complex128]) -> NDArray[np.complex128]:
+    """Eigenvalues by falling imaginary part, where these have merged by falling real part."""
+    merged_distance = _MERGED_DISTANCE * np.abs(values).max()
+    order = np.lexsort((-values.real, -np.rint(values.imag / merged_distance)), axis=-1)
+    return np.take_along_axis(values, order, axis=-1)

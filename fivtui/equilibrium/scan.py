@@ -16,7 +16,7 @@ from fivtui.model import (
 )
 from fivtui.results import Result, Table, Tabular
 
-from .eigenvalues import Stability
+from .eigenvalues import Stability, in_order
 
 FloatArray = NDArray[np.float64]
 
@@ -26,8 +26,6 @@ _MIN_TOP: Final = 1.0
 _TOP_FACTOR: Final = 1.5
 # The upper end is one of these times a power of ten.
 _ROUND_NUMBERS: Final = (1.0, 1.5, 2.0, 3.0, 5.0, 10.0)
-# Frequencies closer than this, relative to the fastest, have merged.
-_MERGED_DISTANCE: Final = 1e-6
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -93,7 +91,4 @@ def mode_scan(system: System, top: float) -> ModeScan:
             break
         matrices[index] = jacobian(changed.parameters, point.y, point.mode)
     values = np.linalg.eigvals(matrices).astype(np.complex128)
-    # Frequencies that differ by rounding have merged; their real parts give the order.
-    merged_distance = _MERGED_DISTANCE * np.abs(values).max()
-    order = np.lexsort((-values.real, -np.rint(values.imag / merged_distance)), axis=-1)
-    return ModeScan(mu, np.take_along_axis(values, order, axis=-1))
+    return ModeScan(mu, in_order(values))

@@ -10,6 +10,7 @@ from typing import Any, Final
 
 from fivtui.model.columns import COLUMNS
 from fivtui.model.modes import Mode
+from fivtui.model.over_time import LINEAR_OVER_TIME
 from fivtui.model.parameters import BELT_PARAMETERS, PARAMETERS, ParameterSpec
 
 from .variable import DIMENSIONLESS, Role, Type, Variable, VariableTable
@@ -20,7 +21,7 @@ SUMMARY: Final = (
 )
 _COLUMNS: Final = {column.name: column for column in COLUMNS}
 # Inputs, which may change at every communication point, as may all other parameters but the mass.
-INPUTS: Final = ("F", "mu", "v_belt")
+INPUTS: Final = LINEAR_OVER_TIME
 _FIXED: Final = ("m",)
 STATES: Final = ("x", "vx", "y", "vy")
 _START_NAMES: Final = tuple(f"{name}_start" for name in STATES)

@@ -53,6 +53,12 @@ def test_the_equilibrium_of_the_coexistence_scene_is_stable() -> None:
     assert verdict.growth_rate == pytest.approx(-0.032, abs=5e-4)
 
 
+def test_modes_of_the_same_frequency_are_in_the_order_of_growth() -> None:
+    for mu in np.linspace(0.5, 1.5, 50):
+        verdict = stability(Parameters(mu=float(mu)))
+        assert verdict.eigenvalues[0].real == verdict.growth_rate
+
+
 @given(wide_parameters())
 @example(Parameters(k_nl=1e9))
 @example(Parameters(m=1e-6))
