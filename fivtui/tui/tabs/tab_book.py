@@ -88,7 +88,9 @@ class TabBook(ContentSwitcher):
         """Call a function with the current pane if it exists; other panes update when shown."""
         pane = self.pane
         if pane is not None and pane.is_mounted:
-            function(pane)
+            # Messages that the pane posts would end at this widget if they were sent in its name.
+            with pane._context():
+                function(pane)
 
     def when_ready(self, function: Callable[[Pane], None]) -> None:
         """Call a function with the current pane as soon as it exists."""

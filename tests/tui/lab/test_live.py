@@ -38,6 +38,7 @@ from tests.support.laboratory import (
     until_notice,
     until_screen,
     until_shown,
+    until_still,
 )
 
 SIZE = (100, 34)
@@ -153,6 +154,16 @@ def pausable_runs(monkeypatch: pytest.MonkeyPatch) -> PausableRuns:
     # A pause lasts until `end_pause`.
     monkeypatch.setattr(live_control, "_PAUSE", HANG_S)
     return runs
+
+
+async def test_the_curve_follows_edits_that_were_made_in_another_tab(pilot: Pilot[None]) -> None:
+    await until_live(pilot)
+    await show_tab(pilot, "alt+2")
+    await until_still(pilot)
+    await pilot.press("alt+f", "up")
+    await until_still(pilot)
+    await show_tab(pilot, "alt+1")
+    await until_live(pilot)
 
 
 async def end_pause(pilot: Pilot[None]) -> None:
