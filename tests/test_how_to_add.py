@@ -506,7 +506,7 @@ from .study_pane import ResultInputs, StudyPane
 class FrictionPane(StudyPane):
     """Eigenvalues at a friction coefficient."""
 
-    NAME, VERB, INPUT, EXAMPLE = "stability", "Solve", "friction", "0.3"
+    NAME, VERB, EXAMPLE = "stability", "Solve", "0.3"
     INPUT_FORMAT = "a number"
     VIEWS = {"roots": "Roots"}
 
@@ -540,10 +540,6 @@ class FrictionPane(StudyPane):
     def read_point(self, result, point):
         """Values for the form and their description: every point has the same friction."""
         return {"mu": self.text}, "the friction coefficient"
-
-    def request_for(self, result):
-        """The request of the command line: the edited scene."""
-        return self.request()
 '''
 TAB: Final = (
     Edit("fivtui/tui/tabs/words.py", "", WORDS_TAB),

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
         lowest_critical_mu,
     )
     from .eigenvalues import Stability, growth_rate, stability
+    from .modes import VibrationMode
     from .report import critical_mu_text, margin_text, stability_rows, verdict
     from .scan import ModeScan, mu_scan_end
 else:

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     )
     from .result import Uncertainty
     from .run import MembersFile, compute_uncertainty, uncertainty
-    from .statistics import excess_remark
+    from .statistics import excess_remark, rank_inputs
 else:
     from fivtui.lazy import lazy_exports
 

@@ -7,7 +7,7 @@ if TYPE_CHECKING:
     from .measure import QUICK_S, Tradeoff, measure_tradeoff, tradeoff
     from .options import TradeoffOptions
     from .report import settings_table
-    from .settings import MeasuredSetting, Setting, cheapest
+    from .settings import MeasuredSetting, cheapest
 else:
     from fivtui.lazy import lazy_exports
 

@@ -10,12 +10,8 @@ from fivtui.batch import run as batch_run
 from fivtui.cli import run
 from fivtui.model.errors import InputError
 from fivtui.scene.presets import PRESETS
-from fivtui.sweeps.charts import sweep_chart
-from fivtui.tui.tabs.requests.sweep import (
-    partial_sweep,
-    sweep_parts,
-    sweep_request,
-)
+from fivtui.sweeps import local_engine, sweep_chart, sweep_in_memory
+from fivtui.tui.tabs.studies.sweep import SweepPane
 
 SPEEDS = [0.0, 0.2, 1.0, 30.0]
 FRICTION = {"mu_s": 0.9, "v_s": 0.4}
@@ -31,7 +27,7 @@ def test_an_interpreted_batch_equals_the_compiled_one(monkeypatch: pytest.Monkey
 def test_belts_faster_than_the_slider_have_the_peak_of_a_run_without_belt_speed(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    study = sweep_request(PRESETS["base"], "peak-over-belt-speed")
+    study = SweepPane.parse(PRESETS["base"], "peak-over-belt-speed")
     assert study.outputs[-1] == "vx_max"
     assert run(["sweep", "--preset", "peak-over-belt-speed", "--both", "--json"]) == 0
     data = json.loads(capsys.readouterr().out)
@@ -43,7 +39,7 @@ def test_belts_faster_than_the_slider_have_the_peak_of_a_run_without_belt_speed(
     assert peaks[30.0] == fast_runs[True].peak.y_max == pytest.approx(10.503, abs=1e-3)
     assert peaks[1.0] == pytest.approx(3.3446, abs=1e-3)
     assert max(peaks[0.1], peaks[0.2]) < 0.0
-    result = partial_sweep(study, list(sweep_parts(study, lambda _share: True)))
+    result = sweep_in_memory(study, local_engine(1))
     assert result.rows[0][2] == next(row["y_abs"] for row in rows)
     for case, least_speed in ((True, 26.0), (False, 24.0)):
         row_index = result.fast_belt(case)

@@ -12,16 +12,12 @@ from fivtui import load_scene, simulate, sweep
 from fivtui.cli import run
 from fivtui.model import InputError
 from fivtui.scene.presets import PRESETS
-from fivtui.sweeps import parse_design, scene_study
+from fivtui.sweeps import local_engine, parse_design, scene_study, sweep_in_memory
 from fivtui.sweeps.charts import sweep_chart
 from fivtui.sweeps.files import read_sweep
 from fivtui.tui.session import Session
 from fivtui.tui.session.command_lines import study_command
-from fivtui.tui.tabs.requests.sweep import (
-    partial_sweep,
-    sweep_parts,
-    sweep_request,
-)
+from fivtui.tui.tabs.studies.sweep import SweepPane
 
 BRAKE_STOP = PRESETS["brake-stop"]
 TABLES = {"F": [(0.0, 20.0), (4.0, 90.0)], "v_belt": [(0.0, 1.0), (6.0, 0.0)]}
@@ -108,8 +104,8 @@ def test_a_table_of_a_file_is_swept_as_in_simulate(
 
 
 def test_the_laboratory_sweeps_a_brake_stop() -> None:
-    study = sweep_request(BRAKE_STOP, "c1=0.3,0.6")
-    result = partial_sweep(study, list(sweep_parts(study, lambda _share: True)))
+    study = SweepPane.parse(BRAKE_STOP, "c1=0.3,0.6")
+    result = sweep_in_memory(study, local_engine(1))
     assert result.table.failed == 0
     # Peak and half peak-to-peak of y, each with separation considered and ignored.
     assert len(sweep_chart(result).traces) == 4

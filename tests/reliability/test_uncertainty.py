@@ -46,7 +46,7 @@ from fivtui.sweeps.run import Engine, local_engine, sweep
 from fivtui.sweeps.scatter import Scatter
 from fivtui.sweeps.study import Study
 from fivtui.tui.session.command_lines import Origin, study_command
-from fivtui.tui.tabs.requests.uncertainty import index_remark, uncertainty_request
+from fivtui.tui.tabs.studies.uncertainty import UncertaintyPane, index_remark
 
 # Critical and safe friction coefficient of the base set. Safe μ is the least μ of a limit cycle:
 # between the two a stable equilibrium and a limit cycle coexist.
@@ -444,7 +444,7 @@ def test_a_shown_command_does_not_scatter_what_its_scene_scatters_besides(tmp_pa
     command = study_command("uncertainty", scattered_study(scene, {}, samples=64), origin)
     assert shlex.split(command)[1:5] == ["uncertainty", str(path), "--vary", "mu~normal:0.42:0.01"]
     # The file would also scatter F.
-    only_mu = uncertainty_request(scene, "mu~normal:0.42:0.01")
+    only_mu = UncertaintyPane.parse(scene, "mu~normal:0.42:0.01")
     command = study_command("uncertainty", only_mu, origin)
     assert shlex.split(command)[1:4] == ["uncertainty", "--vary", "mu~normal:0.42:0.01"]
 

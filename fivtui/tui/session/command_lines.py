@@ -27,16 +27,6 @@ class Origin:
     source: str
 
 
-def _run_arguments(scene: Scene, origin: Origin, command: Command) -> list[str]:
-    # Command, name of the scene, and an option for every field that differs from that scene.
-    arguments = ["fivtui", command.name, *([origin.source] if origin.source else [])]
-    ignored = SET_BY_ACCURACY if scene.accuracy else ()
-    for difference in differences(scene, origin.scene):
-        if difference.name in command.settable and difference.name not in ignored:
-            arguments += difference.arguments
-    return arguments
-
-
 def _fields_without_option(scene: Scene, base: Scene, command: Command) -> list[str]:
     # Fields in which `base` differs from `scene` and that no option sets. Most commands accept no
     # tables over time; for others, `scene_only` has those of the study. No option switches on
@@ -67,5 +57,11 @@ def study_command(kind: str, study: Any, origin: Origin) -> str:
         if names := _fields_without_option(scene, base.scene, command):
             fields = " and ".join(names)
             raise InputError(f"{kind}: no option sets {fields}; save the scene to a file first")
-    arguments = _run_arguments(scene, base, command) if command.scene else ["fivtui", command.name]
+    arguments = ["fivtui", command.name]
+    if command.scene:
+        arguments += [base.source] if base.source else []
+        ignored = SET_BY_ACCURACY if scene.accuracy else ()
+        for difference in differences(scene, base.scene):
+            if difference.name in command.settable and difference.name not in ignored:
+                arguments += difference.arguments
     return shlex.join([*arguments, *command.arguments])

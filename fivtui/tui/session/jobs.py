@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Final, Generic, ParamSpec, TypeVar
 
 from fivtui.io import system_limit_error
@@ -19,6 +20,7 @@ _RESPONSE_TIME_S: Final = 0.06
 _POLL_INTERVAL_S: Final = 0.005
 # Time after which the names of unfinished files are displayed at the exit, s.
 _REPORT_DELAY_S: Final = 0.2
+_THREAD_NAME: Final = "computing"
 
 
 class ScreenResponse:
@@ -96,7 +98,6 @@ class ComputingThreads(ThreadPoolExecutor):
     def __init__(self) -> None:
         super().__init__(max_workers=1)
         self._is_shut_down = False
-        self._started: set[threading.Thread] = set()
 
     def submit(self, fn: Callable[P, T], /, *args: P.args, **kwargs: P.kwargs) -> Future[T]:
         """Start a function in a thread."""
@@ -107,17 +108,13 @@ class ComputingThreads(ThreadPoolExecutor):
                 # The future was cancelled before the thread began.
                 return
             try:
-                result = fn(*args, **kwargs)
+                settle = partial(future.set_result, fn(*args, **kwargs))
             except BaseException as error:  # noqa: BLE001 (the future raises it)
-                if not self._is_shut_down:
-                    future.set_exception(error)
-            else:
-                if not self._is_shut_down:
-                    future.set_result(result)
+                settle = partial(future.set_exception, error)
+            if not self._is_shut_down:
+                settle()
 
-        thread = threading.Thread(target=run, daemon=True)
-        self._started = {started for started in self._started if started.is_alive()} | {thread}
-        thread.start()
+        threading.Thread(target=run, name=_THREAD_NAME, daemon=True).start()
         return future
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:  # noqa: ARG002
@@ -127,7 +124,7 @@ class ComputingThreads(ThreadPoolExecutor):
     @property
     def busy(self) -> bool:
         """Whether a thread is running."""
-        return any(thread.is_alive() for thread in self._started)
+        return any(thread.name == _THREAD_NAME for thread in threading.enumerate())
 
 
 def duration_text(seconds: float) -> str:
@@ -144,8 +141,9 @@ class Job:
     """A computation in a thread; its completed fraction (0 to 1) is written by that thread."""
 
     fraction: float = 0.0
+    # Whether the job was asked to stop.
+    stopped: bool = False
     _start_time: float = field(default_factory=time.monotonic)
-    _stop: threading.Event = field(default_factory=threading.Event)
 
     def report(self, fraction: float) -> bool:
         """Record progress. Returns False to stop. Called by the computing thread."""
@@ -155,12 +153,7 @@ class Job:
 
     def stop(self) -> None:
         """Ask the computing thread to stop."""
-        self._stop.set()
-
-    @property
-    def stopped(self) -> bool:
-        """Whether the job was asked to stop."""
-        return self._stop.is_set()
+        self.stopped = True
 
     @property
     def elapsed(self) -> float:
@@ -170,13 +163,10 @@ class Job:
     @property
     def progress_text(self) -> str:
         """Progress and remaining time, such as ``40 %, 2.5 s left``."""
-        fraction, elapsed = self.fraction, self.elapsed
-        remaining = (
-            f", {duration_text(elapsed * (1.0 - fraction) / fraction)} left"
-            if fraction > 0.0
-            else ""
-        )
-        return f"{_percent(fraction)}{remaining}"
+        fraction, text = self.fraction, _percent(self.fraction)
+        if fraction > 0.0:
+            text += f", {duration_text(self.elapsed * (1.0 - fraction) / fraction)} left"
+        return text
 
     @property
     def stop_text(self) -> str:
@@ -188,18 +178,15 @@ def _percent(fraction: float) -> str:
     return f"{100.0 * fraction:.0f} %"
 
 
-Value = TypeVar("Value")
-
-
 @dataclass(frozen=True, slots=True)
-class Outcome(Generic[Value]):
+class Outcome(Generic[T]):
     """How a computation ended: a result, an error, or neither if stopped."""
 
-    result: Value | None = None
+    result: T | None = None
     error: str = ""
 
 
-def compute_outcome(compute: Callable[[], Value]) -> Outcome[Value]:
+def compute_outcome(compute: Callable[[], T]) -> Outcome[T]:
     """Call a function; the outcome is its result, or its error if that is an expected one."""
     try:
         return Outcome(compute())

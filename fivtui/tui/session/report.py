@@ -5,12 +5,12 @@ An attractor is a motion to which the slider tends: the equilibrium or a limit c
 the belt.
 """
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from operator import attrgetter
 from typing import TYPE_CHECKING, Final
 
-from fivtui.equilibrium import Stability, critical_mu_text, margin_text, verdict
+from fivtui.equilibrium import Stability, VibrationMode, critical_mu_text, margin_text, verdict
 from fivtui.results import Row
 from fivtui.safety import basis_rows, verdict_text
 from fivtui.transient import Transient, later_amplitude
@@ -36,6 +36,7 @@ class Attractors:
     safe: "SafeFriction | None" = None
 
 
+NO_ATTRACTORS: Final = Attractors(text="")
 # By kind of verdict, the tab that leads on after a run, and its question in a word.
 NEXT_STEPS: Final[Mapping[str, tuple[str, str]]] = {
     "unstable": ("branch", "safe?"),
@@ -68,31 +69,25 @@ def verdict_kind(result: Stability, attractors: Attractors | None) -> str:
     return "stable" if attractors.searched else "searching"
 
 
-def _mode_order(eigenvalue: complex) -> tuple[float, float]:
+def _mode_order(mode: VibrationMode) -> tuple[float, float]:
     # By falling frequency, then growth rate: rounding separates the frequencies of coalesced modes.
-    return -float(f"{eigenvalue.imag:.9g}"), -eigenvalue.real
+    return -float(f"{mode.angular_frequency:.9g}"), -mode.growth_rate
 
 
-def _mode_text(eigenvalue: complex) -> str:
-    # Frequency and growth rate of a vibration mode.
-    growth_rate = f"{eigenvalue.real:+.3g} 1/s"
-    if eigenvalue.imag == 0.0:
-        return f"aperiodic {growth_rate}"
-    return f"{eigenvalue.imag / math.tau:.4g} Hz {growth_rate}"
+def _mode_text(mode: VibrationMode) -> str:
+    frequency = f"{mode.frequency:.4g} Hz" if mode.frequency else "aperiodic"
+    return f"{frequency} {mode.growth_rate:+.3g} 1/s"
 
 
-def _limit_cycle_text(attractors: Attractors) -> str:
+def _limit_cycle_text(safe: "SafeFriction | None") -> str:
     # The largest limit cycle around an unstable equilibrium.
-    if attractors.safe is None or not attractors.safe.coexisting:
+    if safe is None or not safe.coexisting:
         return ""
-    *_, largest_cycle = attractors.safe.coexisting
-    half_range = largest_cycle.half_range
-    return f"; a limit cycle attracts: ±{quantity_text(half_range, 'm')}"
+    return f"; a limit cycle attracts: ±{quantity_text(safe.coexisting[-1].half_range, 'm')}"
 
 
-def _safe_mu_text(attractors: Attractors | None) -> str:
+def _safe_mu_text(safe: "SafeFriction | None") -> str:
     # What follows the critical μ in its line.
-    safe = None if attractors is None else attractors.safe
     if safe is None:
         return ""
     if safe.unknown_above is not None:
@@ -104,51 +99,43 @@ def _safe_mu_text(attractors: Attractors | None) -> str:
     return f" · safe below {safe.safe_mu:.4g}" if safe.others else " · no cycle found below it"
 
 
-def stability_summary(result: Stability, attractors: Attractors | None = None) -> list[str]:
+def stability_summary(result: Stability, attractors: Attractors = NO_ATTRACTORS) -> list[str]:
     """The verdict in a few lines, the most important first."""
-    # One eigenvalue of each conjugate pair, and all real ones.
-    eigenvalues = sorted(
-        (complex(value) for value in result.eigenvalues if value.imag >= 0.0), key=_mode_order
-    )
-    leading = max(eigenvalues, key=lambda value: value.real)
-    frequency = f", {leading.imag / math.tau:.4g} Hz" if leading.imag else ""
+    leading = max(result.modes, key=attrgetter("growth_rate"))
+    frequency = f", {leading.frequency:.4g} Hz" if leading.frequency else ""
     growth = f"growth rate {result.growth_rate:+.4g} 1/s{frequency}"
-    first_lines = [f"{verdict(result)}: {growth}"]
-    if attractors is not None and not attractors.text:
-        first_lines = [f"{first_lines[0]}{_limit_cycle_text(attractors)}"]
-    elif attractors is not None:
+    first_lines = [f"{verdict(result)}: {growth}{_limit_cycle_text(attractors.safe)}"]
+    if attractors.text:
         conjunction = ", but" if attractors.coexists else ","
         first_lines = [f"{verdict(result)}{conjunction} {attractors.text}", growth]
-    critical_mu, margin = critical_mu_text(result, 4), margin_text(result)
-    margin_suffix = f", {margin}" if margin else ""
+    critical_mu = ", ".join(filter(None, (critical_mu_text(result, 4), margin_text(result))))
     point = result.equilibrium
     return [
         *first_lines,
-        f"μ_c {critical_mu}{margin_suffix}{_safe_mu_text(attractors)}",
+        f"μ_c {critical_mu}{_safe_mu_text(attractors.safe)}",
         f"x_e {quantity_text(point.x, 'm')}  y_e {quantity_text(point.y, 'm')}  "
         f"P_e {quantity_text(point.P, 'N')}",
-        "modes " + " · ".join(map(_mode_text, eigenvalues)),
+        "modes " + " · ".join(map(_mode_text, sorted(result.modes, key=_mode_order))),
     ]
 
 
 def result_summary(run: Transient) -> list[str]:
     """The result of a run in a few short lines, the most important first."""
-    peak, force, later = run.peak, run.contact_force, later_amplitude(run)
-    half_range = run.steady.y_half_range
-    trend, last_lines = "", []
-    if later is not None:
-        # A continuation of the run reaches another amplitude.
-        trend = f", still {'growing' if later.y_half_range > half_range else 'falling'}"
-        amplitude = quantity_text(later.y_half_range, "m")
-        last_lines = [f"not settled: ±{amplitude} {later.after:.3g} s after the end"]
-    return [
-        f"amplitude of y ±{quantity_text(half_range, 'm')}{trend}",
+    peak, force, half_range = run.peak, run.contact_force, run.steady.y_half_range
+    lines = [
+        f"amplitude of y ±{quantity_text(half_range, 'm')}",
         _separation_text(run),
         f"P {quantity_text(force.min)} to {quantity_text(force.max, 'N')} · peak |y| "
         f"{quantity_text(peak.y_abs, 'm')}, |x| {quantity_text(peak.x_abs, 'm')}",
         _belt_text(run),
-        *last_lines,
     ]
+    later = later_amplitude(run)
+    if later is not None:
+        # A continuation of the run reaches another amplitude.
+        lines[0] += f", still {'growing' if later.y_half_range > half_range else 'falling'}"
+        amplitude = quantity_text(later.y_half_range, "m")
+        lines.append(f"not settled: ±{amplitude} {later.after:.3g} s after the end")
+    return lines
 
 
 def _belt_text(run: Transient) -> str:
@@ -162,14 +149,11 @@ def _belt_text(run: Transient) -> str:
 def _separation_text(run: Transient) -> str:
     if not run.separation:
         return "separation ignored (Case 2)"
-    if run.events.separated_time == 0.0:
+    count, time = run.events.separations, run.events.separated_time
+    if time == 0.0:
         return "no separation: contact is never lost"
-    share = 100.0 * run.events.separated_time / run.t_end
-    noun = "separation" if run.events.separations == 1 else "separations"
-    return (
-        f"{run.events.separations} {noun} · off belt "
-        f"{quantity_text(run.events.separated_time, 's')} ({share:.3g} %)"
-    )
+    counted = "1 separation" if count == 1 else f"{count} separations"
+    return f"{counted} · off belt {quantity_text(time, 's')} ({100.0 * time / run.t_end:.3g} %)"
 
 
 def late_separation_warning(run: Transient, result: Stability) -> str:

@@ -43,6 +43,8 @@ class Sketch:
 
     Attributes
     ----------
+    question : str
+        What the result answers.
     x, y : str
         Names of the axes.
     curves, dots : sequence of pairs of ndarray
@@ -51,6 +53,7 @@ class Sketch:
         Texts, and the position of their first character.
     """
 
+    question: str
     x: str
     y: str
     curves: Sequence[tuple[_Values, _Values]]
@@ -79,6 +82,7 @@ _TIMES: Final = np.linspace(0.0, 1.0, 161)
 # A growing vibration: a run, and measured data that deviate from it.
 _MOTION: Final = 0.5 + 0.45 * _TIMES * np.sin(8.0 * np.pi * _TIMES)
 MEASURED_SKETCH: Final = Sketch(
+    question="How near does the model come to a measurement?",
     x="t",
     y="y",
     curves=((_TIMES, _MOTION),),
@@ -108,31 +112,26 @@ def about_here(seconds: float) -> str:
 
 
 class Preview(Static):
-    """A sketch, the question that a tab answers, and notes, in place of its views.
+    """A sketch, its question, and notes, in place of the views of a tab.
 
     A note is a key, which may be empty, and a text.
     """
 
-    def __init__(self, sketch: Sketch, question: str, *notes: tuple[str, str]) -> None:
+    def __init__(self, sketch: Sketch, *notes: tuple[str, str]) -> None:
         super().__init__(classes="preview")
-        self._sketch, self._question, self._notes = sketch, question, notes
+        self._sketch, self._notes = sketch, notes
 
-    def ask(self, sketch: Sketch, question: str) -> None:
-        """Display the sketch and the question of another view."""
-        self._sketch, self._question = sketch, question
-        self.refresh()
-
-    def show(self, *notes: tuple[str, str]) -> None:
-        """Display other notes."""
-        if notes != self._notes:
-            self._notes = notes
+    def show(self, sketch: Sketch, *notes: tuple[str, str]) -> None:
+        """Display another sketch or other notes."""
+        if (sketch, notes) != (self._sketch, self._notes):
+            self._sketch, self._notes = sketch, notes
             self.refresh()
 
     def render(self) -> Content:
         """The sketch in the rows that the texts leave, if they are enough."""
         width, height = self.size
         text_width = max(min(width - _MARGIN, _MAX_TEXT_COLUMNS), 1)
-        lines = [Content.styled(line, "bold") for line in wrap(self._question, text_width)]
+        lines = [Content.styled(line, "bold") for line in wrap(self._sketch.question, text_width)]
         for key, text in self._notes:
             first, *rest = wrap(f"{key} {text}".lstrip(), text_width)
             lines += [Content(first).stylize(_KEY_STYLE, 0, len(key)), *map(Content, rest)]

@@ -151,7 +151,7 @@ async def test_the_help_lists_no_key_that_a_field_types_or_that_has_no_effect(
         (("alt+f",), "#row-mu TextEditor"),
         # Before the first result a chart is empty.
         (("alt+6", "alt+p"), "#sweep-chart"),
-        (("alt+i",), "#vary"),
+        (("alt+i",), "#sweep-input"),
         # The numbers of a view hide its charts.
         (("alt+2", "alt+p", "v", "v", "alt+p"), "RowsView#facts"),
     ):
@@ -171,7 +171,7 @@ async def test_keys_focus_every_part_and_follow_in_the_key_bar(
     await pilot.press("alt+6")
     for key, selector in (
         ("alt+p", "#sweep-chart"),
-        ("alt+i", "#vary"),
+        ("alt+i", "#sweep-input"),
         ("alt+t", "TabLine"),
         ("alt+r", "RunsTable"),
         ("alt+f", "#row-mu TextEditor"),

@@ -210,7 +210,7 @@ async def test_keys_with_alt_insert_no_text(pilot: Pilot[None]) -> None:
     await send_sequences(pilot, "\x1b2\x1b6")
     await until(pilot, lambda: session.tab == "sweep")
     await until_shown(pilot, "computes 112 runs")
-    range_input = pilot.app.screen.query_one("#vary", Input)
+    range_input = pilot.app.screen.query_one("#sweep-input", Input)
     range_input.focus()
     initial_range = range_input.value
     await send_sequences(pilot, "\x1b7", "\x1b-", "§")

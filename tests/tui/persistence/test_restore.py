@@ -16,7 +16,7 @@ from fivtui.paper.claims.check import claims
 from fivtui.results.tables import save_result
 from fivtui.scene.presets import PRESETS
 from fivtui.simulation import simulate
-from fivtui.sweeps.rows import compute_rows
+from fivtui.sweeps import Sweep, compute_rows
 from fivtui.tradeoffs import measure as tradeoff
 from fivtui.transient.files import restore_transient, store_transient
 from fivtui.tui.app import FivtuiApp
@@ -25,7 +25,7 @@ from fivtui.tui.persistence.results import ResultStore
 from fivtui.tui.session.runs import RunState
 from fivtui.tui.session.session import DisplayedStudy, StoredResult
 from fivtui.tui.tabs.messages import RunActionRequested
-from fivtui.tui.tabs.requests.sweep import partial_sweep, sweep_request
+from fivtui.tui.tabs.studies.sweep import SweepPane
 from tests.support.laboratory import (
     app_of,
     chart_of,
@@ -97,7 +97,7 @@ async def test_the_previous_screen_is_restored(
         # Zoom, pan, take a logarithmic y axis, and hide curve 2.
         await pilot.press("plus", "right", "y", "2")
         await show_tab(pilot, "alt+6")
-        pilot.app.screen.query_one("#vary", Input).value = "mu=0.2:0.8:4"
+        pilot.app.screen.query_one("#sweep-input", Input).value = "mu=0.2:0.8:4"
         await pilot.press("f10")
         await until_shown(pilot, TAB_PHRASES["sweep"])
         chart_of(pilot, "sweep-chart").focus()
@@ -106,7 +106,7 @@ async def test_the_previous_screen_is_restored(
         # By default 121 values of μ times 93 of F.
         await until_shown(pilot, "11253 points")
         await click_view(pilot, "critical-mu")
-        editor = pilot.app.screen.query_one("#over", Input)
+        editor = pilot.app.screen.query_one("#map-input", Input)
         editor.value = "c1=0.1:1.5:7 k_nl=1:500:5"
         editor.focus()
         await pilot.press("enter")
@@ -161,8 +161,8 @@ async def test_read_results_and_paper_figures_are_restored_and_incomplete_studie
     async with FivtuiApp(state=session_path).run_test(size=SIZE) as pilot:
         await pilot.pause()
         session = app_of(pilot).session
-        study = sweep_request(BASE, "F=10:20:30")
-        incomplete_sweep = partial_sweep(study, [compute_rows(study, 0, 4)])
+        study = SweepPane.parse(BASE, "F=10:20:30")
+        incomplete_sweep = Sweep(study, compute_rows(study, 0, 4))
         session.studies["sweep"] = DisplayedStudy(incomplete_sweep, "base")
         lab = lab_of(pilot)
         lab.show_study("map", displayed_map())
@@ -274,11 +274,9 @@ def test_results_are_written_once_and_removed_when_unused(tmp_path: Path) -> Non
 
 
 def test_a_study_that_cannot_be_stored_keeps_the_previous_result(tmp_path: Path) -> None:
-    store, study = ResultStore(tmp_path), sweep_request(BASE, "F=10:20:30")
-    complete_study = DisplayedStudy(
-        partial_sweep(study, [compute_rows(study, 0, study.members)]), "base"
-    )
-    partial_study = DisplayedStudy(partial_sweep(study, [compute_rows(study, 0, 4)]), "base")
+    store, study = ResultStore(tmp_path), SweepPane.parse(BASE, "F=10:20:30")
+    complete_study = DisplayedStudy(Sweep(study, compute_rows(study, 0, study.members)), "base")
+    partial_study = DisplayedStudy(Sweep(study, compute_rows(study, 0, 4)), "base")
     files, _ = store.save({"sweep": complete_study})
     store.remove_unused(files)
     new_files, notes = store.save({"sweep": partial_study})

@@ -15,6 +15,7 @@ from fivtui.cli import run as command
 from fivtui.io import output_path, read_columns, save_json
 from fivtui.model import InputError
 from fivtui.orbits import branch, branch_chart
+from fivtui.ranges import parse_ends
 from fivtui.simulation import simulate
 from fivtui.studies import kind_of, load_study, restore_study, save_study, store_study
 from fivtui.tui.chart.cursor_moves import move_cursor, step_cursor
@@ -22,7 +23,7 @@ from fivtui.tui.chart.picture import MARGIN, draw
 from fivtui.tui.chart.widget.chart_view import ChartView
 from fivtui.tui.persistence.results import ResultStore
 from fivtui.tui.tabs.exports.export import DATA
-from fivtui.tui.tabs.studies.branches import BranchesPane, nearest_cycle, orbit_scene, parse_branch
+from fivtui.tui.tabs.studies.branches import BranchesPane, nearest_cycle, orbit_scene
 from tests.support.laboratory import app_of, show_tab, type_into, until, until_hidden, until_shown
 
 BRANCH = branch(None, "mu", low=0.2, high=1.0)
@@ -105,11 +106,11 @@ def test_a_run_from_an_orbit_stays_on_it() -> None:
 
 
 def test_a_parameter_with_a_range_is_parsed_or_refused() -> None:
-    assert parse_branch("F") == ("F", None)
-    assert parse_branch(" mu = 0.2 : 1 ") == ("mu", (0.2, 1.0))
+    assert parse_ends("F", "") == ("F", None)
+    assert parse_ends(" mu = 0.2 : 1 ", "") == ("mu", (0.2, 1.0))
     for text in ("q", "mu=1", "mu=1:2:3", "mu=a:b", ""):
         with pytest.raises(InputError):
-            parse_branch(text)
+            parse_ends(text, "μ=0.2:1")
 
 
 def test_a_branch_is_stored_completely_and_a_damaged_file_is_refused(tmp_path: Path) -> None:
@@ -137,10 +138,10 @@ async def test_a_branch_is_computed_opened_exported_and_its_command_gives_the_sa
     pane = pilot.app.screen.query_one(BranchesPane)
     with pytest.raises(InputError, match="press Follow"):
         pane.export(DATA)
-    pane.query_one("#along", Input).value = "mu=0.2"
+    pane.query_one("#branch-input", Input).value = "mu=0.2"
     await pilot.press("f10")
     await until_shown(pilot, "must be NAME or NAME=LOW:HIGH")
-    pane.query_one("#along", Input).value = "μ=0.2:1"
+    pane.query_one("#branch-input", Input).value = "μ=0.2:1"
     await pilot.press("f10")
     await until_shown(pilot, "Hopf 0.4394 · touch 0.3707 · fold 0.2779")
     await until_shown(pilot, "3 H Hopf 4 T touch 5 F fold")

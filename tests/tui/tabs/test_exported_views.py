@@ -187,14 +187,14 @@ async def test_every_view_is_exported_as_displayed(
             pane.show_view(view)
             if tab.id == "safe-mu":
                 other = "mu=0.3:0.9:5" if view == "coexistence" else "k_nl=90:110:2"
-                pane.query_one("#over", Input).value = f"F=100:120:3 {other}"
+                pane.query_one("#safe-mu-input", Input).value = f"F=100:120:3 {other}"
                 await pilot.press("f10")
             await until(pilot, lambda pane=pane: pane.visible_charts() is not None)  # type: ignore[misc]
             texts_by_view[tab.id, view] = await check_export(pilot, f"{tab.id}-{view}")
             await zoom_charts(pilot, pane)
             await check_export(pilot, f"{tab.id}-{view}-zoomed")
         if isinstance(pane, SweepPane):
-            pane.query_one("#vary", Input).value = "F=60,100 mu=0.3,0.7"
+            pane.query_one("#sweep-input", Input).value = "F=60,100 mu=0.3,0.7"
             await pilot.press("f10")
             await until(pilot, lambda pane=pane: pane.job is None)  # type: ignore[misc]
             texts_by_view["sweep", "plane"] = await check_export(pilot, "plane")

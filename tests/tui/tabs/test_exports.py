@@ -130,7 +130,7 @@ async def test_stability_is_exported_and_its_command_gives_the_same_file(
 async def test_a_sweep_is_exported_and_its_command_gives_the_same_file(pilot: Pilot[None]) -> None:
     await show_tab(pilot, "alt+6")
     await check_refusal(pilot, "f6", "no sweep to export yet: press Sweep")
-    pilot.app.screen.query_one("#vary", Input).value = "mu=0.2:0.8:4"
+    pilot.app.screen.query_one("#sweep-input", Input).value = "mu=0.2:0.8:4"
     arguments_before = await copy_command(pilot)
     await pilot.press("f10")
     await until_shown(pilot, "8 transients")
@@ -154,7 +154,7 @@ async def test_a_map_is_exported_and_its_command_gives_the_same_file(pilot: Pilo
     # By default 121 values of μ times 93 of F.
     await until_shown(pilot, "11253 points")
     await click_view(pilot, "critical-mu")
-    range_input = pilot.app.screen.query_one("#over", Input)
+    range_input = pilot.app.screen.query_one("#map-input", Input)
     range_input.value = "c1=0.1:1.5:7 k_nl=1:500:5:log"
     range_input.focus()
     await pilot.press("enter")

@@ -12,13 +12,14 @@ from textual.widgets import Input
 
 from fivtui import cli, identify
 from fivtui.model import InputError, Parameters
+from fivtui.scene.presets import PRESETS
 from fivtui.simulation import simulate
 from fivtui.tui.chart.widget.chart_view import ChartView
 from fivtui.tui.persistence.results import ResultStore
 from fivtui.tui.session.session import DisplayedStudy
 from fivtui.tui.tabs.exports.export import DATA, FIGURE
 from fivtui.tui.tabs.studies import identification
-from fivtui.tui.tabs.studies.identification import IdentificationPane, fit_options
+from fivtui.tui.tabs.studies.identification import IdentificationPane
 from fivtui.tui.tabs.tables import RowsView
 from tests.support.laboratory import (
     app_of,
@@ -47,7 +48,7 @@ def write_record(pilot: Pilot[None]) -> None:
 async def enter(pilot: Pilot[None], text: str) -> IdentificationPane:
     await show_tab(pilot, "alt+9")
     pane = pilot.app.screen.query_one(IdentificationPane)
-    pane.query_one("#fitted", Input).value = text
+    pane.query_one("#identification-input", Input).value = text
     return pane
 
 
@@ -119,7 +120,7 @@ async def test_a_fit_is_exported_and_its_command_gives_the_same_values(
     assert "<!-- computed -->" in Path("fit.svg").read_text()
     data.write(Path("fit.json"))
     # The command is that of the displayed result, not of what was entered after it.
-    pane.query_one("#fitted", Input).value = "other.csv --fit F"
+    pane.query_one("#identification-input", Input).value = "other.csv --fit F"
     app_of(pilot).session.set_text("mu", "0.3")
     assert shlex.split(pane.command_line()) == arguments
     assert arguments[1:] == [
@@ -178,6 +179,7 @@ async def test_a_wrong_file_or_option_is_one_line(pilot: Pilot[None]) -> None:
 
 
 def test_files_may_have_blanks_and_backslashes() -> None:
-    options = fit_options(r"'my rig.csv' C:\rig\b.csv --measured c.csv --fit k_1=1:2")
+    text = r"'my rig.csv' C:\rig\b.csv --measured c.csv --fit k_1=1:2"
+    _, options = IdentificationPane.parse(PRESETS["base"], text)
     assert [str(path) for path in options.measured] == ["my rig.csv", r"C:\rig\b.csv", "c.csv"]
     assert options.fit == ("k1=1:2",)

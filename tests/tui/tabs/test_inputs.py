@@ -51,21 +51,21 @@ def test_a_decimal_comma_in_a_number_is_a_point() -> None:
         assert with_decimal_point(text) == expected
 
 
-# Key of the tab, name of its input, an invalid text, its error, and a valid text.
+# Key and name of the tab, an invalid text, its error, and a valid text.
 INPUTS = (
-    ("alt+6", "vary", "mu=0,1:200:5", "mu = 200: must be from 0 to 100", "mu=0.1:2:5"),
-    ("alt+3", "over", "mu=0:1:5 F=5:x:3", "F = 'x': not a number; must be", "mu=0:1:5 F=5:9:3"),
+    ("alt+6", "sweep", "mu=0,1:200:5", "mu = 200: must be from 0 to 100", "mu=0.1:2:5"),
+    ("alt+3", "map", "mu=0:1:5 F=5:x:3", "F = 'x': not a number; must be", "mu=0:1:5 F=5:9:3"),
     # The message of the third one repeats the text, which the input shows, too.
-    ("alt+7", "scattered", "F~normal:80:-8", "F~normal:80:-8", "F~normal:80:8"),
-    ("alt+9", "fitted", "a.csv --fit q", "unknown parameter 'q'", "a,1.csv --fit mu=0.1:1"),
-    ("alt+4", "along", "mu=0,1", "must be NAME or NAME=LOW:HIGH", "mu=0.1:0.9"),
+    ("alt+7", "uncertainty", "F~normal:80:-8", "F~normal:80:-8", "F~normal:80:8"),
+    ("alt+9", "identification", "a.csv --fit q", "unknown parameter 'q'", "a,1.csv --fit mu=0.1:1"),
+    ("alt+4", "branch", "mu=0,1", "must be NAME or NAME=LOW:HIGH", "mu=0.1:0.9"),
 )
 
 
 async def test_a_wrong_text_in_a_tab_is_marked_at_once(pilot: Pilot[None]) -> None:
     for key, name, invalid_text, error, valid_text in INPUTS:
         await show_tab(pilot, key)
-        text_input = pilot.app.screen.query_one(f"#{name}", Input)
+        text_input = pilot.app.screen.query_one(f"#{name}-input", Input)
         text_input.focus()
         await until(pilot, lambda: text_input.has_focus)  # noqa: B023
         for text, is_valid in ((invalid_text, False), (valid_text, True)):
@@ -82,7 +82,7 @@ async def test_a_wrong_text_in_a_tab_is_marked_at_once(pilot: Pilot[None]) -> No
 async def test_a_map_that_ends_during_wrong_input_leaves_no_error(pilot: Pilot[None]) -> None:
     await show_tab(pilot, "alt+3")
     pane = pilot.app.screen.query_one(MapPane)
-    over = pane.query_one("#over", Input)
+    over = pane.query_one("#map-input", Input)
     over.value = "mu=0:1:5 F=5:x:3"
     await until_shown(pilot, "F = 'x'")
     # As after the end of a map that began before.

@@ -13,8 +13,8 @@ from fivtui.safety import verdict
 from fivtui.tradeoffs import measure
 from fivtui.tui.session.report import Attractors
 from fivtui.tui.tabs.preview import Preview, about
-from fivtui.tui.tabs.requests import uncertainty
-from fivtui.tui.tabs.requests.map import EXAMPLES
+from fivtui.tui.tabs.studies import uncertainty
+from fivtui.tui.tabs.studies.map import EXAMPLES
 from fivtui.tui.tabs.studies.study_pane import StudyPane
 from fivtui.tui.tabs.tab_book import TABS
 from tests.support.laboratory import (
@@ -53,6 +53,7 @@ async def test_one_key_after_that_of_the_tab_gives_a_result(
     for module in (means, safety):
         monkeypatch.setattr(module, "safe_friction", verdict.safe_friction)
     pane, preview = await preview_of(pilot, tab.key)
+    assert pane.sketch is not None
     lines = preview.render().plain.splitlines()
     # At 80 columns and 24 rows the texts fit beside a sketch, whose axes have no numbers.
     assert len(lines) <= preview.size.height
@@ -61,7 +62,7 @@ async def test_one_key_after_that_of_the_tab_gives_a_result(
     assert sketch_end > 3
     assert not re.search(r"\d", "".join(lines[:sketch_end]).replace("rk4", ""))
     texts = " ".join(lines[sketch_end + 1 :])
-    assert texts.startswith(pane.QUESTION)
+    assert texts.startswith(pane.sketch.question)
     assert re.search(r"F10 .* usually (within|in about) \d+ s\.", texts)
     await until_screen(pilot, lambda text: lines[-1] in text)
     await pilot.press("f10")
@@ -92,9 +93,9 @@ async def test_previews_follow_keys_inputs_and_views(pilot: Pilot[None]) -> None
     session.key_names = {**session.key_names, "compute": "F12"}
     pane, _ = await preview_of(pilot, "alt+6")
     await until_shown(pilot, "F12 computes 112 runs")
-    pane.query_one("#vary").value = "F=20:80:1000"  # type: ignore[attr-defined]
+    pane.query_one("#sweep-input").value = "F=20:80:1000"  # type: ignore[attr-defined]
     await until_shown(pilot, "F12 computes 2000 runs")
-    pane.query_one("#vary").value = "F=a"  # type: ignore[attr-defined]
+    pane.query_one("#sweep-input").value = "F=a"  # type: ignore[attr-defined]
     await until_shown(pilot, "F12 runs the scene with each value")
     await preview_of(pilot, "alt+5")
     await until_shown(pilot, "Below which friction coefficient")

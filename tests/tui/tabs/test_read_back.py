@@ -32,8 +32,8 @@ from fivtui.transient.charts import (
 from fivtui.transient.errors import Deviation
 from fivtui.transient.result import Transient
 from fivtui.tui.chart.picture import draw
-from fivtui.tui.tabs.requests.map import point_texts
-from fivtui.tui.tabs.requests.sweep import point_scene, point_separation
+from fivtui.tui.tabs.studies.map import point_texts
+from fivtui.tui.tabs.studies.sweep import point_scene
 from tests.support import paper_model
 from tests.support.reading_charts import Reading
 from tests.test_figures_read_back import invented_sweep, output_value
@@ -226,8 +226,8 @@ def test_a_sweep_chart_names_every_output_and_case() -> None:
         np.testing.assert_allclose(trace.y, output_value(output, case == "considered", trace.x))
         # The curve decides about separation, not the edited scene.
         point = NearestPoint(trace=index, x=1.0, y=1.0)
-        is_considered = point_separation(result.study, point, edited_separation=False)
-        assert is_considered == (case == "considered")
+        scene = point_scene(result.study, point, edited_separation=False)
+        assert scene.separation == (case == "considered")
     (guide,) = chart.guides
     assert (guide.value, guide.label, guide.vertical) == (33.0, "33", True)
     force_chart = sweep_chart(invented_sweep({"mu": (0.1, 0.2)}, ("P_max",)))
@@ -306,7 +306,7 @@ def test_a_map_shows_values_boundary_and_point_at_their_coordinates() -> None:
         "1/s",
     ]
     # -1 is the backdrop, which is no trace.
-    texts = point_texts(result, NearestPoint(trace=-1, x=0.65, y=85.0))
+    texts, _ = point_texts(result, NearestPoint(trace=-1, x=0.65, y=85.0))
     assert (texts["mu"], texts["F"], texts["k1"]) == ("0.65", "85", "100")
     modes = map_chart(stability_map(Parameters(), {"mu": mu, "F": force}, "unstable-modes"), None)
     assert modes.note == "unstable modes"

@@ -15,7 +15,7 @@ from fivtui.maps.charts import grade_regions, map_chart, shown_offsets
 from fivtui.maps.searched_points import SearchedPoint
 from fivtui.tui.chart import ShadeScale
 from fivtui.tui.chart.picture import draw
-from fivtui.tui.tabs.requests.map import map_request
+from fivtui.tui.tabs.studies.map import map_ranges
 from tests.support.laboratory import (
     chart_of,
     clear_notices,
@@ -143,10 +143,10 @@ async def test_safe_friction_is_mapped_by_two_keys_and_refused_over_friction(
 ) -> None:
     await pilot.press("alt+5")
     await until_shown(pilot, "F10 maps 600 points")
-    range_input = pilot.app.screen.query_one("#over", Input)
+    range_input = pilot.app.screen.query_one("#safe-mu-input", Input)
     # The proposed ranges can be mapped. Values that do not depend on μ have separate ranges.
     default_ranges = range_input.value
-    assert map_request(default_ranges, "safe-mu")
+    assert map_ranges(default_ranges, "safe-mu")
     range_input.value = "F=60:120:4 mu=0.1:0.2:2"
     range_input.focus()
     await pilot.press("enter")

@@ -15,26 +15,19 @@ from fivtui.model.errors import Cancelled, InputError
 from fivtui.model.parameters import Parameters
 from fivtui.scene.presets import PRESETS
 from fivtui.simulation import simulate
-from fivtui.sweeps import grid_chart, sweep_chart
+from fivtui.sweeps import Sweep, grid_chart, sweep_chart
 from fivtui.sweeps.rows import compute_rows
 from fivtui.tui.chart.picture import draw
-from fivtui.tui.session import scene_texts
-from fivtui.tui.tabs.requests.map import map_request, mapped_values, point_text, point_texts
-from fivtui.tui.tabs.requests.sweep import (
-    failure_text,
-    partial_sweep,
-    point_scene,
-    point_separation,
-    sweep_parts,
-    sweep_request,
-)
+from fivtui.tui.session import Session, scene_texts
+from fivtui.tui.tabs.studies.map import map_ranges, mapped_values, point_texts
+from fivtui.tui.tabs.studies.sweep import SweepPane, partial_sweeps, point_scene
 from tests.support.laboratory import app_of, chart_of, endless_simulate, until, until_shown
 
 BASE = PRESETS["base"]
 
 
 def test_a_sweep_agrees_with_single_runs() -> None:
-    study = sweep_request(BASE, "F=100:20:21")
+    study = SweepPane.parse(BASE, "F=100:20:21")
     assert study.members == 42
     fractions: list[float] = []
 
@@ -42,11 +35,11 @@ def test_a_sweep_agrees_with_single_runs() -> None:
         fractions.append(fraction)
         return True
 
-    parts = list(sweep_parts(study, store_fraction))
+    sweeps = list(partial_sweeps(study, store_fraction))
     # The rows arrive in parts, here of 16, so that the chart fills while the sweep runs.
-    assert len(parts) == 3
+    assert [sweep.table.members for sweep in sweeps] == [16, 32, 42]
     assert fractions == sorted(fractions)
-    result = partial_sweep(study, parts)
+    result = sweeps[-1]
     chart = sweep_chart(result, 80.0)
     peaks, half_ranges, *_ = chart.traces
     assert np.all(np.diff(peaks.x) > 0.0)
@@ -66,17 +59,15 @@ def test_a_sweep_agrees_with_single_runs() -> None:
     points = points_at(chart, view, view.cursors.first)
     # The curve decides about separation, not the edited scene.
     peak_considered, *_, half_range_ignored = points
-    assert point_separation(study, peak_considered, edited_separation=False)
-    assert point_scene(study, peak_considered, True).parameters == Parameters(F=60.0)
-    assert not point_separation(study, half_range_ignored, edited_separation=True)
-    texts = scene_texts(point_scene(study, half_range_ignored, False))
+    scene = point_scene(study, peak_considered, edited_separation=False)
+    assert (scene.parameters, scene.separation) == (Parameters(F=60.0), True)
+    texts = scene_texts(point_scene(study, half_range_ignored, edited_separation=True))
     assert (texts["F"], texts["separation"], texts["t_end"]) == ("60", "ignored", "100")
 
 
 def test_a_sweep_over_two_parameters_shades_the_computed_points() -> None:
-    study = sweep_request(replace(BASE, t_end=10.0), "F=20:80:4 mu=0.2,0.5,0.8")
-    parts = list(sweep_parts(study, lambda _: True))
-    result = partial_sweep(study, parts)
+    study = SweepPane.parse(replace(BASE, t_end=10.0), "F=20:80:4 mu=0.2,0.5,0.8")
+    *_, result = partial_sweeps(study, lambda _: True)
     for case in (True, False):
         chart = grid_chart(result, case, (80.0, 0.5))
         backdrop = chart.backdrop
@@ -88,42 +79,42 @@ def test_a_sweep_over_two_parameters_shades_the_computed_points() -> None:
         heading = draw(chart, View(cursors=Cursors((41.0, 0.79))), 80, 20).text()
         assert heading.startswith("μ F 40 N  μ 0.8  peak of |y| ")
         (point,) = points_at(chart, View(), (41.0, 0.79))
-        assert point_separation(study, point, case) is case
-        assert point_scene(study, point, case).parameters == Parameters(F=40.0, mu=0.8)
+        scene = point_scene(study, point, case)
+        assert (scene.parameters, scene.separation) == (Parameters(F=40.0, mu=0.8), case)
     # Rows alternate between the cases: four of seven consider separation.
     first_rows = compute_rows(study, 0, 7)
-    shades = grid_chart(partial_sweep(study, [first_rows]), True, None).backdrop
+    shades = grid_chart(Sweep(study, first_rows), True, None).backdrop
     assert shades is not None
     assert np.isnan(shades.values).sum() == shades.values.size - 4
     with pytest.raises(InputError, match="use one name, or two"):
-        sweep_request(BASE, "F=1,2 mu=1,2 k1=1,2")
+        SweepPane.parse(BASE, "F=1,2 mu=1,2 k1=1,2")
 
 
 def test_failed_members_of_a_sweep_leave_a_gap_and_a_reason() -> None:
-    study = sweep_request(replace(BASE.with_values({"k_nl": 0.0}), t_end=1000.0), "mu=0.5,60,100")
-    result = partial_sweep(study, list(sweep_parts(study, lambda _: True)))
+    study = SweepPane.parse(replace(BASE.with_values({"k_nl": 0.0}), t_end=1000.0), "mu=0.5,60,100")
+    *_, result = partial_sweeps(study, lambda _: True)
     assert result.table.failed > 0
-    assert "failed: " in failure_text(result)
+    assert "failed: " in SweepPane(Session()).details_text(result)
     assert np.isnan(sweep_chart(result).traces[2].y[-1])
 
 
 def test_a_sweep_can_be_cancelled() -> None:
-    study = sweep_request(BASE, "F=20:100:200")
+    study = SweepPane.parse(BASE, "F=20:100:200")
     with pytest.raises(Cancelled):
-        list(sweep_parts(study, lambda fraction: fraction < 0.1))
+        list(partial_sweeps(study, lambda fraction: fraction < 0.1))
 
 
 @pytest.mark.parametrize(
     ("text", "message"),
-    [("F=1:2", "must be NAME"), ("G=1:2:3", "unknown parameter"), ("y0=0:1:3", "parameter")],
+    [("F=1:2", "must be NAME"), ("G=1:2:3", "unknown parameter")],
 )
 def test_invalid_ranges_of_a_sweep_are_refused(text: str, message: str) -> None:
     with pytest.raises(InputError, match=message):
-        sweep_request(BASE, text)
+        SweepPane.parse(BASE, text)
 
 
 def test_a_map_is_drawn_with_its_boundary_and_point() -> None:
-    first, second = map_request("μ=0:1.5:61 F=5:120:47", "growth-rate")
+    first, second = map_ranges("μ=0:1.5:61 F=5:120:47", "growth-rate")
     axis_values = {first.name: first.values(), second.name: second.values()}
     for value, label in (("growth-rate", "growth rate"), ("unstable-modes", "unstable modes")):
         result = stability_map(Parameters(), axis_values, value)
@@ -146,13 +137,13 @@ def test_a_map_is_drawn_with_its_boundary_and_point() -> None:
     view = View(cursors=Cursors((80.0, 0.7)))
     (point,) = points_at(swapped_chart, view, view.cursors.first)
     result = stability_map(Parameters(), swapped_axes)
-    texts = point_texts(result, point)
+    texts, description = point_texts(result, point)
     assert (texts["F"], texts["mu"], texts["k1"]) == ("80", "0.7", "100")
-    assert point_text(result, point) == "F = 80, μ = 0.7"
+    assert description == "F = 80, μ = 0.7"
 
 
 def test_a_zoomed_map_has_as_many_points_as_the_full_map() -> None:
-    mass, friction = map_request("m=1:9:5 mu=0:2:11", "growth-rate")
+    mass, friction = map_ranges("m=1:9:5 mu=0:2:11", "growth-rate")
     assert mapped_values(mass, None).tolist() == [1.0, 3.0, 5.0, 7.0, 9.0]
     assert mapped_values(friction, Axis(0.5, 1.5)).tolist() == pytest.approx(
         np.linspace(0.5, 1.5, 11)
@@ -166,17 +157,17 @@ def test_a_zoomed_map_has_as_many_points_as_the_full_map() -> None:
 @pytest.mark.parametrize("text", ["", "mu=0:1:5", "mu=0:1:5 mu=0:1:5", "mu=0:1:5000 F=1:2:5000"])
 def test_invalid_ranges_of_a_map_are_refused(text: str) -> None:
     with pytest.raises(InputError):
-        map_request(text, "growth-rate")
+        map_ranges(text, "growth-rate")
 
 
 def test_a_map_of_critical_mu_over_mu_is_refused() -> None:
     with pytest.raises(InputError, match="must be over two other parameters"):
-        map_request("F=1:2:3 μ=0:1:3", "critical-mu")
+        map_ranges("F=1:2:3 μ=0:1:3", "critical-mu")
 
 
-def test_the_error_of_a_sweep_that_is_too_large_names_the_command() -> None:
-    with pytest.raises(InputError, match="20000000000 runs: must be at most 10000000 here"):
-        sweep_request(BASE, "F=1:2:100000 mu=0:1:100000")
+def test_a_sweep_that_is_too_large_for_the_memory_is_refused() -> None:
+    with pytest.raises(InputError, match="20000000000 members: must be at most 1000000"):
+        SweepPane.parse(BASE, "F=1:2:100000 mu=0:1:100000")
 
 
 async def test_a_sweep_can_be_started_and_stopped_and_its_points_opened(
@@ -184,7 +175,7 @@ async def test_a_sweep_can_be_started_and_stopped_and_its_points_opened(
 ) -> None:
     await pilot.press("alt+6")
     await until_shown(pilot, "computes 112 runs")
-    range_input = pilot.app.screen.query_one("#vary", Input)
+    range_input = pilot.app.screen.query_one("#sweep-input", Input)
     range_input.focus()
     range_input.value = "F=60:100:1"
     await pilot.press("enter")
@@ -194,8 +185,6 @@ async def test_a_sweep_can_be_started_and_stopped_and_its_points_opened(
     range_input.focus()
     range_input.value = "F=60:100:100000"
     await until_shown(pilot, "NAME=START:STOP:COUNT or")
-    await pilot.press("enter")
-    await until_shown(pilot, "200000 runs: press Sweep again to compute them")
     range_input.value = "F=60:100:21"
     await pilot.press("enter")
     await until_shown(pilot, "42 transients")

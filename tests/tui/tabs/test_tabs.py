@@ -19,7 +19,7 @@ from fivtui.tradeoffs.measure import Tradeoff, measure_tradeoff
 from fivtui.tui.session import runs
 from fivtui.tui.tabs import TABS
 from fivtui.tui.tabs.requests.paper import claim_row, claim_text
-from fivtui.tui.tabs.requests.tradeoff import current_setting, setting_text
+from fivtui.tui.tabs.studies.tradeoff import current_setting, setting_text
 from fivtui.tui.tabs.tab_book import TabBook
 from fivtui.tui.tabs.tables import ListTable
 from fivtui.tui.tabs.views_pane import ViewsPane
@@ -225,15 +225,15 @@ def test_the_current_setting_and_the_best_ones_are_marked(measured: Tradeoff) ->
     current = current_setting(measured, BASE)
     assert current is not None
     assert current.setting.text == "tol=1e-12"
-    text = setting_text(measured, BASE, "final", current)
+    text = setting_text(measured, BASE, "final")
     assert text.startswith("now taylor (compiled) tol=1e-12, error ")
     chart = tradeoff_chart(measured, "final", current)
     assert chart.traces[-1].name == "now"
     scene_with_accuracy = dataclasses.replace(BASE, accuracy=(("peak", 1e-3),))
     assert current_setting(measured, scene_with_accuracy) is None
-    assert setting_text(measured, scene_with_accuracy, "final", None).startswith("peak to 0.001: ")
+    assert setting_text(measured, scene_with_accuracy, "final").startswith("peak to 0.001: ")
     rk4 = dataclasses.replace(BASE, method="rk4")
-    assert "enter a step" in setting_text(measured, rk4, "final", current_setting(measured, rk4))
+    assert "enter a step" in setting_text(measured, rk4, "final")
 
 
 def test_claims_have_rows_and_texts() -> None:

@@ -26,8 +26,8 @@ from fivtui.scene.files import load_scene, save_scene
 from fivtui.scene.presets import PRESETS
 from fivtui.sweeps.run import local_engine
 from fivtui.tui.session.session import DisplayedStudy, Session
-from fivtui.tui.tabs.requests import uncertainty as requests
-from fivtui.tui.tabs.studies.uncertainty import UncertaintyPane
+from fivtui.tui.tabs.studies import uncertainty
+from fivtui.tui.tabs.studies.uncertainty import UncertaintyPane, index_bar, index_rows
 from fivtui.tui.tabs.tab_book import TabBook
 from tests.support.laboratory import app_of, click_view, show_tab, until_shown
 
@@ -40,15 +40,15 @@ SQUEAL_POSSIBLE = "P(squeal possible) = 0.8"
 
 @pytest.fixture(autouse=True)
 def _use_few_samples(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(requests, "SAMPLES", 256)
+    monkeypatch.setattr(uncertainty, "SAMPLES", 256)
 
 
 @pytest.fixture(scope="module")
 def result() -> Uncertainty:
     # `_use_few_samples` applies only during a test.
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(requests, "SAMPLES", 256)
-        study = requests.uncertainty_request(PRESETS["base"], DISTRIBUTION)
+        patch.setattr(uncertainty, "SAMPLES", 256)
+        study = UncertaintyPane.parse(PRESETS["base"], DISTRIBUTION)
     # On this machine, with one thread.
     return compute_uncertainty(study, local_engine(1))
 
@@ -80,14 +80,14 @@ def test_the_chart_of_samples_has_a_trace_for_each_region(result: Uncertainty) -
 
 
 def test_the_table_shows_sobol_indices_as_numbers_and_bars(result: Uncertainty) -> None:
-    rows = requests.index_rows(result)
+    rows = index_rows(result)
     assert [row[0] for row in rows] == [quantity_name(name) for name in result.indices]
     assert rows[0][1] == "μ"
     assert rows[0][2].startswith("1.0")
     # Twelve characters for 0 to 1: dark up to the first-order index, light up to the total one.
-    assert requests.index_bar(0.5, 0.75) == "█" * 6 + "░" * 3
+    assert index_bar(0.5, 0.75) == "█" * 6 + "░" * 3
     # By sampling errors indices may be below 0 or above 1, where the bar ends.
-    assert requests.index_bar(-0.1, 1.3) == "░" * 12
+    assert index_bar(-0.1, 1.3) == "░" * 12
 
 
 def pane_of(pilot: Pilot[None]) -> UncertaintyPane:
@@ -103,7 +103,7 @@ async def test_f10_starts_the_study_and_the_views_show_its_results(
     pane = pane_of(pilot)
     with pytest.raises(InputError, match="press Scatter"):
         pane.export("data")
-    distribution_input = pane.query_one(f"#{UncertaintyPane.INPUT}", Input)
+    distribution_input = pane.query_one("#uncertainty-input", Input)
     distribution_input.value = "mu~uniform:0.8:0.2"
     await pilot.press("f10")
     await until_shown(pilot, "LOW must be below HIGH")
@@ -130,7 +130,7 @@ async def test_f10_starts_the_study_and_the_views_show_its_results(
 
 
 def test_the_input_begins_with_the_distributions_of_the_scene(tmp_path: Path) -> None:
-    assert UncertaintyPane(Session()).initial_text == requests.EXAMPLE
+    assert UncertaintyPane(Session()).initial_text == UncertaintyPane.EXAMPLE
     scatter = tuple(
         (name, parse_distribution(text))
         for name, text in (("mu", "normal:0.42:0.01"), ("y0", "uniform:-1:0"))
@@ -138,10 +138,10 @@ def test_the_input_begins_with_the_distributions_of_the_scene(tmp_path: Path) ->
     session = Session(replace(PRESETS["base"], scatter=scatter))
     text = UncertaintyPane(session).initial_text
     assert text == "μ~normal:0.42:0.01 y0~uniform:-1:0"
-    study = requests.uncertainty_request(session.scene(), text)
+    study = UncertaintyPane.parse(session.scene(), text)
     assert [str(axis) for axis in study.design.axes.values()] == [str(axis) for _, axis in scatter]
     # A name that is left out of the input does not scatter.
-    assert list(requests.uncertainty_request(session.scene(), DISTRIBUTION).design.axes) == ["mu"]
+    assert list(UncertaintyPane.parse(session.scene(), DISTRIBUTION).design.axes) == ["mu"]
     session.set_text("F", "90")
     save_scene(session.scene(), tmp_path / "saved.toml")
     assert load_scene(tmp_path / "saved.toml").scatter == scatter
@@ -155,6 +155,6 @@ def load_result(path: Path) -> Uncertainty:
     return result
 
 
-def test_an_engine_without_uncertainty_studies_is_refused_with_advice() -> None:
-    with pytest.raises(InputError, match="another engine can"):
-        requests.uncertainty_request(replace(PRESETS["base"], method="fmu"), requests.EXAMPLE)
+def test_an_engine_without_uncertainty_studies_is_refused_with_the_method_that_can() -> None:
+    with pytest.raises(InputError, match="method = fmu: must be taylor"):
+        UncertaintyPane.parse(replace(PRESETS["base"], method="fmu"), UncertaintyPane.EXAMPLE)

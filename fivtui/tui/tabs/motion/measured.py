@@ -28,7 +28,6 @@ from fivtui.tui.tabs.preview import FILE_FORMAT, MEASURED_SKETCH, Preview
 _NO_DATA: Final = "no measured data: name a file above, Enter reads it"
 _PLACEHOLDER: Final = "FILE.csv --signal NAME --scale N --shift auto --band 5%"
 _FORMAT: Final = f"FILE.csv and options such as --band 5%; {ACCEPT_KEY}"
-_QUESTION: Final = "How near does the model come to a measurement?"
 
 T = TypeVar("T")
 
@@ -63,7 +62,7 @@ class MeasuredView(Vertical):
         yield ChartView("overlay-time")
         yield ChartView("overlay-spectrum")
         start = self._key, f"goes to the file above; Enter reads it. {FILE_FORMAT}"
-        yield Preview(MEASURED_SKETCH, _QUESTION, start)
+        yield Preview(MEASURED_SKETCH, start)
         yield StatusLine()
 
     def show_run(self, run: Transient) -> None:

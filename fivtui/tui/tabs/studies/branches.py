@@ -6,7 +6,8 @@ by simulation.
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any, ClassVar, Final, Literal
+from functools import partial
+from typing import ClassVar, Final, Literal
 
 import numpy as np
 from textual import on
@@ -15,17 +16,16 @@ from textual.containers import Vertical
 from textual.widgets import Button
 
 from fivtui.charts import NearestPoint
-from fivtui.orbits import CycleBranch, CyclePoint, branch_chart, branch_extents, event_name
+from fivtui.orbits import CycleBranch, CyclePoint, branch, branch_chart, branch_extents, event_name
 from fivtui.ranges import parse_ends
 from fivtui.scene import Scene
 from fivtui.tui.chart import ChartView
-from fivtui.tui.session import Job, base_scene, replace_symbols, scene_texts
+from fivtui.tui.session import base_scene, replace_symbols, scene_texts
 from fivtui.tui.tabs.job_pane import FACTS
 from fivtui.tui.tabs.preview import Sketch
 
 from .study_pane import ResultInputs, StudyPane
 
-EXAMPLE: Final = "μ=0.2:1"
 # Duration of the run of a limit cycle, in its periods.
 _PERIODS_PER_RUN: Final = 20
 # Key of the stored origin of the branch, and labels of its button.
@@ -35,8 +35,6 @@ _ORIGINS: Final[Mapping[Origin, str]] = {"hopf": "from the Hopf point", "cycle":
 # A sketch of a branch that folds where unstable limit cycles become stable.
 _SKETCH_Y: Final = np.linspace(0.0, 1.0, 81)
 _SKETCH_X: Final = 0.2 + 1.6 * (_SKETCH_Y - 0.4) ** 2
-# Scene, origin, parameter along the branch, and its range.
-_Request = tuple[Scene, Origin, str, tuple[float, float] | None]
 
 
 class BranchesPane(StudyPane):
@@ -44,19 +42,16 @@ class BranchesPane(StudyPane):
 
     NAME: ClassVar[str] = "branch"
     VERB: ClassVar[str] = "Follow"
-    INPUT: ClassVar[str] = "along"
-    EXAMPLE: ClassVar[str] = EXAMPLE
+    EXAMPLE: ClassVar[str] = "μ=0.2:1"
     INPUT_FORMAT: ClassVar[str] = "NAME=LOW:HIGH or NAME"
     VIEWS: ClassVar[Mapping[str, str]] = {"branch": "Branch"}
     SKETCH: ClassVar[Sketch | None] = Sketch(
+        question="From which value on does a knock start vibration, and how large is it?",
         x="μ",
         y="±y of limit cycles",
         curves=((_SKETCH_X[32:], _SKETCH_Y[32:]),),
         dots=((_SKETCH_X[:32:2], _SKETCH_Y[:32:2]),),
         labels={"stable": (0.65, 0.7), "unstable": (0.05, 0.0)},
-    )
-    QUESTION: ClassVar[str] = (
-        "From which value on does a knock start vibration, and how large is it?"
     )
     START: ClassVar[str] = "follows the limit cycles along this range"
 
@@ -81,24 +76,18 @@ class BranchesPane(StudyPane):
         event.button.label = _ORIGINS[self._origin]
         event.button.refresh(layout=True)
 
-    def parse(self, scene: Scene, text: str) -> _Request:
-        """The scene, the origin of the branch, its parameter and its range."""
-        return scene, self._origin, *parse_branch(text)
-
-    def compute(self, request: _Request, job: Job) -> CycleBranch:
-        """Follow a branch of a scene."""
-        from fivtui.orbits import branch
-
-        scene, origin, parameter, limits = request
-        low, high = limits or (None, None)
-        return branch(
+    def parse(self, scene: Scene, text: str) -> "partial[CycleBranch]":
+        """The computation of the branch along a parameter and its range, such as ``μ=0.2:1``."""
+        name, ends = parse_ends(replace_symbols(text), self.EXAMPLE)
+        low, high = ends or (None, None)
+        return partial(
+            branch,
             scene.parameters,
-            parameter,
+            name,
             low=low,
             high=high,
-            origin=origin,
+            origin=self._origin,
             separation=scene.separation,
-            progress=job.report,
         )
 
     def answer_text(self, result: CycleBranch) -> str:
@@ -117,8 +106,7 @@ class BranchesPane(StudyPane):
 
     def draw_result(self, result: CycleBranch) -> None:
         """Draw the branch with the edited value."""
-        parameters = self.parameters
-        value = None if parameters is None else parameters.as_dict().get(result.name)
+        value = None if self.edited is None else getattr(self.edited.parameters, result.name)
         self.query_one(ChartView).show(branch_chart(result, value))
 
     def read_point(self, result: CycleBranch, point: NearestPoint) -> tuple[dict[str, str], str]:
@@ -127,15 +115,6 @@ class BranchesPane(StudyPane):
         kind = "stable" if cycle.stable else "unstable"
         text = f"the {kind} limit cycle at {result.name} = {cycle.value:.6g}, period "
         return scene_texts(orbit_scene(result, cycle)), f"{text}{cycle.period:.5g} s"
-
-    def command_request(self) -> Any:
-        """The displayed result; without result there is no command."""
-        return self.required_result().value
-
-
-def parse_branch(text: str) -> tuple[str, tuple[float, float] | None]:
-    """Parse a parameter and its range, such as ``μ=0.2:1``; None if the range is missing."""
-    return parse_ends(replace_symbols(text), EXAMPLE)
 
 
 def nearest_cycle(result: CycleBranch, x: float, y: float) -> CyclePoint:

@@ -1,6 +1,6 @@
 """The fit tab: parameters fitted to measured signals and features."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Final
@@ -15,7 +15,7 @@ from fivtui.scene import Scene
 from fivtui.studies import study
 from fivtui.transient import START_SPECS
 from fivtui.tui.chart import ChartView
-from fivtui.tui.session import Job, Session, replace_symbols, scene_texts, symbol_of
+from fivtui.tui.session import Job, replace_symbols, scene_texts, symbol_of
 from fivtui.tui.tabs.job_pane import FACTS
 from fivtui.tui.tabs.messages import PointRunRequested
 from fivtui.tui.tabs.option_input import OptionInput, option_help, read_option_text
@@ -28,7 +28,6 @@ if TYPE_CHECKING:
     from fivtui.identification import Identification
 
 _NO_SIGNALS: Final = "Features have no signals over time: v shows the fitted values."
-_Request = tuple[Scene, IdentifyOptions]
 
 
 class IdentificationPane(StudyPane):
@@ -36,24 +35,21 @@ class IdentificationPane(StudyPane):
 
     NAME: ClassVar[str] = "identification"
     VERB: ClassVar[str] = "Fit"
-    INPUT: ClassVar[str] = "fitted"
     EXAMPLE: ClassVar[str] = "--target critical-mu=0.45±0.01 --fit F"
     INPUT_FORMAT: ClassVar[str] = "FILE.csv --signal NAME --fit NAME=LOW:HIGH --target NAME=N±SD"
     VIEWS: ClassVar[Mapping[str, str]] = {"fit": "Signals", "fitted-values": "Values"}
-    SKETCH: ClassVar[Sketch | None] = MEASURED_SKETCH
-    QUESTION: ClassVar[str] = "Which values explain what a rig did?"
-    START: ClassVar[str] = "fits the values of the input"
-    NOTES: ClassVar[Sequence[str]] = (
-        f"To fit a record, enter rig.csv --signal y --fit μ. {FILE_FORMAT}",
+    SKETCH: ClassVar[Sketch | None] = replace(
+        MEASURED_SKETCH, question="Which values explain what a rig did?"
     )
+    START: ClassVar[str] = "fits the values of the input"
+    REQUEST: ClassVar[str] = "request"
+    # Index of the measured signal that is shown, beyond the last from the first again.
+    _signal_index = 0
+    notes = (f"To fit a record, enter rig.csv --signal y --fit μ. {FILE_FORMAT}",)
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("enter", "apply_values", "Apply", key_display="⏎", tooltip="Run the fitted values"),
         Binding("s", "next_signal", "Next signal"),
     ]
-
-    def __init__(self, session: Session) -> None:
-        super().__init__(session)
-        self._signal_index = 0
 
     def compose_views(self) -> ComposeResult:
         """Both signals and the residuals; the fitted values."""
@@ -64,20 +60,28 @@ class IdentificationPane(StudyPane):
 
     def compose_bar(self) -> ComposeResult:
         """The files and options of the fit."""
-        yield OptionInput(self.initial_text, IdentifyOptions, id=self.INPUT, classes="study-input")
+        identifier = f"{self.NAME}-input"
+        yield OptionInput(self.initial_text, IdentifyOptions, id=identifier, classes="study-input")
 
     @property
     def input_format(self) -> str:
         """The meaning of the option being typed."""
         return option_help(IdentifyOptions, self.text, self.INPUT_FORMAT)
 
-    def parse(self, scene: Scene, text: str) -> _Request:
-        """The scene and the options of the input."""
-        options = fit_options(text)
+    @staticmethod
+    def parse(scene: Scene, text: str) -> tuple[Scene, IdentifyOptions]:
+        """The scene, and the options of `fivtui identify` in a text; files may come first."""
+        options, files = read_option_text(IdentifyOptions, text)
+        options = replace(
+            options,
+            measured=(*files, *map(Path, options.measured)),
+            fit=tuple(map(replace_symbols, options.fit)),
+            own=tuple(map(replace_symbols, options.own)),
+        )
         prepare_fit(scene, options)
         return scene, options
 
-    def compute(self, request: _Request, job: Job) -> "Identification":
+    def compute(self, request: tuple[Scene, IdentifyOptions], job: Job) -> "Identification":
         """Fit the parameters of a scene."""
         return prepare_fit(*request)(progress=job.report)
 
@@ -131,18 +135,3 @@ class IdentificationPane(StudyPane):
     def heading(self, result: "Identification") -> Heading:
         """The fitted parameters."""
         return Heading([result.parameters], ignores_separation=not result.scene.separation)
-
-    def request_for(self, result: "Identification") -> Any:
-        """The scene and the options of the displayed fit."""
-        return result.request
-
-
-def fit_options(text: str) -> IdentifyOptions:
-    """The options of `fivtui identify` in a text: files, then options as on the command line."""
-    options, files = read_option_text(IdentifyOptions, text)
-    return replace(
-        options,
-        measured=(*files, *map(Path, options.measured)),
-        fit=tuple(map(replace_symbols, options.fit)),
-        own=tuple(map(replace_symbols, options.own)),
-    )

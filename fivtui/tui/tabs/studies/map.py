@@ -4,39 +4,56 @@ The parameters on the axes are the mapped ones, all others are fixed. Each mappe
 """
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
+from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING, Any, ClassVar, Final
+from typing import TYPE_CHECKING, ClassVar, Final
 
 import numpy as np
+from numpy.typing import NDArray
 from textual import on
 from textual.app import ComposeResult
 from textual.containers import Vertical
 from textual.widgets import Input
 
-from fivtui.charts import NearestPoint
-from fivtui.maps import MU_FREE_VALUES
-from fivtui.model import InputError
+from fivtui.charts import Axis, NearestPoint
+from fivtui.maps import MU_FREE_VALUES, check_map, check_points, compute_map
+from fivtui.model import ALL_PARAMETERS, InputError
+from fivtui.ranges import NamedRange, parse_ranges
 from fivtui.scene import Scene
+from fivtui.studies import study
 from fivtui.tui.chart import ChartView, ShadeScale
-from fivtui.tui.session import SAFETY_MAPS, DisplayedStudy, Job, Session
-from fivtui.tui.tabs.preview import Preview, Sketch, about_here
-from fivtui.tui.tabs.requests.map import (
-    EXAMPLES,
-    TITLES,
-    FloatArray,
-    map_request,
-    mapped_values,
-    point_text,
-    point_texts,
+from fivtui.tui.session import (
+    SAFETY_MAPS,
+    DisplayedStudy,
+    base_scene,
+    replace_symbols,
+    scene_texts,
+    symbol_of,
 )
+from fivtui.tui.tabs.job_pane import FACTS
+from fivtui.tui.tabs.preview import Sketch, about_here
 
-from .study_pane import ResultInputs, StudyPane
+from .study_pane import QUANTITY_PAGE, ResultInputs, StudyPane
 
 if TYPE_CHECKING:
     from fivtui.maps import StabilityMap
-    from fivtui.ranges import NamedRange
 
+FloatArray = NDArray[np.float64]
+
+# Usual ranges by mapped value; values of safety, which take longer, have fewer points.
+EXAMPLES: Final = {
+    "growth-rate": "μ=0:1.5:121 F=5:120:93",
+    "critical-mu": "F=5:120:93 k_nl=20:500:61",
+    "unstable-modes": "μ=0:1.5:121 F=5:120:93",
+    "safe-mu": "F=5:120:24 k_nl=20:500:25",
+    "coexistence": "μ=0:1.5:31 F=5:120:24",
+}
+_MAX_POINTS: Final = 1_000_000
+# Significant digits of the coordinates of an opened point.
+_DIGITS: Final = 9
+# Labels of the rows of a map that say how much of it is dangerous.
+_ANSWER: Final = ("unstable", "safe μ", "squeals")
 # Keys of the stored ranges of maps, and of maps of values that do not depend on μ.
 _RANGES_SETTING: Final = "over"
 _RANGES_WITHOUT_MU: Final = "over-others"
@@ -45,46 +62,67 @@ _MAP_DELAY: Final = 0.1
 # Duration of a point of a map of safe friction where `relative_duration` is 1, s.
 _POINT_S: Final = {"safe-mu": 1.2e-2, "coexistence": 1.5e-3}
 _SKETCH_X: Final = np.linspace(0.0, 1.0, 80)
-# Sketch and question of the views of safe friction.
-_PREVIEWS: Final[Mapping[str, tuple[Sketch, str]]] = {
-    "safe-mu": (
-        Sketch(
-            x="F",
-            y="k_nl",
-            curves=[
-                (_SKETCH_X, level / (_SKETCH_X + 0.15)) for level in (0.1, 0.2, 0.35, 0.55, 0.8)
-            ],
-            labels={"high": (0.02, 0.0), "low safe μ": (0.65, 1.0)},
-        ),
-        "Below which friction coefficient does no knock start vibration?",
+# Sketches of the views of safe friction.
+_SKETCHES: Final[Mapping[str, Sketch]] = {
+    "safe-mu": Sketch(
+        question="Below which friction coefficient does no knock start vibration?",
+        x="F",
+        y="k_nl",
+        curves=[(_SKETCH_X, level / (_SKETCH_X + 0.15)) for level in (0.1, 0.2, 0.35, 0.55, 0.8)],
+        labels={"high": (0.02, 0.0), "low safe μ": (0.65, 1.0)},
     ),
-    "coexistence": (
-        Sketch(
-            x="μ",
-            y="F",
-            curves=[(0.2 + width * (1.0 - _SKETCH_X) ** 1.5, _SKETCH_X) for width in (0.2, 0.75)],
-            labels={"safe": (0.03, 0.0), "after a knock": (0.46, 0.0), "squeals": (0.6, 1.0)},
-        ),
-        "Where is it safe, where does a knock start vibration, and where does it squeal by itself?",
+    "coexistence": Sketch(
+        question="Where is it safe, where does a knock start vibration, and where does it squeal "
+        "by itself?",
+        x="μ",
+        y="F",
+        curves=[(0.2 + width * (1.0 - _SKETCH_X) ** 1.5, _SKETCH_X) for width in (0.2, 0.75)],
+        labels={"safe": (0.03, 0.0), "after a knock": (0.46, 0.0), "squeals": (0.6, 1.0)},
     ),
 }
+
+
+def map_ranges(text: str, value: str) -> tuple[NamedRange, NamedRange]:
+    """Parse the two ranges of a map, such as ``μ=0:1.5:121 F=5:120:93``; the first is along x.
+
+    `value` is the mapped value, a key of `EXAMPLES`. Raises `InputError` for an invalid text.
+    """
+    range_texts = replace_symbols(text).split()
+    if len(range_texts) != 2:
+        raise InputError(f"{text!r}: must be two ranges, e.g. {EXAMPLES[value]}")
+    try:
+        first, second = parse_ranges("map", range_texts)
+    except InputError as error:
+        raise InputError(str(error).removeprefix("map ")) from None
+    check_map(value, (first.name, second.name))
+    check_points(first.count * second.count, _MAX_POINTS)
+    return first, second
+
+
+def mapped_values(named_range: NamedRange, axis: Axis | None) -> FloatArray:
+    """The values of a range, or the same number of values between chosen axis limits."""
+    if axis is None:
+        return named_range.values()
+    spec = ALL_PARAMETERS[named_range.name]
+    low, high = max(axis.low, spec.lower), min(axis.high, spec.upper)
+    if low >= high:
+        return named_range.values()
+    spacing = np.geomspace if axis.log and low > 0.0 else np.linspace
+    values: FloatArray = spacing(low, high, named_range.count)
+    return values
 
 
 class _MapStudy(StudyPane):
     # What the tabs of maps have in common.
 
-    KIND: ClassVar[str] = "map"
     VERB: ClassVar[str] = "Map"
-    INPUT: ClassVar[str] = "over"
     EXAMPLE: ClassVar[str] = EXAMPLES["growth-rate"]
     INPUT_FORMAT: ClassVar[str] = "two ranges NAME=START:STOP:COUNT"
     VIEW_SETTING: ClassVar[str] = "value"
-    PAGE: ClassVar[str] = "map-view"
-    ANSWER: ClassVar[Sequence[str]] = ("unstable", "safe μ", "squeals")
 
     def compose_views(self) -> ComposeResult:
         """One chart, and the scale of its shades."""
-        with Vertical(id=self.PAGE):
+        with Vertical(id=QUANTITY_PAGE):
             yield (chart := ChartView("map-chart", runs_points=True))
             yield ShadeScale(chart)
 
@@ -98,36 +136,26 @@ class _MapStudy(StudyPane):
         """The stored ranges, or else the example for the mapped value."""
         return self.stored_setting(self.input_setting, EXAMPLES[self.view])
 
-    def parse(self, scene: Scene, text: str) -> "tuple[NamedRange, NamedRange]":  # noqa: ARG002
-        """The two ranges of the input."""
-        return map_request(text, self.view)
-
     @property
     def axes(self) -> dict[str, FloatArray]:
         """The values along both axes within the limits of the plot."""
         view = self.query_one(ChartView).view
-        return {
-            named_range.name: mapped_values(named_range, axis)
-            for named_range, axis in zip(
-                map_request(self.text, self.view), (view.x, view.y), strict=True
-            )
-        }
+        ranges = zip(map_ranges(self.text, self.view), (view.x, view.y), strict=True)
+        return {named_range.name: mapped_values(named_range, axis) for named_range, axis in ranges}
 
-    def request(self) -> Any:
-        """Parameters, axes, mapped value and separation."""
-        session = self.session
-        return session.parameters(), self.axes, self.view, session.separation
+    def parse(self, scene: Scene, text: str) -> "partial[StabilityMap]":  # noqa: ARG002
+        """The computation of the map within the limits of the plot."""
+        separation = scene.separation
+        return partial(compute_map, scene.parameters, self.axes, self.view, separation=separation)
 
     def start_from_inputs(self) -> None:
         """Map the edited scene within the limits of the plot."""
         self.start(partial(self.compute, self.request()))
 
-    def compute(self, request: Any, job: Job) -> "StabilityMap":
-        """Compute a map."""
-        from fivtui.maps import compute_map
-
-        parameters, axes, value, separation = request
-        return compute_map(parameters, axes, value, separation=separation, progress=job.report)
+    def answer_text(self, result: "StabilityMap") -> str:
+        """How much of the map is dangerous."""
+        rows = study(self.kind).rows(result)
+        return FACTS.join(f"{row.label} {row.value}" for row in rows if row.label in _ANSWER)
 
     def details_text(self, result: "StabilityMap") -> str:
         """Number of points of the map, and the key that runs one."""
@@ -138,42 +166,34 @@ class _MapStudy(StudyPane):
         varied = [*result.names, *(["mu"] if result.value in MU_FREE_VALUES else [])]
         return ResultInputs(result.parameters, varied, {"separation": result.separation})
 
-    def draw(self) -> None:
-        """Draw the map, or its absence."""
-        super().draw()
-        self.query_one(ShadeScale).redraw()
-
     def draw_result(self, result: "StabilityMap") -> None:
         """Draw the map with the edited point."""
         from fivtui.maps import map_chart
 
-        chart = map_chart(result, self.parameters)
-        self.query_one(ChartView).show(chart)
-
-    def submit_input(self) -> None:
-        """Stop the current map and map the typed ranges."""
-        self.fit_axes()
-        self.stop()
-        self.toggle_computation()
+        parameters = None if self.edited is None else self.edited.parameters
+        self.query_one(ChartView).show(map_chart(result, parameters))
 
     def show_view(self, name: str) -> None:
         """Change the mapped value."""
         self.stop()
+        self.status = ""
         super().show_view(name)
-        range_input, ranges = self.query_one("#over", Input), self.initial_text
-        if range_input.value != ranges:
-            # The axis limits belong to different parameters.
-            range_input.value = ranges
-            self.fit_axes()
+        self.query_one(".study-input", Input).value = self.initial_text
         self.check_input()
 
     def read_point(self, result: "StabilityMap", point: NearestPoint) -> tuple[dict[str, str], str]:
-        """Field texts of a point of the map."""
-        return point_texts(result, point), point_text(result, point)
+        """Parameters and separation at a point of the map."""
+        return point_texts(result, point)
 
-    def command_request(self) -> Any:
-        """The displayed result; without result there is no command."""
-        return self.required_result().value
+
+def point_texts(result: "StabilityMap", point: NearestPoint) -> tuple[dict[str, str], str]:
+    """Texts of the parameters and of separation at a point of a map, and its coordinates."""
+    coordinates = [float(f"{value:.{_DIGITS}g}") for value in (point.x, point.y)]
+    parameters = result.parameters.with_values(dict(zip(result.names, coordinates, strict=True)))
+    scene = replace(base_scene(), parameters=parameters, separation=result.separation)
+    texts = scene_texts(scene)
+    description = ", ".join(f"{symbol_of(name)} = {texts[name]}" for name in result.names)
+    return {name: texts[name] for name in (*ALL_PARAMETERS, "separation")}, description
 
 
 class SafeFrictionPane(_MapStudy):
@@ -182,32 +202,20 @@ class SafeFrictionPane(_MapStudy):
     NAME: ClassVar[str] = "safe-mu"
     QUANTITIES: ClassVar[Mapping[str, str]] = SAFETY_MAPS
     VIEWS: ClassVar[Mapping[str, str]] = QUANTITIES
-    SKETCH: ClassVar[Sketch | None] = _PREVIEWS["safe-mu"][0]
-
-    def compose_preview(self) -> ComposeResult:
-        """The preview of the current view."""
-        yield Preview(*_PREVIEWS[self.view])
+    SKETCH: ClassVar[Sketch | None] = _SKETCHES["safe-mu"]
 
     @property
-    def study_key(self) -> str:
-        """The maps of both values are stored."""
-        return self.view
-
-    def show_view(self, name: str) -> None:
-        """Show the map of a value, if there is one."""
-        super().show_view(name)
-        self.query_one(Preview).ask(*_PREVIEWS[name])
-        if self.displayed is None:
-            self.show_status("")
+    def sketch(self) -> Sketch:
+        """The sketch of the current view."""
+        return _SKETCHES[self.view]
 
     def start_text(self) -> str:
         """The number of points, and their usual duration."""
         try:
-            points = math.prod(len(values) for values in self.axes.values())
+            points = math.prod(map(len, self.axes.values()))
         except InputError:
             return "maps two ranges"
-        seconds = points * _POINT_S[self.view]
-        return f"maps {points} points, {about_here(seconds)}"
+        return f"maps {points} points, {about_here(points * _POINT_S[self.view])}"
 
 
 class MapPane(_MapStudy):
@@ -217,15 +225,17 @@ class MapPane(_MapStudy):
     """
 
     NAME: ClassVar[str] = "map"
-    QUANTITIES: ClassVar[Mapping[str, str]] = TITLES
+    QUANTITIES: ClassVar[Mapping[str, str]] = {
+        "growth-rate": "Growth",
+        "critical-mu": "μ_c",
+        "unstable-modes": "Modes",
+    }
     VIEWS: ClassVar[Mapping[str, str]] = QUANTITIES
 
-    def __init__(self, session: Session) -> None:
-        super().__init__(session)
-        # The computed map; not stored with the session, because it is recomputed quickly.
-        self._computed: DisplayedStudy[StabilityMap] | None = None
-        # The inputs of that map, compared to find whether it is outdated.
-        self._inputs: object = None
+    # The computed map; not stored with the session, because it is recomputed quickly.
+    _computed: "DisplayedStudy[StabilityMap] | None" = None
+    # The inputs of that map, compared to find whether it is outdated.
+    _inputs: object = None
 
     @property
     def displayed(self) -> "DisplayedStudy[StabilityMap] | None":
@@ -236,42 +246,29 @@ class MapPane(_MapStudy):
         """The edited scene, which a computed map follows; else the scene of a map that was read."""
         return super().computed_scene(result, edited) if super().displayed else edited
 
-    def scene_changed(self) -> None:
-        """Recompute the map if a fixed parameter has changed."""
-        super().scene_changed()
-        if self._error or self.NAME in self.session.studies:
-            # The bar displays the error of the input, or the status of a map that was read.
-            return
-        try:
-            inputs = self._current_inputs()
-        except InputError as error:
-            self.show_status(str(error))
-            return
-        if inputs != self._inputs:
-            self.call_after_pause(_MAP_DELAY, self._recompute)
-
     @on(ChartView.LimitsChanged)
-    def _recompute_visible_part(self, event: ChartView.LimitsChanged) -> None:
-        # Compute the visible part again, at full resolution.
-        event.stop()
-        self.scene_changed()
+    def scene_changed(self) -> None:
+        """Display the map, and compute it if its inputs or the limits of the plot have changed."""
+        super().scene_changed()
+        self.call_after_pause(_MAP_DELAY, self._follow)
 
-    def _recompute(self) -> None:
-        if self._error or self.NAME in self.session.studies:
+    def _follow(self) -> None:
+        # The bar displays the error of the input, or the status of a map that was read.
+        if self._error or super().displayed:
             return
         try:
-            self.start_from_inputs()
+            if self._current_inputs() != self._inputs:
+                self.start_from_inputs()
         except InputError as error:
             self.show_status(str(error))
 
     def _current_inputs(self) -> object:
         # The map does not depend on the edited values of the mapped parameters.
-        session, view = self.session, self.query_one(ChartView).view
-        ranges = map_request(self.text, self.view)
-        mapped_names = [named_range.name for named_range in ranges]
-        values = session.parameters().as_dict().items()
-        fixed = tuple((name, value) for name, value in values if name not in mapped_names)
-        return ranges, (view.x, view.y), fixed, self.view, session.separation
+        axes, scene = self.axes, self.session.scene()
+        values = scene.parameters.as_dict().items()
+        fixed = [(name, value) for name, value in values if name not in axes]
+        points = [(name, axis.tolist()) for name, axis in axes.items()]
+        return fixed, points, self.view, scene.separation
 
     def start_from_inputs(self) -> None:
         """Compute the map; it replaces one that was read."""
@@ -287,11 +284,8 @@ class MapPane(_MapStudy):
     def show_view(self, name: str) -> None:
         """Map another value."""
         super().show_view(name)
-        try:
-            self.request()
-        except InputError as error:
+        self.toggle_computation()
+        if self.job is None:
             # The displayed map shows a different value.
             self._computed = None
             self.draw()
-            self.query_one(ChartView).show(None, empty_text=str(error))
-        self.toggle_computation()

@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING, Any, ClassVar, Final, NamedTuple
+from typing import Any, ClassVar, Final, NamedTuple
 
 from textual import on
 from textual.app import ComposeResult
@@ -16,8 +16,9 @@ from fivtui.ranges import with_decimal_points
 from fivtui.scene import Scene
 from fivtui.studies import study
 from fivtui.transient import START_SPECS
-from fivtui.tui.chart import ChartView, TextInput
+from fivtui.tui.chart import ChartView, ShadeScale, TextInput
 from fivtui.tui.session import (
+    SAFETY_MAPS,
     DisplayedStudy,
     Job,
     Session,
@@ -30,9 +31,8 @@ from fivtui.tui.tabs.job_pane import FACTS, JobPane
 from fivtui.tui.tabs.messages import PointRunRequested, Reported
 from fivtui.tui.tabs.preview import Preview, Sketch, about_here
 
-if TYPE_CHECKING:
-    from fivtui.sweeps import Study
-
+# Identifier of the page that views of quantities share.
+QUANTITY_PAGE: Final = "quantities"
 # Key of the quantity displayed last.
 _QUANTITY_SETTING: Final = "quantity"
 # Class of a pane whose result is not that of the edited scene, and the note after its titles.
@@ -58,40 +58,32 @@ class StudyPane(JobPane):
     ----------
     NAME : str
         Identifier of the tab.
-    KIND : str
-        Kind of study in the registry, if it has another name.
-    INPUT, EXAMPLE : str
-        Identifier and initial text of the input; without `EXAMPLE` there is no input.
+    EXAMPLE : str
+        Initial text of the input; if empty, there is no input.
     INPUT_FORMAT : str
         Format of the input, displayed while it has the focus.
     QUANTITIES : mapping of str to str
-        Identifiers and titles of the views that share a page and display a quantity each.
-    PAGE : str
-        Identifier of this page.
-    SKETCH, QUESTION : Sketch or None, str
-        Shape of a typical result, and the question it answers; displayed before the first result.
+        Identifiers and titles of the views that display a quantity each, in `QUANTITY_PAGE`.
+    SKETCH : Sketch or None
+        Shape of a typical result, displayed before the first result.
     START, TYPICAL_S : str, float
         What starting the study does, as a verb with objects, and its usual duration, s, as
         measured where `relative_duration` is 1.
-    NOTES : sequence of str
+    notes : sequence of str
         Further sentences before the first result.
-    ANSWER : sequence of str
-        Labels of the rows of a result that answer the question.
+    REQUEST : str
+        Attribute of a result that is its request; if empty, the result itself says its command.
     """
 
     STATUS_BELOW: ClassVar[bool] = True
-    KIND: ClassVar[str] = ""
-    INPUT: ClassVar[str] = ""
     EXAMPLE: ClassVar[str] = ""
     INPUT_FORMAT: ClassVar[str] = ""
     QUANTITIES: ClassVar[Mapping[str, str]] = {}
-    PAGE: ClassVar[str] = ""
     SKETCH: ClassVar[Sketch | None] = None
-    QUESTION: ClassVar[str] = ""
     START: ClassVar[str] = ""
     TYPICAL_S: ClassVar[float] = 0.0
-    NOTES: ClassVar[Sequence[str]] = ()
-    ANSWER: ClassVar[Sequence[str]] = ()
+    notes: Sequence[str] = ()
+    REQUEST: ClassVar[str] = ""
 
     def __init__(self, session: Session) -> None:
         super().__init__(session)
@@ -99,13 +91,12 @@ class StudyPane(JobPane):
         self._is_typing = False
         # Error message of the input.
         self._error = ""
-        self.kind = self.KIND or self.NAME
-        self._drawn_result: DisplayedStudy[Any] | None = None
+        self.kind = "map" if self.NAME in SAFETY_MAPS else self.NAME
 
     def compose_preview(self) -> ComposeResult:
         """The preview of the first result."""
         if self.SKETCH is not None:
-            yield Preview(self.SKETCH, self.QUESTION)
+            yield Preview(self.SKETCH)
 
     # The input
 
@@ -115,7 +106,7 @@ class StudyPane(JobPane):
             yield TextInput(
                 self.initial_text,
                 replace_commas=with_decimal_points,
-                id=self.INPUT,
+                id=f"{self.NAME}-input",
                 classes="study-input",
                 compact=True,
                 select_on_focus=False,
@@ -158,13 +149,9 @@ class StudyPane(JobPane):
 
     def check_input(self) -> None:
         """Check the input and display its error."""
-        try:
-            scene = self.session.scene()
-        except InputError:
-            scene = self.session.loaded
         self._error = ""
         try:
-            self.parse(scene, self.text)
+            self.parse(self.edited or self.session.loaded, self.text)
         except InputError as error:
             self._error = str(error)
         self.query_one(".study-input").set_class(bool(self._error), "-invalid")
@@ -172,13 +159,11 @@ class StudyPane(JobPane):
 
     @on(Input.Submitted, ".study-input")
     def _submit(self, event: Input.Submitted) -> None:
+        # Compute what was typed, in place of what is being computed.
         event.stop()
-        self.submit_input()
-
-    def submit_input(self) -> None:
-        """Start the job unless it is running; called for Enter in the input."""
-        if self.job is None:
-            self.toggle_computation()
+        self.fit_axes()
+        self.stop()
+        self.toggle_computation()
 
     @on(DescendantFocus)
     @on(DescendantBlur)
@@ -202,16 +187,21 @@ class StudyPane(JobPane):
 
     # Before the first result
 
+    @property
+    def sketch(self) -> Sketch | None:
+        """The sketch of the result of the current view."""
+        return self.SKETCH
+
     def _show_preview(self) -> None:
-        is_empty = self.SKETCH is not None and self.displayed is None
-        self.set_class(is_empty, "-empty")
-        if is_empty:
+        sketch = self.sketch if self.displayed is None else None
+        self.set_class(sketch is not None, "-empty")
+        if sketch is not None:
             keys = self.session.key_names
             edit = [(keys["go-bar"], "goes to the input above.")] if self.EXAMPLE else []
-            notes = [("", note) for note in self.NOTES]
+            notes = [("", note) for note in self.notes]
             action = self.start_text() if self.job is None else "stops the computation"
             start = keys["compute"], f"{action}."
-            self.query_one(Preview).show(start, *edit, *notes)
+            self.query_one(Preview).show(sketch, start, *edit, *notes)
 
     def start_text(self) -> str:
         """What the key of the computation does, and how long it usually takes."""
@@ -226,22 +216,19 @@ class StudyPane(JobPane):
 
     def page_of(self, view: str) -> str:
         """Identifier of the page that displays a view."""
-        return self.PAGE if view in self.QUANTITIES else view
+        return QUANTITY_PAGE if view in self.QUANTITIES else view
 
     @property
     def quantity(self) -> str:
         """The displayed quantity; where a view shows none, the one displayed last."""
-        return self.view if self.view in self.QUANTITIES else self.default_view
-
-    @property
-    def default_view(self) -> str:
-        """The view of the quantity that was displayed last."""
-        stored = self.stored_setting(_QUANTITY_SETTING, "")
-        return stored if stored in self.QUANTITIES else super().default_view
+        names = (self.view, self.stored_setting(_QUANTITY_SETTING, ""), *self.QUANTITIES)
+        return next(name for name in names if name in self.QUANTITIES)
 
     def show_view(self, name: str) -> None:
-        """Show a view by its identifier."""
+        """Show a view by its identifier; charts of another quantity have other limits."""
         if name in self.QUANTITIES:
+            if name != self.quantity:
+                self.fit_axes()
             self.store_setting(_QUANTITY_SETTING, name)
         super().show_view(name)
 
@@ -254,14 +241,14 @@ class StudyPane(JobPane):
 
     @property
     def study_key(self) -> str:
-        """Key of the result in the session."""
-        return self.NAME
+        """Key of the result in the session; each map of safety has its own."""
+        return self.view if self.view in SAFETY_MAPS else self.NAME
 
     @property
-    def parameters(self) -> Parameters | None:
-        """The edited parameters; None if one is invalid."""
+    def edited(self) -> Scene | None:
+        """The edited scene; None if a field is invalid."""
         try:
-            return self.session.parameters()
+            return self.session.scene()
         except InputError:
             return None
 
@@ -273,16 +260,20 @@ class StudyPane(JobPane):
             self.fit_axes()
 
     def compute(self, request: Any, job: Job) -> Any:
-        """The result of a request; called in a thread, calls `job.report` often."""
-        raise NotImplementedError
+        """The result of a request; called in a thread, calls `job.report` often.
+
+        By default, a request is a function of the callback that gets the progress.
+        """
+        return request(progress=job.report)
 
     def fit_axes(self) -> None:
-        """Fit the axes to the new result: the limits were chosen for an earlier one."""
+        """Fit the axes: the limits were chosen for an earlier result, or another quantity."""
         for chart in self.query(ChartView):
             chart.view.reset()
 
     def reset_charts(self) -> None:
-        """Fit the axes and show all traces, after a result was read."""
+        """Show the whole of a result that was read, which replaces the one being computed."""
+        self.stop()
         self.fit_axes()
         for chart in self.query(ChartView):
             chart.view.hidden.clear()
@@ -301,13 +292,6 @@ class StudyPane(JobPane):
             # The input may be valid for the new scene.
             self.check_input()
         self.draw()
-
-    def _show_result_status(self, displayed: DisplayedStudy[Any], outdated: str) -> None:
-        self.answer = self.answer_text(displayed.value)
-        if self.job is None:
-            source = f"read from {displayed.source}" if displayed.source else ""
-            texts = (source, outdated, self.details_text(displayed.value))
-            self.show_status("; ".join(filter(None, texts)), self.answer)
 
     def _find_outdated(self, result: Any) -> str:
         # The values of a result that the edited scene does not have; empty if it has all.
@@ -337,28 +321,24 @@ class StudyPane(JobPane):
 
     def draw(self) -> None:
         """Draw the current view."""
-        displayed = self.displayed
+        displayed, outdated = self.displayed, ""
         if displayed is None:
             for chart in self.query(ChartView):
                 chart.show(None)
             self.answer = ""
-            self._mark_outdated("")
             self._show_preview()
-            return
-        if displayed is not self._drawn_result:
-            self._drawn_result = displayed
-            if displayed.source:
-                # A result read from a file replaces the one being computed.
-                self.stop()
-        self.draw_result(displayed.value)
-        outdated = self._find_outdated(displayed.value)
-        self._mark_outdated(outdated)
-        self._show_result_status(displayed, outdated)
-
-    def _mark_outdated(self, text: str) -> None:
-        is_outdated = bool(text)
-        if is_outdated is not self.has_class(_OUTDATED):
-            self.set_class(is_outdated, _OUTDATED)
+        else:
+            self.draw_result(displayed.value)
+            outdated = self._find_outdated(displayed.value)
+            self.answer = self.answer_text(displayed.value)
+            if self.job is None:
+                source = f"read from {displayed.source}" if displayed.source else ""
+                texts = (source, outdated, self.details_text(displayed.value))
+                self.show_status("; ".join(filter(None, texts)), self.answer)
+        for scale in self.query(ShadeScale):
+            scale.redraw()
+        if bool(outdated) is not self.has_class(_OUTDATED):
+            self.set_class(bool(outdated), _OUTDATED)
             self.show_titles()
 
     def draw_result(self, result: Any) -> None:
@@ -366,12 +346,8 @@ class StudyPane(JobPane):
         raise NotImplementedError
 
     def answer_text(self, result: Any) -> str:
-        """What a result says in numbers, as facts joined by `FACTS`.
-
-        By default, the rows of its table that are named in `ANSWER`.
-        """
-        rows = study(self.kind).rows(result) if self.ANSWER else []
-        return FACTS.join(f"{row.label} {row.value}" for row in rows if row.label in self.ANSWER)
+        """What a result says in numbers, as facts joined by `FACTS`."""
+        raise NotImplementedError
 
     def details_text(self, result: Any) -> str:
         """What follows the answer; by default the warning of a result."""
@@ -417,28 +393,29 @@ class StudyPane(JobPane):
 
     def command_line(self) -> str:
         """The command that computes the displayed result; without result, the edited scene."""
-        displayed = self.displayed
-        request = self.command_request() if displayed is None else self.request_for(displayed.value)
+        if self.displayed is None and self.REQUEST:
+            request = self.request()
+        else:
+            result = self.required_result().value
+            request = getattr(result, self.REQUEST) if self.REQUEST else result
         return study_command(self.kind, request, self.session.origin)
 
-    def command_request(self) -> Any:
-        """The request that the command line computes if there is no result."""
-        return self.request()
 
-    def request_for(self, result: Any) -> Any:
-        """The request whose computation gives a result, for the command line."""
-        return result
+class SweepStudyPane(StudyPane):
+    """The tab of a kind of study whose results come from the members of a sweep."""
 
+    REQUEST: ClassVar[str] = "study"
 
-def sweep_inputs(study: "Study") -> ResultInputs:
-    """The inputs of a sweep."""
-    axes = study.design.axes
-    names = ["t_end", "method", "over_time", "accuracy"]
-    if not study.accuracy:
-        names.append("tol")
-    if axes.keys().isdisjoint(START_SPECS):
-        names.append("start")
-    settings = {name: getattr(study, name) for name in names}
-    if len(study.cases) == 1:
-        settings["separation"] = study.cases[0]
-    return ResultInputs(study.parameters, (*axes, *dict(study.over_time)), settings)
+    def inputs_of(self, result: Any) -> ResultInputs:
+        """The inputs of a sweep."""
+        request = result.study
+        axes = request.design.axes
+        names = ["t_end", "method", "over_time", "accuracy"]
+        if not request.accuracy:
+            names.append("tol")
+        if axes.keys().isdisjoint(START_SPECS):
+            names.append("start")
+        settings = {name: getattr(request, name) for name in names}
+        if len(request.cases) == 1:
+            settings["separation"] = request.cases[0]
+        return ResultInputs(request.parameters, (*axes, *dict(request.over_time)), settings)

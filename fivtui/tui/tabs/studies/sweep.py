@@ -1,9 +1,11 @@
 """The sweep tab: amplitudes over one or two parameters, with and without separation.
 
 A member is one run of a sweep. A chart over two parameters has a backdrop, values as shades.
+Case 1 considers separation, Case 2 ignores it.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from typing import TYPE_CHECKING, ClassVar, Final
 
 import numpy as np
@@ -11,46 +13,91 @@ from textual.app import ComposeResult
 from textual.containers import Vertical
 
 from fivtui.charts import NearestPoint
-from fivtui.model import InputError
+from fivtui.model import InputError, OnProgress, Progress, System
 from fivtui.scene import Scene
+from fivtui.transient import START_SPECS, resolve_start
 from fivtui.tui.chart import ChartView, ShadeScale
-from fivtui.tui.session import DisplayedStudy, Job, Session, scene_texts, symbol_of
+from fivtui.tui.session import (
+    DisplayedStudy,
+    Job,
+    base_scene,
+    check_drawable,
+    replace_symbols,
+    scene_texts,
+    symbol_of,
+)
 from fivtui.tui.tabs.exports.export import Export
 from fivtui.tui.tabs.job_pane import FACTS
-from fivtui.tui.tabs.messages import Reported
 from fivtui.tui.tabs.preview import Sketch, about, about_here
-from fivtui.tui.tabs.requests.sweep import (
-    EXAMPLE,
-    MAX_UNCONFIRMED,
-    count_text,
-    failure_text,
-    partial_sweep,
-    point_scene,
-    point_separation,
-    sweep_parts,
-    sweep_request,
-)
 
-from .study_pane import ResultInputs, StudyPane, sweep_inputs
+from .study_pane import SweepStudyPane
 
 if TYPE_CHECKING:
-    from fivtui.sweeps import Rows, Study, Sweep
+    from fivtui.sweeps import Study, Sweep
 
+# The chart displays a sweep in parts: minimum number of members of a part, and number of parts.
+_MIN_PART_SIZE: Final = 16
+_MAX_PARTS: Final = 500
+# The plotted outputs: peak and half range of y.
+_OUTPUTS: Final = ("y_abs", "y_half_range")
 # Duration of a run by the native solver where `relative_duration` is 1, s.
 _TYPICAL_RUN_S: Final = 1e-3
-_INCOMPLETE: Final = "the sweep is incomplete and cannot be exported: Sweep computes it again"
 
 
-class SweepPane(StudyPane):
+def partial_sweeps(study: "Study", progress: OnProgress) -> Iterator["Sweep"]:
+    """Compute a sweep in parts, each with the rows so far; raises `Cancelled` if stopped."""
+    from fivtui.sweeps import Sweep, compute_rows, concatenate
+
+    members, monitor, parts = study.members, Progress(progress), []
+    part_size = max(_MIN_PART_SIZE, members // _MAX_PARTS)
+    for first in range(0, members, part_size):
+        stop = min(first + part_size, members)
+        part = monitor.stage(first / members, stop / members)
+        parts.append(compute_rows(study, first, stop, part.callback))
+        yield Sweep(study, concatenate(parts))
+
+
+def point_scene(study: "Study", point: NearestPoint, edited_separation: bool) -> Scene:
+    """The scene at a point of a sweep's chart.
+
+    A chart over one parameter shows both cases; one over two parameters shows that of the edited
+    scene, `edited_separation`, if the sweep has it.
+    """
+    from fivtui.sweeps import sweep_curves
+
+    axes = study.design.axes
+    if len(axes) == 1:
+        _, separation = sweep_curves(study)[point.trace]
+    else:
+        separation = edited_separation if edited_separation in study.cases else study.cases[0]
+    # Over one parameter, y is an output, which `zip` omits.
+    values = dict(zip(axes, (point.x, point.y), strict=False))
+    # A sweep may vary components of the start state.
+    start_values = {name: values.pop(name) for name in START_SPECS if name in values}
+    parameters, start = study.parameters.with_values(values), study.start
+    if start_values:
+        start_state = resolve_start(System(parameters, separation), start)
+        start = tuple((dict(zip(START_SPECS, start_state, strict=True)) | start_values).values())
+    return replace(
+        base_scene(),
+        parameters=parameters,
+        separation=separation,
+        start=start,
+        t_end=study.t_end,
+        tol=study.tol,
+    )
+
+
+class SweepPane(SweepStudyPane):
     """Peak and half peak-to-peak of y over one or two parameters of the edited scene."""
 
     NAME: ClassVar[str] = "sweep"
     VERB: ClassVar[str] = "Sweep"
-    INPUT: ClassVar[str] = "vary"
-    EXAMPLE: ClassVar[str] = EXAMPLE
+    EXAMPLE: ClassVar[str] = "F=10:120:56"
     INPUT_FORMAT: ClassVar[str] = "NAME=START:STOP:COUNT or NAME=A,B,C, or peak-over-belt-speed"
     VIEWS: ClassVar[Mapping[str, str]] = {"amplitudes": "Amplitudes"}
     SKETCH: ClassVar[Sketch | None] = Sketch(
+        question="How large does the motion become over one or two parameters?",
         x="F",
         y="peak |y|",
         curves=(
@@ -59,12 +106,6 @@ class SweepPane(StudyPane):
         ),
         labels={"separation considered": (0.22, 0.75), "ignored": (0.75, 0.2)},
     )
-    QUESTION: ClassVar[str] = "How large does the motion become over one or two parameters?"
-
-    def __init__(self, session: Session) -> None:
-        super().__init__(session)
-        # A large sweep that starts only if it is requested again.
-        self._unconfirmed_study: Study | None = None
 
     def compose_views(self) -> ComposeResult:
         """One chart."""
@@ -72,9 +113,23 @@ class SweepPane(StudyPane):
             yield (chart := ChartView("sweep-chart", runs_points=True))
             yield ShadeScale(chart)
 
-    def parse(self, scene: Scene, text: str) -> "Study":
-        """The sweep of a scene over the ranges of the input."""
-        return sweep_request(scene, text)
+    @staticmethod
+    def parse(scene: Scene, text: str) -> "Study":
+        """The sweep of a scene, in both cases, over one or two ranges, or that of a preset."""
+        from fivtui.sweeps import SWEEP_PRESETS, check_memory_limit, parse_design, scene_study
+
+        preset = SWEEP_PRESETS.get(text.strip())
+        varied = replace_symbols(text).split() if preset is None else preset.varied
+        try:
+            design = parse_design(varied, "product")
+        except InputError as error:
+            raise InputError(str(error).replace("--vary ", "")) from None
+        # The greatest ẋ shows which belts are always faster than the slider.
+        speed_output = ("vx_max",) if "v_belt" in design.axes else ()
+        study = scene_study(scene, design, cases=(True, False), outputs=(*_OUTPUTS, *speed_output))
+        check_drawable(study)
+        check_memory_limit(study)
+        return study
 
     def start_text(self) -> str:
         """The number of runs, and their duration from that of a run of the edited scene."""
@@ -83,31 +138,17 @@ class SweepPane(StudyPane):
         except InputError:
             return "runs the scene with each value"
         run_s = self.session.live.expected_duration(self.session.scene())
-        duration = about_here(study.members * _TYPICAL_RUN_S)
-        if run_s is not None:
+        if run_s is None:
+            duration = about_here(study.members * _TYPICAL_RUN_S)
+        else:
             duration = about(study.members * run_s)
         return f"computes {study.members} runs, {duration}"
 
-    def start_from_inputs(self) -> None:
-        """Sweep the edited scene; a large sweep starts at a second request."""
-        study: Study = self.request()
-        unconfirmed, self._unconfirmed_study = self._unconfirmed_study, study
-        if study.members > MAX_UNCONFIRMED and study != unconfirmed:
-            text = f"{study.members} runs: press Sweep again to compute them"
-            self.show_status(text)
-            self.post_message(Reported(text))
-            return
-        self._unconfirmed_study = None
-        self.session.studies.pop(self.NAME, None)
-        super().start_from_inputs()
-
     def compute(self, request: "Study", job: Job) -> "Sweep":
         """Compute a sweep in parts, and display each part."""
-        parts: list[Rows] = []
-        for rows in sweep_parts(request, job.report):
-            parts.append(rows)
-            self.call_later(self._show_part, job, partial_sweep(request, parts))
-        return partial_sweep(request, parts)
+        for result in partial_sweeps(request, job.report):
+            self.call_later(self._show_part, job, result)
+        return result
 
     def _show_part(self, job: Job, result: "Sweep") -> None:
         if job is self.job:
@@ -122,48 +163,42 @@ class SweepPane(StudyPane):
         peaks = result.table.numbers.get("y_abs", np.array([]))
         peaks = peaks[np.isfinite(peaks)]
         extent = f"peak |y| {peaks.min():.4g} to {peaks.max():.4g} m" if peaks.size else ""
-        return FACTS.join(filter(None, (extent, count_text(result))))
+        computed, members = result.table.members, result.study.members
+        count = str(members) if computed == members else f"{computed} of {members}"
+        return FACTS.join(filter(None, (extent, f"{count} transients")))
 
     def details_text(self, result: "Sweep") -> str:
-        """The failures of members."""
-        return failure_text(result)
-
-    def inputs_of(self, result: "Sweep") -> ResultInputs:
-        """The inputs of a sweep."""
-        return sweep_inputs(result.study)
+        """How many members failed, and why the first one did; empty if none."""
+        table = result.table
+        # Members that did not fail have an empty reason.
+        reason = next(filter(None, table.reasons), "")
+        return f"{table.failed} failed: {reason}" if table.failed else ""
 
     def draw_result(self, result: "Sweep") -> None:
         """Draw the computed members, with the edited values of the swept parameters."""
         from fivtui.sweeps import grid_chart, sweep_chart
 
-        names = list(result.study.design.axes)
-        values = {} if self.parameters is None else self.parameters.as_dict()
-        edited = tuple(values[name] for name in names if name in values)
-        if len(names) == 1:
-            chart = sweep_chart(result, edited[0] if edited else None)
+        values = {} if self.edited is None else self.edited.parameters.as_dict()
+        x, *others = (values.get(name) for name in result.study.design.axes)
+        if not others:
+            chart = sweep_chart(result, x)
         else:
-            point = (edited[0], edited[1]) if len(edited) > 1 else None
+            (y,) = others
+            point = None if x is None or y is None else (x, y)
             chart = grid_chart(result, self.session.separation, point)
         self.query_one(ChartView).show(chart)
-        self.query_one(ShadeScale).redraw()
 
     def read_point(self, result: "Sweep", point: NearestPoint) -> tuple[dict[str, str], str]:
         """Field texts of a member."""
-        separation = point_separation(result.study, point, self.session.separation)
-        texts = scene_texts(point_scene(result.study, point, separation))
-        values = zip(result.study.design.axes, (point.x, point.y), strict=False)
+        study = result.study
+        texts = scene_texts(point_scene(study, point, self.session.separation))
+        values = zip(study.design.axes, (point.x, point.y), strict=False)
         description = ", ".join(f"{symbol_of(name)} = {value:g}" for name, value in values)
         return texts, f"{description}, separation {texts['separation']}"
 
     def export(self, kind: str) -> Export:
         """The sweep if it is complete; its figure as displayed."""
-        displayed = self.displayed
-        if displayed is not None:
-            result: Sweep = displayed.value
-            if result.table.members < result.study.members:
-                raise InputError(_INCOMPLETE)
+        result: Sweep = self.required_result().value
+        if result.table.members < result.study.members:
+            raise InputError("the sweep is incomplete: Sweep computes it again before the export")
         return super().export(kind)
-
-    def request_for(self, result: "Sweep") -> "Study":
-        """The study of a sweep."""
-        return result.study

@@ -4,7 +4,7 @@ Sobol indices are the shares of the variance of a quantity that each scattered p
 region has the samples with one outcome: no squeal, squeal after a knock, or squeal by itself.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, ClassVar, Final
 
@@ -15,58 +15,90 @@ from textual.containers import Vertical
 from fivtui.charts import Heading
 from fivtui.scene import Scene
 from fivtui.tui.chart import ChartView
-from fivtui.tui.session import Job, Session, symbol_of
-from fivtui.tui.tabs.preview import Preview, Sketch
-from fivtui.tui.tabs.requests.uncertainty import (
-    COLUMNS,
-    EXAMPLE,
-    SAMPLES,
-    TITLES,
-    index_remark,
-    index_rows,
-    uncertainty_request,
-)
+from fivtui.tui.session import Job, replace_symbols, symbol_of
+from fivtui.tui.tabs.preview import Sketch
 from fivtui.tui.tabs.tables import ListTable
 
-from .study_pane import ResultInputs, StudyPane, sweep_inputs
+from .study_pane import QUANTITY_PAGE, SweepStudyPane
 
 if TYPE_CHECKING:
     from fivtui.reliability import Uncertainty
     from fivtui.sweeps import Study
 
-
+SAMPLES: Final = 4096
+# Columns of the table of Sobol indices. The first-order index is the share of the variance that an
+# input causes alone, the total index that with others. The last columns are the share in a linear
+# model, and a bar.
+_COLUMNS: Final = ("quantity", "input", "alone", "with others", "if linear", "0 … 1")
+# Columns of a bar from 0 to 1.
+_BAR_LENGTH: Final = 12
 # Samples and a boundary of the sketch: fractions of two irrational numbers fill the plane evenly.
 _INDICES: Final = np.arange(80, dtype=np.float64)
 _DOTS: Final = (0.618034 * _INDICES % 1.0, 0.754878 * _INDICES % 1.0)
 _Y: Final = np.linspace(0.0, 1.0, 40)
 
 
-class UncertaintyPane(StudyPane):
+def index_rows(result: "Uncertainty") -> Sequence[Sequence[str]]:
+    """Sobol indices of every quantity as rows of `_COLUMNS`, by decreasing total index."""
+    from fivtui.reliability import quantity_name, rank_inputs
+
+    rows = []
+    for name, indices in result.indices.items():
+        # From derivatives at the means of all inputs.
+        linear_indices = result.local.get(name, {})
+        for rank, (input_name, index) in enumerate(rank_inputs(indices)):
+            first, total, linear = index.first, index.total, linear_indices.get(input_name)
+            rows.append((
+                "" if rank else quantity_name(name),
+                symbol_of(input_name),
+                f"{first.value:z.2f} ± {first.error:.2f}",
+                f"{total.value:z.2f} ± {total.error:.2f}",
+                "" if linear is None else f"{linear.share:.2f}",
+                index_bar(first.value, total.value),
+            ))  # fmt: skip
+    return rows
+
+
+def index_bar(first: float, total: float) -> str:
+    """A bar from 0 to 1, dark up to the first-order index, light up to the total index."""
+    dark, end = (round(_BAR_LENGTH * min(max(index, 0.0), 1.0)) for index in (first, total))
+    return "█" * dark + "░" * max(end - dark, 0)
+
+
+def index_remark(result: "Uncertainty") -> str:
+    """A note on Sobol indices above 1 or below 0; empty if there are none."""
+    from fivtui.reliability import excess_remark
+
+    indices = (text for _, _, *texts, _, _ in index_rows(result) for text in texts)
+    remarks = sorted({*map(excess_remark, indices)} - {""})
+    return f", indices {' and '.join(remarks)}: sampling error" if remarks else ""
+
+
+class UncertaintyPane(SweepStudyPane):
     """Probabilities, histograms and Sobol indices of the edited scene with scattered parameters."""
 
     NAME: ClassVar[str] = "uncertainty"
     VERB: ClassVar[str] = "Scatter"
-    INPUT: ClassVar[str] = "scattered"
-    EXAMPLE: ClassVar[str] = EXAMPLE
+    EXAMPLE: ClassVar[str] = "μ~uniform:0.2:0.8 F~normal:80:8"
     INPUT_FORMAT: ClassVar[str] = "NAME~normal:MEAN:SD ~uniform:LOW:HIGH"
-    QUANTITIES: ClassVar[Mapping[str, str]] = TITLES
-    PAGE: ClassVar[str] = "histogram"
-    VIEWS: ClassVar[Mapping[str, str]] = {"samples": "Samples", **TITLES, "indices": "Drivers"}
+    QUANTITIES: ClassVar[Mapping[str, str]] = {
+        "growth_rate": "Growth",
+        "critical_mu": "μ_c",
+        "safe_mu": "Safe μ",
+        "y_half_range": "±y",
+        "P_max": "P",
+    }
+    VIEWS: ClassVar[Mapping[str, str]] = {"samples": "Samples", **QUANTITIES, "indices": "Drivers"}
     SKETCH: ClassVar[Sketch | None] = Sketch(
+        question="How likely is squeal where parameters scatter, and what drives it?",
         x="μ",
         y="F",
         curves=((0.35 + 0.15 * _Y**2, _Y),),
         dots=(_DOTS,),
         labels={"no squeal": (0.04, 0.6), "squeals by itself": (0.55, 0.3)},
     )
-    QUESTION: ClassVar[str] = "How likely is squeal where parameters scatter, and what drives it?"
     START: ClassVar[str] = f"computes {SAMPLES} samples of these distributions"
     TYPICAL_S: ClassVar[float] = 3.0
-
-    def __init__(self, session: Session) -> None:
-        super().__init__(session)
-        # The probabilities estimated from the samples so far, as text.
-        self._estimate = ""
 
     @property
     def initial_text(self) -> str:
@@ -76,20 +108,19 @@ class UncertaintyPane(StudyPane):
 
     def compose_views(self) -> ComposeResult:
         """Histogram of a quantity; Sobol indices; samples by region."""
-        with Vertical(id="histogram"):
+        with Vertical(id=QUANTITY_PAGE):
             yield ChartView("histogram-chart")
-        yield ListTable[str]("indices", wrapped=COLUMNS[0], omitted=("if linear", "0 … 1"))
+        yield ListTable[str]("indices", wrapped="quantity", omitted=("if linear", "0 … 1"))
         with Vertical(id="samples"):
             yield ChartView("samples-chart")
 
-    def parse(self, scene: Scene, text: str) -> "Study":
-        """The study of a scene with the distributions of the input."""
-        return uncertainty_request(scene, text)
+    @staticmethod
+    def parse(scene: Scene, text: str) -> "Study":
+        """The study of a scene with the distributions of the input, not with its own."""
+        from fivtui.reliability import parse_inputs, scattered_study
 
-    def start_from_inputs(self) -> None:
-        """Scatter the parameters of the edited scene."""
-        super().start_from_inputs()
-        self._estimate = ""
+        inputs = parse_inputs(replace_symbols(text).split())
+        return scattered_study(replace(scene, scatter=()), inputs, samples=SAMPLES)
 
     def compute(self, request: "Study", job: Job) -> "Uncertainty":
         """Compute a study."""
@@ -102,13 +133,8 @@ class UncertaintyPane(StudyPane):
         )
 
     def _store_estimate(self, _members: int, estimate: str) -> None:
-        # Called by the computing thread; the screen displays it with the progress.
-        self._estimate = estimate
-
-    def show_progress(self) -> None:
-        """Display estimated probabilities with their errors before the first result."""
-        if self.displayed is None and self._estimate:
-            self.query_one(Preview).show(("", self._estimate))
+        # Called by the computing thread; displayed with the progress before the first result.
+        self.notes = (estimate,) if estimate else ()
 
     def answer_text(self, result: "Uncertainty") -> str:
         """The probabilities."""
@@ -122,10 +148,6 @@ class UncertaintyPane(StudyPane):
         samples = f"{result.scatter.samples} samples{remark}"
         return "; ".join(filter(None, (samples, super().details_text(result))))
 
-    def inputs_of(self, result: "Uncertainty") -> ResultInputs:
-        """The inputs of a study."""
-        return sweep_inputs(result.study)
-
     def draw_result(self, result: "Uncertainty") -> None:
         """Draw the current view of a study."""
         from fivtui.reliability import displayed_quantity, histogram_chart, samples_chart
@@ -137,22 +159,11 @@ class UncertaintyPane(StudyPane):
             self.show_titles()
         if self.view == "indices":
             table: ListTable[str] = self.query_one("#indices", ListTable)
-            rows = index_rows(result)
-            table.fill(COLUMNS, {str(index): row for index, row in enumerate(rows)})
+            table.fill(_COLUMNS, {str(index): row for index, row in enumerate(index_rows(result))})
             return
         draw = samples_chart if self.view == "samples" else histogram_chart
         self.page.query_one(ChartView).show(draw(result, quantity))
 
-    def show_view(self, name: str) -> None:
-        """Show a view; the histogram of another quantity has other limits."""
-        if name in self.QUANTITIES and name != self.quantity:
-            self.query_one("#histogram-chart", ChartView).view.reset()
-        super().show_view(name)
-
     def heading(self, result: "Uncertainty") -> Heading:
         """The parameters that do not scatter, and the probabilities."""
         return replace(super().heading(result), text=self.answer_text(result))
-
-    def request_for(self, result: "Uncertainty") -> "Study":
-        """The study of a result."""
-        return result.study
