@@ -19,7 +19,6 @@ from textual.events import CursorPosition, Event, InputEvent, Key, MouseMove, Pa
 from textual.geometry import Region
 from textual.screen import Screen
 from textual.theme import BUILTIN_THEMES, Theme
-from textual.timer import Timer
 
 from fivtui.model import InputError, unknown_name_error
 from fivtui.scene import Scene
@@ -134,7 +133,6 @@ class FivtuiApp(App[None]):
         self.autosave = Autosave(state)
         # The last reported error of saving.
         self._reported_error = ""
-        self._save_timer: Timer | None = None
         self._is_first_start = False
         # Reports to be posted when the screen is displayed.
         self._reports: list[Reported] = []
@@ -165,10 +163,7 @@ class FivtuiApp(App[None]):
         )
         self._reports += [Reported(text, error=True) for text in self.autosave.notices]
         if session is not None:
-            notes = self._open(session)
-            text = "; ".join(["last session restored", *notes])
-            # A routine report is logged; others are displayed, too.
-            self._reports.append(Reported(text, routine=not notes))
+            self._open(session, "last session restored", routine=True)
         if scene is not None:
             self.session.begin(scene, source)
             self.session.tab = ""
@@ -177,12 +172,15 @@ class FivtuiApp(App[None]):
             text = f"session {self.autosave.number}; other saved sessions: {numbers} (Ctrl+P, Open)"
             self._reports.append(Reported(text))
 
-    def _open(self, session: Session) -> list[str]:
-        # Returns messages about results that were not saved.
+    def _open(self, session: Session, text: str, *, routine: bool) -> None:
+        # A routine report is logged; others, and those on results that were not saved, are
+        # displayed, too.
         if session.theme in self.available_themes and not self._config.theme:
             self.theme = session.theme
         self.session = session
-        return [f"{key} was not saved: {reason}" for key, reason in session.not_stored.items()]
+        notes = [f"{key} was not saved: {reason}" for key, reason in session.not_stored.items()]
+        text = "; ".join([text, *notes])
+        self._reports.append(Reported(text, routine=routine and not notes))
 
     @on(SessionRequested)
     def _open_session(self, event: SessionRequested) -> None:
@@ -194,8 +192,7 @@ class FivtuiApp(App[None]):
             return
         self.autosave.close(self._session_state())
         self.autosave, self._reported_error = autosave, ""
-        texts = [f"session {event.number} opened", *self._open(session)]
-        self._reports.append(Reported("; ".join(texts)))
+        self._open(session, f"session {event.number} opened", routine=False)
         # Removing the screen of the previous session ends its computations.
         previous_mode, mode = self.current_mode, f"session {event.number}"
         self.add_mode(mode, self.get_default_screen)
@@ -307,7 +304,7 @@ class FivtuiApp(App[None]):
     def on_mount(self) -> None:
         """Start saving the session at intervals, and report what was restored."""
         if self.autosave.enabled:
-            self._save_timer = self.set_interval(_SAVE_INTERVAL_S, self._save_session)
+            self.set_interval(_SAVE_INTERVAL_S, self._save_session)
         if not self.is_headless and self._driver is not None:
             self._install_signal_handlers()
             self._end_without_terminal()
@@ -325,10 +322,9 @@ class FivtuiApp(App[None]):
             autosave, unread = self.autosave, dict(self.session.unread_results)
             # After the first frame, because reading files may be slow.
             self.call_after_refresh(
-                self.run_worker,
+                lab.run_in_thread,
+                "restoring",
                 lambda: lab.call_later(lab.restore_results, *autosave.read_results(unread)),
-                thread=True,
-                exit_on_error=False,
             )
 
     def _report_interpreted_kernel(self) -> None:
@@ -376,7 +372,7 @@ class FivtuiApp(App[None]):
         is_plain = "NO_COLOR" in os.environ or any(
             name.startswith(_PLAIN_TERMINALS) for name in names
         )
-        is_able = self._can_ask_terminal and not self.is_headless and not is_plain
+        is_able = self._can_ask_terminal and not is_plain
         if self._config.pictures and is_able and self._driver is not None:
             self._pictures.start(self._driver.write)
 
@@ -396,6 +392,4 @@ class FivtuiApp(App[None]):
 
     def on_unmount(self) -> None:
         """Save the session, whatever ended the application."""
-        if self._save_timer is not None:
-            self._save_timer.stop()
         self.autosave.close(self._session_state())

@@ -5,10 +5,9 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from .raster import Raster
     from .widget.chart_view import ChartView
-    from .widget.drawn_chart import Control, ShadeScale
+    from .widget.drawn_chart import Control, ShadeScale, with_chart_colours
     from .widget.pictures import Pictures, TerminalReply, parse_replies, write_changes
     from .widget.text_input import TextInput
-    from .widget.themes import with_chart_colours
 else:
     from fivtui.lazy import lazy_exports
 

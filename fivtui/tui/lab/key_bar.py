@@ -1,7 +1,5 @@
 """The key bar in the last line of the screen: the active keys and what they do."""
 
-from typing import Final
-
 from textual.binding import ActiveBinding
 from textual.content import Content
 from textual.events import Click
@@ -9,9 +7,7 @@ from textual.screen import Screen
 from textual.style import Style
 from textual.widget import Widget
 
-from .keys import LAB_KEYS
-
-_IDS: Final = [str(binding.id) for binding in LAB_KEYS]
+from .keys import KEY_IDS
 
 
 class KeyBar(Widget):
@@ -47,10 +43,10 @@ class KeyBar(Widget):
         return line.pad_right(max(width - line.cell_length, 0)) + palette_key
 
     def _rank(self, active: ActiveBinding) -> tuple[bool, int]:
-        # Keys of screen and app come first, in the order of `LAB_KEYS` also if they are configured.
+        # Keys of screen and app come first, in the order of `KEY_IDS` also if they are configured.
         is_of_widget = active.node not in (self.screen, self.app)
         name = str(active.binding.id)
-        return is_of_widget, _IDS.index(name) if name in _IDS else len(_IDS)
+        return is_of_widget, KEY_IDS.index(name) if name in KEY_IDS else len(KEY_IDS)
 
     def _key(self, active: ActiveBinding) -> Content:
         binding = active.binding

@@ -1,7 +1,7 @@
 """Handles keys in the order of typing, and keeps keys with Alt from inserting text."""
 
 from collections import deque
-from collections.abc import Awaitable, Callable
+from collections.abc import Awaitable, Callable, Sequence
 from string import ascii_lowercase, digits
 from types import SimpleNamespace
 from typing import Any, Final, cast
@@ -10,7 +10,7 @@ from textual._ansi_sequences import ANSI_SEQUENCES_KEYS
 from textual.app import App
 from textual.dom import DOMNode
 from textual.events import Event, Key
-from textual.widget import Widget
+from textual.screen import Screen
 
 # Textual's names of keys by character.
 _KEY_NAMES: Final = {character: character for character in digits + ascii_lowercase} | {
@@ -26,9 +26,6 @@ _ESCAPE: Final = "\x1b"
 
 # Letters whose Alt key in Textual is replaced: Alt+F goes to the fields, not a word forward.
 _OVERRIDDEN_LETTERS: Final = "f"
-
-# The focused widget may handle two messages: the key, then its own message of a changed value.
-_MESSAGES_OF_FOCUSED_WIDGET: Final = 2
 
 
 def register_alt_keys() -> None:
@@ -62,7 +59,7 @@ class KeyQueue:
 
     Textual inserts a letter at once, but runs the action of a key only after the key has reached
     the application. So letters typed after Ctrl+U would be inserted before it deletes. The queue
-    hence handles an event only when the previous one was consumed or has reached the application.
+    hence handles an event only when the previous one had the time to reach the application.
     """
 
     def __init__(self, app: App[None], handle: Callable[[Event], Awaitable[None]]) -> None:
@@ -84,42 +81,26 @@ class KeyQueue:
 
     async def _handle_first(self) -> None:
         self._busy = bool(self._events and self._app.screen_stack)
-        if not self._busy:
-            return
-        event, screen = self._events.popleft(), self._app.screen
-        focused = self._app.focused or screen
-        await self._handle(event)
+        if self._busy:
+            event, screen = self._events.popleft(), self._app.screen
+            focused = self._app.focused or screen
+            await self._handle(event)
+            # The focused widget may handle two messages: the key, then its own message of a changed
+            # value.
+            self._follow([focused, *focused.ancestors_with_self], screen)
 
-        # Follow the event from the focused widget to its parents until one consumes it: a callback
-        # queued in a node runs after the messages that the node has received before. A node has
-        # handled `count` messages after as many callbacks, each queued by the one before.
-        def queue_callback(node: DOMNode, count: int = 1) -> None:
+    def _follow(self, nodes: Sequence[DOMNode], screen: Screen[Any]) -> None:
+        # Follow an event from the focused widget to the application: a callback queued in a node
+        # runs after the messages that the node has received before.
+        if nodes:
             # A node that is being removed accepts no callback.
-            if not node.call_later(run_callback, node, count):
-                run_callback(node, 1)
-
-        def run_callback(node: DOMNode, count: int) -> None:
-            if count > 1:
-                queue_callback(node, count - 1)
-            elif node is self._app or _is_consumed(event, node):
-                handle_next()
-            else:
-                queue_callback(node.parent or self._app)
-
-        def handle_next() -> None:
-            stack = self._app.screen_stack
-            new_screen = stack[-1] if stack and stack[-1] is not screen else None
-            # A new screen first sets the focus, in its own message loop: resume after that.
-            if new_screen is None or not new_screen.call_later(self._resume):
-                self._resume()
-
-        queue_callback(focused, _MESSAGES_OF_FOCUSED_WIDGET)
+            if not nodes[0].call_later(self._follow, nodes[1:], screen):
+                self._follow(nodes[1:], screen)
+            return
+        # A new screen first sets the focus, in its own message loop: resume after that.
+        top_screens = [top for top in self._app.screen_stack[-1:] if top is not screen]
+        if not (top_screens and top_screens[0].call_later(self._resume)):
+            self._resume()
 
     def _resume(self) -> None:
         self._app.call_later(self._handle_first)
-
-
-def _is_consumed(event: Event, node: DOMNode) -> bool:
-    if not isinstance(event, Key):
-        return True
-    return isinstance(node, Widget) and node.check_consume_key(event.key, event.character)

@@ -17,15 +17,9 @@ from fivtui.tui.tabs import TABS
 
 
 def _key(
-    id: str,  # noqa: A002
-    keys: str,
-    action: str,
-    description: str,
-    label: str = "",
-    *,
-    priority: bool = False,
+    name: str, keys: str, action: str, description: str, label: str = "", *, priority: bool = False
 ) -> Binding:
-    # `id`: name of the key in the configuration file. `label`: its text in the key bar.
+    # `name`: that of the key in the configuration file. `label`: its text in the key bar.
     return Binding(
         keys,
         action,
@@ -34,7 +28,7 @@ def _key(
         key_display=keys.partition(",")[0].upper() if label else None,
         priority=priority,
         tooltip=description,
-        id=id,
+        id=name,
     )
 
 
@@ -87,7 +81,7 @@ LAB_KEYS: Final = (
         for tab in TABS
     ),
 )
-KEY_IDS: Final = frozenset(str(binding.id) for binding in LAB_KEYS)
+KEY_IDS: Final = tuple(str(binding.id) for binding in LAB_KEYS)
 # Keys that edit the text of an input.
 _TYPING_KEYS: Final = frozenset(
     key

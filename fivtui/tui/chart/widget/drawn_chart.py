@@ -3,8 +3,8 @@
 The heading in the first line ends with clickable controls for the limits and scales of the axes.
 """
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
 from textwrap import wrap
 from typing import Final
 
@@ -17,6 +17,7 @@ from textual.events import Blur, Focus
 from textual.geometry import Region
 from textual.reactive import var
 from textual.strip import Strip
+from textual.theme import Theme
 from textual.widget import Widget
 
 from fivtui.charts import (
@@ -65,10 +66,22 @@ CHART_STYLES: Final[Mapping[str, str]] = {
 }
 
 # Styles that differ in a focused chart.
-_FOCUSED_STYLES: Final = {
-    "tick": "$foreground",
-    "label": "bold underline $foreground",
-}
+_FOCUSED_STYLES: Final = {"tick": "$foreground", "label": "bold underline $foreground"}
+# Roles of colours by the attributes of a theme that have the same meaning.
+_THEME_ROLES: Final = {"error": "danger", "warning": "warning", "success": "safe"}
+
+
+def with_chart_colours(theme: Theme, chosen: Collection[str] = ()) -> Theme:
+    """A theme with the colours of charts as variables, named as their roles.
+
+    Error, warning and success have the colours of danger, warning and safe; if `chosen` contains
+    them, these roles have the colours of the theme.
+    """
+    colours = {role: ink.dark if theme.dark else ink.light for role, ink in INKS.items()}
+    colours |= {role: getattr(theme, name) for name, role in _THEME_ROLES.items() if name in chosen}
+    themed = {name: colours[role] for name, role in _THEME_ROLES.items()}
+    texts = {f"text-{name}": colour for name, colour in themed.items()}
+    return replace(theme, variables=theme.variables | colours | texts, **themed)
 
 
 @dataclass(frozen=True, slots=True)

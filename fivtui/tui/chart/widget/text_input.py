@@ -21,19 +21,16 @@ class TextInput(Input):
     def __init__(
         self, value: str, *, replace_commas: Callable[[str], str] = str, **options: Any
     ) -> None:
-        super().__init__(value, **options)
         self._replace_commas = replace_commas
+        super().__init__(value, **options)
 
     def check_consume_key(self, key: str, character: str | None) -> bool:
         """Whether a key types text."""
         return key in _SIGN_KEYS or super().check_consume_key(key, character)
 
-    def replace(self, text: str, start: int, end: int) -> None:
-        """Replace the text between two positions, and call `replace_commas` with the result."""
-        # A selection made backwards has its end before its start.
-        first, stop = sorted((max(start, 0), min(end, len(self.value))))
-        self.value = self._replace_commas(f"{self.value[:first]}{text}{self.value[stop:]}")
-        self.cursor_position = first + len(text)
+    def validate_value(self, value: str) -> str:
+        """The text to display for a typed or pasted one."""
+        return self._replace_commas(value)
 
     def _on_paste(self, event: Paste) -> None:
         # Join lines, and replace unprintable characters by blanks.
