@@ -3,7 +3,7 @@
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from .axis import Axis, AxisTicks, parse_limits
+    from .axis import LIMITS_FORMAT, Axis, AxisTicks, parse_limits
     from .chart import (
         CASE_COLOURS,
         FIGURE_WIDTH,

@@ -36,7 +36,7 @@ _MIN_DECADES: Final = 2.0
 # Ticks of a logarithmic axis are these multiples of powers of ten.
 _TICK_FACTORS: Final = (1.0, 2.0, 5.0)
 _TICK_TOLERANCE: Final = 1e-12
-_LIMITS_FORMAT: Final = "LOW:HIGH, or empty to fit the data"
+LIMITS_FORMAT: Final = "LOW:HIGH, or empty to fit the data"
 
 
 @dataclass(frozen=True, slots=True)
@@ -181,8 +181,8 @@ def parse_limits(name: str, text: str, *, log: bool = False) -> tuple[float, flo
     if not parts:
         return None
     if len(parts) != 2:
-        raise InputError(f"{name} {text!r}: must be {_LIMITS_FORMAT}")
-    low, high = (parse_number(name, part, _LIMITS_FORMAT) for part in parts)
+        raise InputError(f"{name} {text!r}: must be {LIMITS_FORMAT}")
+    low, high = (parse_number(name, part, LIMITS_FORMAT) for part in parts)
     if not high - low > _MIN_LENGTH * max(abs(low), abs(high)) or max(-low, high) > _MAX_LIMIT:
         raise InputError(f"{name} {text!r}: LOW must be below HIGH")
     if log and low <= 0.0:

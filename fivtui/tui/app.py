@@ -22,7 +22,7 @@ from textual.theme import BUILTIN_THEMES, Theme
 
 from fivtui.model import InputError, unknown_name_error
 from fivtui.scene import Scene
-from fivtui.tui.chart import Pictures, TerminalReply, parse_replies, with_chart_colours
+from fivtui.tui.chart import Pictures, TerminalReply, with_chart_colours
 
 from .lab import (
     KEY_IDS,
@@ -116,8 +116,6 @@ class FivtuiApp(App[None]):
     ) -> None:
         register_alt_keys()
         super().__init__()
-        # Whether the driver reads answers of the terminal about pictures.
-        self._can_ask_terminal = parse_replies(self.driver_class)
         for theme in BUILTIN_THEMES.values():
             self.register_theme(with_chart_colours(theme))
         self._pictures = Pictures(self, SCREEN_RESPONSE.wait, self._report)
@@ -372,7 +370,7 @@ class FivtuiApp(App[None]):
         is_plain = "NO_COLOR" in os.environ or any(
             name.startswith(_PLAIN_TERMINALS) for name in names
         )
-        is_able = self._can_ask_terminal and not is_plain
+        is_able = self._pictures.can_ask and not is_plain
         if self._config.pictures and is_able and self._driver is not None:
             self._pictures.start(self._driver.write)
 

@@ -6,7 +6,7 @@ if TYPE_CHECKING:
     from .raster import Raster
     from .widget.chart_view import ChartView
     from .widget.drawn_chart import Control, ShadeScale, with_chart_colours
-    from .widget.pictures import Pictures, TerminalReply, parse_replies, write_changes
+    from .widget.pictures import Pictures, TerminalReply, write_changes
     from .widget.text_input import TextInput
 else:
     from fivtui.lazy import lazy_exports

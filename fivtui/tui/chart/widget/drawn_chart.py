@@ -13,7 +13,7 @@ from rich.segment import Segment
 from rich.style import Style
 from textual import on
 from textual.content import Content
-from textual.events import Blur, Focus
+from textual.events import Blur, Focus, Resize
 from textual.geometry import Region
 from textual.reactive import var
 from textual.strip import Strip
@@ -79,9 +79,10 @@ def with_chart_colours(theme: Theme, chosen: Collection[str] = ()) -> Theme:
     """
     colours = {role: ink.dark if theme.dark else ink.light for role, ink in INKS.items()}
     colours |= {role: getattr(theme, name) for name, role in _THEME_ROLES.items() if name in chosen}
-    themed = {name: colours[role] for name, role in _THEME_ROLES.items()}
-    texts = {f"text-{name}": colour for name, colour in themed.items()}
-    return replace(theme, variables=theme.variables | colours | texts, **themed)
+    danger, warning, safe = (colours[role] for role in _THEME_ROLES.values())
+    texts = {f"text-{name}": colours[role] for name, role in _THEME_ROLES.items()}
+    variables = theme.variables | colours | texts
+    return replace(theme, variables=variables, error=danger, warning=warning, success=safe)
 
 
 @dataclass(frozen=True, slots=True)
@@ -124,7 +125,6 @@ class DrawnChart(Widget):
         self._chart = _NO_CHART
         self._empty_text = empty_text
         self._picture: Picture | None = None
-        self._styles_by_name: dict[str, Style] = {}
 
     @property
     def chart(self) -> Chart | None:
@@ -148,8 +148,11 @@ class DrawnChart(Widget):
             self._empty_text = empty_text
         self.redraw()
 
+    @on(Resize)
+    @on(Focus)
+    @on(Blur)
     def redraw(self) -> None:
-        """Draw the chart again.
+        """Draw the chart again, such as in the styles of a focused chart.
 
         Where a picture covers the plot at its previous place, the plot is not displayed, because
         text would erase the picture.
@@ -167,20 +170,11 @@ class DrawnChart(Widget):
             Region(0, row + rows, width, height - row - rows),
         )
 
-    def notify_style_update(self) -> None:
-        """Follow a change of theme."""
-        self._styles_by_name.clear()
-        super().notify_style_update()
-
     def _style(self, name: str) -> Style:
-        if name not in self._styles_by_name:
-            role, _, action = name.partition(" ")
-            text = _FOCUSED_STYLES.get(role, "") if self.has_focus else ""
-            style = self.app.stylesheet.parse_style(text or CHART_STYLES[role])
-            self._styles_by_name[name] = (self.visual_style + style).rich_style + Style(
-                meta={"action": action}
-            )
-        return self._styles_by_name[name]
+        role, _, action = name.partition(" ")
+        focused_style = _FOCUSED_STYLES.get(role, "") if self.has_focus else ""
+        style = self.app.stylesheet.parse_style(focused_style or CHART_STYLES[role])
+        return (self.visual_style + style).rich_style + Style(meta={"action": action})
 
     def plot_colours(self, opacity: float = 1.0) -> PlotColours:
         """The colours of the plot as codes, for pictures.
@@ -195,13 +189,6 @@ class DrawnChart(Widget):
         plain = self._style("plot")
         roles = {role: code(self._style(role).color) for role in INKS}
         return PlotColours(code(plain.bgcolor), code(plain.color), roles)
-
-    @on(Focus)
-    @on(Blur)
-    def _restyle(self) -> None:
-        # A focused chart has styles of its own.
-        self._styles_by_name.clear()
-        self.redraw()
 
     def render_line(self, y: int) -> Strip:
         """A line of the picture."""
@@ -243,10 +230,6 @@ class DrawnChart(Widget):
             style = "control-on" if is_on.get(control.action) else "control"
             spans += [(" ", "plot"), (text, f"{style} {control.action}")]
         return spans
-
-    def on_resize(self) -> None:
-        """Draw for the new size."""
-        self.redraw()
 
 
 class ShadeScale(Widget):

@@ -1,7 +1,7 @@
 """The dialog for axis limits."""
 
 from collections.abc import Sequence
-from typing import ClassVar, Final
+from typing import ClassVar
 
 from textual import on
 from textual.app import ComposeResult
@@ -10,13 +10,11 @@ from textual.containers import Horizontal, Vertical
 from textual.screen import ModalScreen
 from textual.widgets import Button, Input, Label, Static
 
-from fivtui.charts import Axis, Chart, View, parse_limits
+from fivtui.charts import LIMITS_FORMAT, Axis, Chart, View, parse_limits
 from fivtui.model import InputError
 from fivtui.ranges import with_decimal_points
 
 from .text_input import TextInput
-
-_LIMITS_FORMAT: Final = "LOW:HIGH, or empty to fit the data"
 
 
 class LimitsDialog(ModalScreen[Sequence[Axis | None] | None]):
@@ -44,7 +42,7 @@ class LimitsDialog(ModalScreen[Sequence[Axis | None] | None]):
                     id=f"limits-{name}",
                     compact=True,
                 )
-            yield Static(_LIMITS_FORMAT, id="dialog-hint", markup=False)
+            yield Static(LIMITS_FORMAT, id="dialog-hint", markup=False)
             with Horizontal(id="dialog-buttons"):
                 yield Button("OK", id="limits-ok", compact=True, variant="primary")
                 yield Button("Cancel", compact=True, action="screen.dismiss")
@@ -65,7 +63,7 @@ class LimitsDialog(ModalScreen[Sequence[Axis | None] | None]):
             else:
                 axes.append(limits and Axis(*limits, log=log))
         for hint in self.query("#dialog-hint").results(Static):
-            hint.update(errors[0] if errors else _LIMITS_FORMAT)
+            hint.update(errors[0] if errors else LIMITS_FORMAT)
             hint.set_class(bool(errors), "-wrong")
         return None if errors else axes
 

@@ -20,7 +20,6 @@ from rich.control import Control
 from textual._compositor import ChopsUpdate, Compositor, CompositorUpdate, LayoutUpdate
 from textual._xterm_parser import XTermParser
 from textual.app import App
-from textual.driver import Driver
 from textual.geometry import Region, Size
 from textual.message import Message
 from textual.screen import Screen
@@ -81,16 +80,6 @@ class _ReplyParser(XTermParser):
             yield from super().feed(typed)
 
 
-def parse_replies(driver_class: type[Driver]) -> bool:
-    """Let a driver recognize answers to queries; returns whether it can."""
-    # Drivers make their parser by its name in their modules.
-    module: Any = sys.modules[driver_class.__module__]
-    can_parse = hasattr(module, "XTermParser")
-    if can_parse:
-        module.XTermParser = _ReplyParser
-    return can_parse
-
-
 @dataclass(frozen=True, slots=True)
 class _Plot:
     # What a picture shows. Compared with the plot on the screen to find out whether that is old.
@@ -130,6 +119,12 @@ class Pictures:
         self, app: App[None], wait: Callable[[], None], report: Callable[[str], object]
     ) -> None:
         self._app, self._wait, self._report = app, wait, report
+        # Drivers make their parser by its name in their modules; some, such as that of tests, make
+        # none, and cannot ask the terminal.
+        driver_module: Any = sys.modules[app.driver_class.__module__]
+        self.can_ask = hasattr(driver_module, "XTermParser")
+        if self.can_ask:
+            driver_module.XTermParser = _ReplyParser
         self._write: Callable[[str], None] = lambda _: None
         # "kitty", "sixel", or nothing.
         self._protocol = ""
