@@ -244,18 +244,11 @@ class FivtuiApp(App[None]):
         self.screen_stack[0].post_message(Reported(text, error=error))
 
     async def action_quit(self) -> None:
-        """Stop all computations, because threads would delay the end, and quit."""
-        self._stop_computing()
+        """Quit when the terminal has answered."""
         if self._line.awaits_answer:
             # An answer that the terminal sends after the end would be typed into the shell.
             await asyncio.sleep(_LAST_ANSWER_S)
         await super().action_quit()
-
-    def _stop_computing(self) -> None:
-        # The laboratory's screen is below all dialogs.
-        for screen in self.screen_stack[:1]:
-            if isinstance(screen, LabScreen):
-                screen.stop_computing()
 
     def _install_signal_handlers(self) -> None:
         # Unavailable on Windows and outside the main thread.
@@ -287,7 +280,6 @@ class FivtuiApp(App[None]):
         exit_timer.start()
         # Save first: the terminal may be closed.
         self.autosave.close(self._session_state())
-        self._stop_computing()
         self.exit(return_code=status)
 
     def on_load(self) -> None:
@@ -367,9 +359,7 @@ class FivtuiApp(App[None]):
         self._on_first_frame()
         # In a browser, the variables are those of the server's terminal.
         names = [] if self.is_web else [os.environ.get(name, "") for name in _TERMINAL_NAMES]
-        is_plain = "NO_COLOR" in os.environ or any(
-            name.startswith(_PLAIN_TERMINALS) for name in names
-        )
+        is_plain = self.no_color or any(name.startswith(_PLAIN_TERMINALS) for name in names)
         is_able = self._pictures.can_ask and not is_plain
         if self._config.pictures and is_able and self._driver is not None:
             self._pictures.start(self._driver.write)

@@ -4,17 +4,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import ClassVar, Final
 
-from textual import on
+from textual import events, on
 from textual.binding import Binding, BindingType
-from textual.events import (
-    Click,
-    Leave,
-    MouseDown,
-    MouseMove,
-    MouseScrollDown,
-    MouseScrollUp,
-    MouseUp,
-)
 from textual.message import Message
 
 from fivtui.charts import Axis, NearestPoint, Position, points_at
@@ -200,7 +191,7 @@ class ChartView(DrawnChart, can_focus=True):
 
     # The mouse
 
-    def on_mouse_move(self, event: MouseMove) -> None:
+    def on_mouse_move(self, event: events.MouseMove) -> None:
         """Pan while dragging, else let a cursor that is not pinned follow the pointer."""
         picture = self.current_picture()
         if picture is None:
@@ -222,13 +213,13 @@ class ChartView(DrawnChart, can_focus=True):
             elif self.view.cursors.active_position is not None:
                 self.action_cursor_off()
 
-    def on_leave(self, event: Leave) -> None:
+    def on_leave(self, event: events.Leave) -> None:
         """Hide a cursor that follows the pointer."""
         cursors = self.view.cursors
         if event.node is self and not cursors.pinned and cursors.active_position is not None:
             self.action_cursor_off()
 
-    def on_mouse_down(self, event: MouseDown) -> None:
+    def on_mouse_down(self, event: events.MouseDown) -> None:
         """Start dragging."""
         self._was_dragged = False
         picture = self.current_picture()
@@ -236,22 +227,24 @@ class ChartView(DrawnChart, can_focus=True):
             self._drag_position = (event.x, event.y)
             self.capture_mouse()
 
-    def on_mouse_up(self, _event: MouseUp) -> None:
+    def on_mouse_up(self, _event: events.MouseUp) -> None:
         """End dragging."""
         self._drag_position = None
         self.release_mouse()
 
-    @on(MouseScrollUp)
-    @on(MouseScrollDown)
-    def _zoom_at_pointer(self, event: MouseScrollUp | MouseScrollDown) -> None:
+    @on(events.MouseScrollUp)
+    @on(events.MouseScrollDown)
+    def _zoom_at_pointer(self, event: events.MouseScrollUp | events.MouseScrollDown) -> None:
         picture = self.current_picture()
         if picture is not None:
             event.stop()
-            factor = _WHEEL_FACTOR if isinstance(event, MouseScrollUp) else 1.0 / _WHEEL_FACTOR
+            factor = (
+                _WHEEL_FACTOR if isinstance(event, events.MouseScrollUp) else 1.0 / _WHEEL_FACTOR
+            )
             self.view.zoom(self._chart, factor, picture.axis_positions(event.x, event.y))
             self._handle_new_limits()
 
-    async def on_click(self, event: Click) -> None:
+    async def on_click(self, event: events.Click) -> None:
         """Press a control, toggle a trace, place a cursor, or open a point (double click).
 
         The right button places the second cursor.
