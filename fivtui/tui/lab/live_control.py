@@ -7,14 +7,11 @@ The live curve is a run that follows the edits and is not kept. How soon it foll
 from functools import partial
 from typing import TYPE_CHECKING, Final
 
-from textual.timer import Timer
-
 from fivtui.model import InputError
 from fivtui.scene import Scene
 from fivtui.transient import Transient
 from fivtui.tui.session import (
     MAX_IMMEDIATE_S,
-    SCREEN_RESPONSE,
     LiveJob,
     LiveRun,
     Outcome,
@@ -24,6 +21,8 @@ from fivtui.tui.session import (
 )
 from fivtui.tui.tabs import compute_in_thread
 
+from .controller import Controller
+
 if TYPE_CHECKING:
     from .screen import LabScreen
 
@@ -31,22 +30,19 @@ if TYPE_CHECKING:
 _PAUSE: Final = 0.4
 
 
-class LiveController:
-    """Runs the edited scene and shows the result as the live curve, one run at a time.
+class LiveController(Controller[LiveJob]):
+    """Runs the edited scene and shows the result as the live curve.
 
     The next edit stops a long run. A short run is completed and shown, so that the curve moves
-    while a key is held; then the newest scene is run. Results of stopped runs are ignored.
+    while a key is held; then the newest scene is run.
     """
 
     def __init__(self, screen: "LabScreen") -> None:
-        self._screen = screen
-        self._session = session = screen.session
+        super().__init__(screen)
         # The scene of the last request (None at first, and if invalid), and the run displayed then.
         self._requested_scene: Scene | None = None
-        self._displayed = session.runs.displayed
-        self._job: LiveJob | None = None
+        self._displayed = self._session.runs.displayed
         self._queued_scene: Scene | None = None
-        self._pause_timer: Timer | None = None
 
     def _edited_scene(self) -> Scene | None:
         try:
@@ -87,31 +83,19 @@ class LiveController:
             # The run takes longer than expected, so the next runs wait for a pause.
             live.record_duration(self._job.scene, self._job.elapsed)
         pace = live.pace(scene)
-        if pace is Pace.AT_ONCE:
-            self._stop_pause_timer()
-            if self._job is not None and self._job.pace is Pace.AT_ONCE:
-                self._queued_scene = scene
-            else:
-                self._start_job(scene)
+        if pace is Pace.AT_ONCE and self.follows_edits:
+            self._queued_scene = scene
             return
         self.stop()
-        if pace is Pace.OFF:
+        if pace is Pace.AT_ONCE:
+            self._start(scene)
+        elif pace is Pace.OFF:
             live.switch_off(scene)
         else:
             live.announce_run(scene)
-            self._pause_timer = self._screen.set_timer(_PAUSE, self._start_after_pause)
+            self.start_after_pause(_PAUSE, partial(self._start, scene))
 
-    def _start_after_pause(self) -> None:
-        self._pause_timer = None
-        if SCREEN_RESPONSE.pending:
-            # A key was pressed, so wait for another pause.
-            self._pause_timer = self._screen.set_timer(_PAUSE, self._start_after_pause)
-        elif self._requested_scene is not None:
-            self._start_job(self._requested_scene)
-
-    def _start_job(self, scene: Scene) -> None:
-        if self._job is not None:
-            self._job.stop()
+    def _start(self, scene: Scene) -> None:
         self._queued_scene = None
         self._job = job = LiveJob(scene=scene, pace=self._session.live.pace(scene))
 
@@ -138,7 +122,7 @@ class LiveController:
             live.record_duration(job.scene, job.estimated_duration)
             live.switch_off(job.scene)
         if self._queued_scene is not None:
-            self._start_job(self._queued_scene)
+            self._start(self._queued_scene)
         self._screen.show_live()
 
     def handle_runs_changed(self) -> None:
@@ -159,19 +143,10 @@ class LiveController:
         session.live_enabled = not session.live_enabled
         self.stop()
         session.live.clear()
-        if session.live_enabled:
-            # A valid scene differs from None, so the next `update` runs it.
-            self._requested_scene = None
+        # A valid scene differs from None, so the next `update` runs it.
+        self._requested_scene = None
 
     def stop(self) -> None:
         """Stop the live run and discard the queued scene."""
-        self._stop_pause_timer()
+        super().stop()
         self._queued_scene = None
-        if self._job is not None:
-            self._job.stop()
-            self._job = None
-
-    def _stop_pause_timer(self) -> None:
-        if self._pause_timer is not None:
-            self._pause_timer.stop()
-            self._pause_timer = None

@@ -225,8 +225,9 @@ class LabScreen(EditorActions):
 
     @property
     def is_busy(self) -> bool:
-        """Whether the tab is about to be drawn, or the live curve that follows every edit."""
-        return self._is_tab_outdated or self.pane is None or self._live.follows_edits
+        """Whether a key, the tab, or the live curve that follows every edit is to be displayed."""
+        is_drawing = self._is_tab_outdated or self.pane is None
+        return SCREEN_RESPONSE.pending or is_drawing or self._live.follows_edits
 
     def show_search_result(self) -> None:
         """Display attractors or the safe μ that the search has found."""

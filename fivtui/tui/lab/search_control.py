@@ -5,20 +5,20 @@ second finds the safe μ: the friction below which no disturbance leads to vibra
 the slider may leave the belt.
 """
 
-from collections import OrderedDict
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Final
 
-from textual.timer import Timer
+from textual.cache import LRUCache
 
 from fivtui.model import System
 from fivtui.tui.session import Attractors, Job, compute_outcome
 
+from .controller import Controller
+
 if TYPE_CHECKING:
     from fivtui.orbits import Coexistence
-    from fivtui.safety import SafeFriction
 
     from .screen import LabScreen
 
@@ -31,19 +31,16 @@ _CACHE_SIZE: Final = 64
 CacheKey = tuple[System, bool]
 
 
-class SearchController:
-    """Searches for attractors of the edited parameter set, one search at a time.
+class SearchController(Controller[Job]):
+    """Searches for attractors of the edited parameter set; an edit stops the search.
 
-    An edit stops the search, and its results are ignored. A search with a finite belt speed finds
-    no safe μ.
+    A search with a finite belt speed finds no safe μ.
     """
 
     def __init__(self, screen: "LabScreen") -> None:
-        self._screen = screen
+        super().__init__(screen)
         self._key: CacheKey | None = None
-        self._job: Job | None = None
-        self._pause_timer: Timer | None = None
-        self._cache: OrderedDict[CacheKey, Attractors] = OrderedDict()
+        self._cache: LRUCache[CacheKey, Attractors] = LRUCache(_CACHE_SIZE)
 
     def attractors(self, system: System, *, stable: bool) -> Attractors:
         """The results so far; schedules a search if the parameters are new.
@@ -51,72 +48,56 @@ class SearchController:
         `stable` is whether the equilibrium is stable.
         """
         key = (system, stable)
+        # Without results, the text says that the search is running; there is no such search for
+        # an unstable equilibrium.
+        attractors = self._cache.get(key, Attractors() if stable else Attractors(text=""))
         if key != self._key:
             self.stop()
             self._key = key
-            if key not in self._cache or not self._cache[key].complete:
-                self._pause_timer = self._screen.set_timer(_PAUSE, self._start)
-        # Without results, the text says that the search is running; there is no such search for
-        # an unstable equilibrium.
-        return self._cache.get(key, Attractors() if stable else Attractors(text=""))
+            if not attractors.complete:
+                self.start_after_pause(_PAUSE, partial(self._start, key))
+        return attractors
 
     def stop(self) -> None:
         """Stop the search."""
+        super().stop()
         self._key = None
-        if self._pause_timer is not None:
-            self._pause_timer.stop()
-            self._pause_timer = None
-        if self._job is not None:
-            self._job.stop()
-            self._job = None
 
-    def _start(self) -> None:
-        if self._screen.is_busy:
-            self._pause_timer = self._screen.set_timer(_PAUSE, self._start)
-        elif self._key is not None:
-            self._pause_timer = None
-            self._job = job = Job()
-            show_attractors = partial(self._screen.call_later, self._store, job)
-            search = partial(_search, *self._key, job, show_attractors)
-            self._screen.run_in_thread("search for limit cycles", search)
+    def _start(self, key: CacheKey) -> None:
+        self._job = job = Job()
+        post = partial(self._screen.call_later, self._store, job, key)
+        self._screen.run_in_thread("search for limit cycles", lambda: _search(*key, job, post))
 
-    def _store(self, job: Job, attractors: Attractors) -> None:
-        # Results of a stopped search are ignored.
-        if job is not self._job or self._key is None:
-            return
-        self._cache[self._key] = attractors
-        while len(self._cache) > _CACHE_SIZE:
-            self._cache.popitem(last=False)
-        if attractors.complete:
-            self._job = None
-        self._screen.show_search_result()
+    def _store(self, job: Job, key: CacheKey, attractors: Attractors) -> None:
+        if job is self._job:
+            self._cache[key] = attractors
+            self._screen.show_search_result()
 
 
-def _search(
-    system: System, stable: bool, job: Job, show_attractors: Callable[[Attractors], object]
-) -> None:
+def _search(system: System, stable: bool, job: Job, post: Callable[[Attractors], object]) -> None:
     # Both searches; `stable` is whether the equilibrium is stable. Returns early when stopped.
-    from fivtui.orbits import coexistence
-    from fivtui.safety import safe_friction
+    from fivtui.orbits import coexistence, coexistence_phrase
+    from fivtui.safety import largest_cycle_text, safe_friction
 
-    def show_partial_result(result: "Coexistence") -> None:
-        show_attractors(_attractors(result, searched=False))
+    def post_partial_result(result: "Coexistence") -> None:
+        post(Attractors(coexistence_phrase(result), coexists=result.coexists))
 
-    attractors, coexisting = Attractors(text=""), None
+    attractors, coexisting, safe = Attractors(text=""), None, None
     if stable:
         outcome = compute_outcome(
-            lambda: coexistence(system, progress=job.report, on_found=show_partial_result)
+            lambda: coexistence(system, progress=job.report, on_found=post_partial_result)
         )
         coexisting = outcome.result
         if coexisting is not None:
-            attractors = _attractors(coexisting, searched=True)
+            text, note = coexistence_phrase(coexisting), coexisting.warning or ""
+            attractors = Attractors(text, note, coexisting.coexists, searched=True)
         elif outcome.error:
             text = f"search for limit cycles failed: {outcome.error}"
             attractors = Attractors(text, searched=True)
         else:
             return
-        show_attractors(attractors)
-    parameters, safe = system.parameters, None
+        post(attractors)
+    parameters = system.parameters
     if parameters.v_belt is None:
         safe_outcome = compute_outcome(
             lambda: safe_friction(parameters, separation=system.separation, progress=job.report)
@@ -124,29 +105,11 @@ def _search(
         safe = safe_outcome.result
         if safe is None and not safe_outcome.error:
             return
-    attractors = replace(attractors, safe=safe, complete=True)
-    if safe is not None and attractors.text:
-        attractors = _with_safe_friction(attractors, safe, coexisting)
-    show_attractors(attractors)
-
-
-def _attractors(result: "Coexistence", *, searched: bool) -> Attractors:
-    # `searched`: whether the search for coexisting attractors has ended.
-    from fivtui.orbits import coexistence_phrase
-
-    note = (result.warning or "") if searched else ""
-    return Attractors(coexistence_phrase(result), note, result.coexists, searched)
-
-
-def _with_safe_friction(
-    attractors: Attractors, safe: "SafeFriction", coexisting: "Coexistence | None"
-) -> Attractors:
-    # The text says from which μ on limit cycles exist, or that the second search has found one.
-    from fivtui.orbits import coexistence_phrase
-    from fivtui.safety import largest_cycle_text
-
-    if coexisting is not None and coexisting.coexists and safe.others:
-        text = coexistence_phrase(coexisting, f" from μ = {safe.others[0].mu:.4g}")
-        return replace(attractors, text=text)
-    text = largest_cycle_text(safe)
-    return replace(attractors, text=text, coexists=True) if text else attractors
+    if stable and safe is not None:
+        # From which μ on limit cycles exist, or that the second search has found one.
+        if coexisting is not None and coexisting.coexists and safe.others:
+            text = coexistence_phrase(coexisting, f" from μ = {safe.others[0].mu:.4g}")
+            attractors = replace(attractors, text=text)
+        elif text := largest_cycle_text(safe):
+            attractors = replace(attractors, text=text, coexists=True)
+    post(replace(attractors, safe=safe, complete=True))

@@ -11,7 +11,7 @@ from textual.pilot import Pilot
 
 from fivtui.safety import SafeFriction, Zone, Zones, linear_zones, safety_zones
 from fivtui.tui.lab.screen import LabScreen
-from fivtui.tui.lab.verdict.gauge import Gauge, GaugeView, StyledTexts, round_range
+from fivtui.tui.lab.verdict.gauge import Gauge, GaugeView, round_range
 from fivtui.tui.lab.verdict.gauge_control import GaugeController
 from fivtui.tui.session import Attractors, Session
 from tests.support.laboratory import (
@@ -29,10 +29,6 @@ SIZE = (80, 24)
 OVER_MU = Zones("mu", (0.0, 0.278, 0.439, 1.5), (Zone.SAFE, Zone.KNOCK, Zone.SQUEALS))
 
 
-def join_texts(parts: StyledTexts) -> str:
-    return "".join(text for text, _ in parts)
-
-
 def gauge_of_mu(value: float, text: str) -> Gauge:
     # `basis` names the methods that found the zones.
     return Gauge("μ", OVER_MU, value, text, searching=False, basis="")
@@ -40,7 +36,7 @@ def gauge_of_mu(value: float, text: str) -> Gauge:
 
 def draw_gauge(gauge: Gauge, width: int) -> tuple[str, str]:
     zones, numbers = gauge.lines(width)
-    return join_texts(zones), join_texts(numbers)
+    return zones.plain, numbers.plain
 
 
 @pytest.mark.parametrize("width", [30, 76, 196])

@@ -12,7 +12,7 @@ from fivtui.tui.app import FivtuiApp
 from fivtui.tui.lab import live_control
 from fivtui.tui.lab.notices import NoticeView
 from fivtui.tui.persistence.state_file import session_state
-from fivtui.tui.session import SCREEN_RESPONSE, compute_scene
+from fivtui.tui.session import compute_scene
 from fivtui.tui.session.jobs import Outcome
 from fivtui.tui.session.live import (
     MAX_IMMEDIATE_S,
@@ -169,10 +169,12 @@ async def test_the_curve_follows_edits_that_were_made_in_another_tab(pilot: Pilo
 async def end_pause(pilot: Pilot[None]) -> None:
     """End the pause after which a longer run follows an edit."""
     lab = lab_of(pilot)
-    # Computations pause until the response to a key is displayed.
-    await until(pilot, lambda: lab._live._pause_timer is not None and not SCREEN_RESPONSE.pending)
-    lab._live._stop_pause_timer()
-    lab._live._start_after_pause()
+    await until(pilot, lambda: lab._live._pause_timer is not None and not lab.is_busy)
+    timer = lab._live._pause_timer
+    assert timer is not None
+    timer.stop()
+    assert timer._callback is not None
+    timer._callback()
 
 
 async def test_runs_follow_edits_at_once_or_after_a_pause_or_not_at_all(

@@ -6,16 +6,19 @@ there is no equilibrium.
 """
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from decimal import ROUND_CEILING, ROUND_FLOOR, Context
-from itertools import pairwise
-from typing import Final
+from itertools import groupby, pairwise
+from operator import itemgetter
+from typing import Final, NamedTuple
 
 from rich.cells import cell_len
 from textual import on
 from textual.content import Content
 from textual.events import MouseDown, MouseMove, MouseUp
 from textual.message import Message
+from textual.reactive import reactive
 from textual.widget import Widget
 
 from fivtui.ranges import number_text
@@ -45,34 +48,25 @@ _STEPS: Final = (5.0, 2.0, 1.0)
 # Significant digits of a bound that is clicked, as in the facts beside the gauge.
 _CLICKED_DIGITS: Final = 4
 _LEFT_BUTTON: Final = 1
-# Zones from the safest on.
-_ZONES_BY_RISK: Final = (Zone.SAFE, Zone.SMALL, Zone.KNOCK, Zone.SQUEALS, Zone.NONE)
-_STYLES: Final = {
-    Zone.SAFE: "$text-success",
-    Zone.KNOCK: "$text-warning",
-    Zone.SQUEALS: "$text-error",
-    Zone.SMALL: "$text-muted",
-    Zone.NONE: "$text-muted",
-}
-_GLYPHS: Final = {
-    Zone.SAFE: "─",
-    Zone.KNOCK: "╍",
-    Zone.SQUEALS: "━",
-    Zone.SMALL: "·",
-    Zone.NONE: " ",
-}
-# Labels of zones, the longest first; labels of `SMALL` during the search.
-_LABELS: Final = {
-    Zone.SAFE: ("safe",),
-    Zone.KNOCK: (str(Zone.KNOCK), "after a knock", "knock"),
-    Zone.SQUEALS: (str(Zone.SQUEALS), "squeals"),
-    Zone.SMALL: ("large disturbances: not known", "not known", "?"),
-    Zone.NONE: (str(Zone.NONE),),
-}
-_SEARCHING: Final = ("large disturbances: searching…", "searching…", "…")
 
-# Consecutive texts, each with its style.
-StyledTexts = list[tuple[str, str]]
+
+class _Look(NamedTuple):
+    style: str
+    glyph: str
+    # The longest first.
+    labels: tuple[str, ...]
+
+
+# From the safest zone on.
+_LOOKS: Final = {
+    Zone.SAFE: _Look("$text-success", "─", ("safe",)),
+    Zone.SMALL: _Look("$text-muted", "·", ("large disturbances: not known", "not known", "?")),
+    Zone.KNOCK: _Look("$text-warning", "╍", (str(Zone.KNOCK), "after a knock", "knock")),
+    Zone.SQUEALS: _Look("$text-error", "━", (str(Zone.SQUEALS), "squeals")),
+    Zone.NONE: _Look("$text-muted", " ", (str(Zone.NONE),)),
+}
+# Labels of the zone `SMALL` during the search.
+_SEARCHING: Final = ("large disturbances: searching…", "searching…", "…")
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,15 +84,17 @@ class Gauge:
     # Names of the methods that found the zones.
     basis: str
 
-    def lines(self, width: int, marker_style: str = "bold") -> tuple[StyledTexts, StyledTexts]:
+    def lines(self, width: int, marker_style: str = "bold") -> tuple[Content, Content]:
         """Two lines: the bar of zones, and below it the numbers at bounds and value."""
         margin, width = self._margin, self._bar_width(width)
-        cells: StyledTexts = [(" ", "")] * width
+        numbers = [(" ", "")] * width
         for value, first, text in self._tick_labels(width):
             style = "bold" if value == self.value else ""
-            cells[first : first + len(text)] = [(letter, style) for letter in text]
-        bar = [(margin, "bold"), *self._bar(width, marker_style)]
-        return bar, [(" " * len(margin), ""), *_join_cells(cells)]
+            numbers[first : first + len(text)] = [(digit, style) for digit in text]
+        return (
+            _line([(margin, "bold"), *self._bar(width, marker_style)]),
+            _line([(" " * len(margin), ""), *numbers]),
+        )
 
     def text_at(self, column: int, row: int, width: int) -> str:
         """Text of the value to which the mouse moves the marker at a cell of the two lines.
@@ -127,7 +123,7 @@ class Gauge:
         bounds, zones = self.zones.bounds, self.zones.zones
         if not 0 < index < len(zones):
             return bounds[index]
-        below, above = map(_ZONES_BY_RISK.index, zones[index - 1 : index + 1])
+        below, above = map(list(_LOOKS).index, zones[index - 1 : index + 1])
         context = Context(_CLICKED_DIGITS, ROUND_FLOOR if below < above else ROUND_CEILING)
         return float(context.create_decimal_from_float(bounds[index]))
 
@@ -143,94 +139,69 @@ class Gauge:
         share = (value - low) / (high - low)
         return min(max(round(share * (width - 1)), 0), width - 1)
 
-    def _bar(self, width: int, marker_style: str) -> StyledTexts:
+    def _bar(self, width: int, marker_style: str) -> list[tuple[str, str]]:
+        # The cells of the bar: each a glyph with its style.
         marker = self._column(self.value, width)
-        bound_columns = [self._column(bound, width) for bound in self.zones.bounds]
-        cells: StyledTexts = []
-        for zone, (lower, upper) in zip(self.zones.zones, pairwise(bound_columns), strict=True):
-            # The bound between two zones takes a column; the ends of the bar take none.
-            first = lower + 1 if lower > 0 else 0
-            reaches_end = upper == width - 1
-            stop = width if reaches_end else upper
-            style, glyphs = _STYLES[zone], list(_GLYPHS[zone] * (stop - first))
+        bounds = [self._column(bound, width) for bound in self.zones.bounds[1:-1]]
+        cells = [(" ", "")] * width
+        for zone, (lower, upper) in zip(
+            self.zones.zones, pairwise([-1, *bounds, width]), strict=True
+        ):
+            look, glyphs = _LOOKS[zone], [_LOOKS[zone].glyph] * width
             # If the marker divides a zone, the label of the zone is in the larger part.
-            parts = [(first, stop)]
-            if first <= marker < stop:
-                parts = [(first, marker), (marker + 1, stop)]
-            part_first, part_stop = max(parts, key=lambda part: part[1] - part[0])
-            self._write_label(zone, glyphs, part_first - first, part_stop - first)
-            cells += [(glyph, style) for glyph in glyphs]
-            if not reaches_end:
-                cells.append((_BOUND_GLYPH, "bold"))
-        # A zone that is narrower than a column still adds its bound: cut what is too wide.
-        del cells[width:]
+            edges = (lower, marker, upper) if lower < marker < upper else (lower, upper)
+            start, stop = max(pairwise(edges), key=lambda part: part[1] - part[0])
+            labels = _SEARCHING if zone is Zone.SMALL and self.searching else look.labels
+            room = stop - start - 1 - _LABEL_PADDING
+            label = next((f" {label} " for label in labels if cell_len(label) <= room), "")
+            first = (start + 1 + stop - len(label)) // 2
+            glyphs[first : first + len(label)] = label
+            cells[lower + 1 : upper] = [(glyph, look.style) for glyph in glyphs[lower + 1 : upper]]
+        for bound in bounds:
+            cells[bound] = (_BOUND_GLYPH, "bold")
         cells[marker] = (_MARKER_GLYPH, marker_style)
-        return _join_cells(cells)
-
-    def _write_label(self, zone: Zone, glyphs: list[str], first: int, stop: int) -> None:
-        # Replace the middle of `glyphs[first:stop]` by the longest label that fits.
-        labels = _SEARCHING if zone is Zone.SMALL and self.searching else _LABELS[zone]
-        room = stop - first - _LABEL_PADDING
-        label = next((f" {label} " for label in labels if cell_len(label) <= room), "")
-        start = first + (stop - first - len(label)) // 2
-        glyphs[start : start + len(label)] = label
+        return cells
 
     def _tick_labels(self, width: int) -> list[tuple[float, int, str]]:
-        # Value, first column and text of the labels: ascending, and separated by blanks.
+        # Value, first column and text of the labels, which are separated by blanks.
+        is_long = len(self.text) > _MAX_TEXT_LENGTH
+        texts = {self.value: f"{self.value:.{_VALUE_DIGITS}g}" if is_long else self.text}
+        # The ends of the range take precedence over other bounds.
+        low, *inner_bounds, high = self.zones.bounds
+        for bound in (low, high, *inner_bounds):
+            if bound != self.value:
+                texts[bound] = _bound_text(bound, self.value)
         labels: list[tuple[float, int, str]] = []
-
-        def add(value: float, text: str) -> None:
-            below = [label for label in labels if label[0] < value]
-            above = [label for label in labels if label[0] > value]
-            lower = max((first + len(label) + 1 for _, first, label in below), default=0)
-            upper = min((first - 1 for _, first, _ in above), default=width)
-            first = _label_column(self._column(value, width), len(text), (lower, upper), width)
+        for value, text in texts.items():
+            ends = [first + len(label) + 1 for x, first, label in labels if x < value]
+            starts = [first for x, first, _ in labels if x > value]
+            start, stop = max(ends, default=0), min(starts, default=width + 1) - 1
+            # Centred below the value if possible.
+            centred = min(max(self._column(value, width) - len(text) // 2, 0), width - len(text))
+            first = min(max(centred, start), stop - len(text))
             # Close bounds may have the same text.
             is_repeated = any(float(label) == float(text) for _, _, label in labels)
-            if first is not None and not is_repeated:
+            if start <= first and abs(first - centred) <= _LARGEST_OFFSET and not is_repeated:
                 labels.append((value, first, text))
-
-        text = self.text
-        if len(text) > _MAX_TEXT_LENGTH:
-            text = f"{self.value:.{_VALUE_DIGITS}g}"
-        add(self.value, text)
-        bounds = self.zones.bounds
-        # The ends of the range take precedence over other bounds.
-        for bound in (bounds[0], bounds[-1], *bounds[1:-1]):
-            if bound != self.value:
-                add(bound, _bound_text(bound, self.value))
         return labels
 
 
 def _bound_text(bound: float, value: float) -> str:
     # Round to the fewest digits that keep the bound on its side of the value.
-    for digits in range(_MIN_DIGITS, _MAX_DIGITS):
-        text = f"{bound:.{digits}g}"
-        rounded = float(text)
-        is_on_same_side = (rounded > value) is (bound > value)
-        if is_on_same_side and rounded != value:
-            return text
-    return repr(bound)
+    texts = (f"{bound:.{digits}g}" for digits in range(_MIN_DIGITS, _MAX_DIGITS + 1))
+    return next(
+        text for text in texts if float(text) != value and (float(text) > value) is (bound > value)
+    )
 
 
-def _label_column(column: int, length: int, free: tuple[int, int], width: int) -> int | None:
-    # First column of a label within the free columns, centred at `column` if possible; None if the
-    # label does not fit near `column`. `width` is that of the line.
-    start, stop = free
-    centred = min(max(column - length // 2, 0), width - length)
-    first = min(max(centred, start), stop - length)
-    return first if first >= start and abs(first - centred) <= _LARGEST_OFFSET else None
-
-
-def _join_cells(cells: StyledTexts) -> StyledTexts:
-    # Join neighbouring cells of one style.
-    parts: StyledTexts = []
-    for text, style in cells:
-        if parts and parts[-1][1] == style:
-            parts[-1] = (parts[-1][0] + text, style)
-        else:
-            parts.append((text, style))
-    return parts
+def _line(cells: Iterable[tuple[str, str]]) -> Content:
+    # Neighbouring cells of one style are one text.
+    return Content.assemble(
+        *(
+            ("".join(text for text, _ in group), style)
+            for style, group in groupby(cells, key=itemgetter(1))
+        )
+    )
 
 
 class GaugeView(Widget):
@@ -244,26 +215,18 @@ class GaugeView(Widget):
         text: str
         dragging: bool
 
-    def __init__(self, *, id: str) -> None:  # noqa: A002
-        super().__init__(id=id)
-        self._content: Gauge | str = ""
-        # The last message and column of the mouse, while it holds the marker.
-        self._last_move: GaugeView.MarkerMoved | None = None
-        self._column = 0
-
-    def show(self, gauge: Gauge | str) -> None:
-        """Display a gauge, or the reason for its absence."""
-        if gauge != self._content:
-            self._content = gauge
-            self.refresh()
+    # A gauge, or the reason for its absence.
+    gauge: reactive[Gauge | str] = reactive("")
+    # The last message and column of the mouse, while it holds the marker.
+    _last_move: MarkerMoved | None = None
+    _column = 0
 
     def render(self) -> Content:
         """The two lines."""
-        if isinstance(self._content, str):
-            return Content(self._content)
+        if isinstance(self.gauge, str):
+            return Content(self.gauge)
         marker_style = "bold reverse" if self._last_move or self.mouse_hover else "bold"
-        lines = self._content.lines(self.size.width, marker_style)
-        return Content("\n").join(Content.assemble(*line) for line in lines)
+        return Content("\n").join(self.gauge.lines(self.size.width, marker_style))
 
     def watch_mouse_hover(self) -> None:
         """Highlight the marker below the mouse."""
@@ -289,10 +252,10 @@ class GaugeView(Widget):
             self._last_move = None
 
     def _move_to(self, column: int, row: int) -> None:
-        if isinstance(self._content, Gauge):
+        if isinstance(self.gauge, Gauge):
             self._column = column
-            text = self._content.text_at(column, row, self.size.width)
-            self._last_move = self.MarkerMoved(self._content.zones.name, text, dragging=True)
+            text = self.gauge.text_at(column, row, self.size.width)
+            self._last_move = self.MarkerMoved(self.gauge.zones.name, text, dragging=True)
             self.post_message(self._last_move)
 
 

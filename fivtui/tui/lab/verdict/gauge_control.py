@@ -4,12 +4,14 @@ A gauge shows the zones of a parameter in which the slider is safe or squeals. Z
 are shown at once; a thread finds the zones that large disturbances limit.
 """
 
-from collections import OrderedDict
 from typing import TYPE_CHECKING, Final, NamedTuple
+
+from textual.cache import LRUCache
 
 from fivtui.equilibrium import Stability, mu_scan_end
 from fivtui.model import ALL_PARAMETERS, ComputationError, InputError, System
 from fivtui.safety import Zone, Zones, linear_zones, zones_of_safe_friction
+from fivtui.tui.lab.controller import Controller
 from fivtui.tui.session import FIELDS, Attractors, Job, compute_outcome
 
 from .gauge import Gauge, round_range
@@ -34,18 +36,19 @@ class _GaugeRange(NamedTuple):
     high: float
 
 
-class GaugeController:
+class GaugeController(Controller[Job]):
     """Computes the gauges of the edited scene, one range after the other."""
 
     def __init__(self, screen: "LabScreen") -> None:
-        self._screen, self._session = screen, screen.session
+        super().__init__(screen)
         self._second, self.second_is_focused = _DEFAULT_SECOND, False
         # Zones that were computed; None if the computation failed.
-        self._cache: OrderedDict[_GaugeRange, Zones | None] = OrderedDict()
+        self._cache: LRUCache[_GaugeRange, Zones | None] = LRUCache(_CACHE_SIZE)
         # Lower and upper end of the displayed ranges by parameter; they stay during a drag.
         self._ranges: dict[str, tuple[float, float]] = {}
+        # The ranges to compute, and the one that is being computed.
         self._queue: list[_GaugeRange] = []
-        self._running: tuple[_GaugeRange, Job] | None = None
+        self._running: _GaugeRange | None = None
         # Whether the mouse drags the marker of a gauge.
         self.is_dragged = False
 
@@ -65,16 +68,17 @@ class GaugeController:
         over_time = [name for name, _ in self._session.over_time]
         if over_time:
             self.stop()
-            change = f"{', '.join(over_time)} {_change_verb(over_time)} over time"
+            verb = "changes" if len(over_time) == 1 else "change"
+            change = f"{', '.join(over_time)} {verb} over time"
             return [f"no zones: {change}; Run computes the motion"]
         # Optional parameters, such as the belt speed, may have no value.
         values = stability.parameters.as_dict()
         second = _DEFAULT_SECOND if values.get(self._second) is None else self._second
         self._queue = []
-        gauges = [
-            self._gauge_or_error(name, stability, attractors) for name in (_MU, second)[: 1 + both]
-        ]
-        self._start_next()
+        names = (_MU, second) if both else (_MU,)
+        gauges = [self._gauge_or_error(name, stability, attractors) for name in names]
+        if self._running not in self._queue:
+            self._start_next()
         return gauges
 
     def _gauge_or_error(
@@ -125,25 +129,20 @@ class GaugeController:
         return _GaugeRange(stability.system.with_values({name: high}), name, low, high)
 
     def _start_next(self) -> None:
-        # Compute the zones of the first range that is queued, unless those of another one are
-        # still needed and being computed.
-        if self._running is not None:
-            running_range, running_job = self._running
-            if running_range in self._queue:
-                return
-            running_job.stop()
-            self._running = None
-        if not self._queue:
+        # Compute the zones of the first range that is queued.
+        super().stop()
+        self._running = next(iter(self._queue), None)
+        if self._running is None:
             return
-        gauge_range, job = self._queue[0], Job()
-        self._running = gauge_range, job
+        gauge_range, self._job = self._running, Job()
+        report = self._job.report
 
         def compute() -> None:
             from fivtui.safety import safety_zones
 
             # Wait until the screen has responded to the edit.
-            job.report(0.0)
-            outcome = compute_outcome(lambda: safety_zones(*gauge_range, progress=job.report))
+            report(0.0)
+            outcome = compute_outcome(lambda: safety_zones(*gauge_range, progress=report))
             if outcome.result is not None or outcome.error:
                 self._screen.call_later(self.store, gauge_range, outcome.result)
 
@@ -152,19 +151,14 @@ class GaugeController:
     def store(self, gauge_range: _GaugeRange, zones: Zones | None) -> None:
         """Cache the zones of a range, even if the parameters were edited since."""
         self._cache[gauge_range] = zones
-        while len(self._cache) > _CACHE_SIZE:
-            self._cache.popitem(last=False)
-        if self._running is not None and self._running[0] == gauge_range:
+        if self._running == gauge_range:
             self._running = None
         self._screen.show_verdict()
 
     def stop(self) -> None:
         """Stop computing zones."""
-        self._queue = []
-        if self._running is not None:
-            _, job = self._running
-            job.stop()
-            self._running = None
+        super().stop()
+        self._queue, self._running = [], None
 
 
 def _methods_text(stability: Stability, *, searched: bool) -> str:
@@ -173,7 +167,3 @@ def _methods_text(stability: Stability, *, searched: bool) -> str:
         return "zones by eigenvalues; large disturbances are not searched at finite belt speed"
     search = " and a global search" if searched else ""
     return f"zones by eigenvalues, continuation{search}"
-
-
-def _change_verb(names: list[str]) -> str:
-    return "changes" if len(names) == 1 else "change"

@@ -57,7 +57,7 @@ class VerdictView(Vertical):
         """
         self.set_class(len(gauges) > 1, "-beside")
         for view, gauge in zip(self.query(GaugeView), (*gauges, "", ""), strict=False):
-            view.show(gauge)
+            view.gauge = gauge
         bases = (gauge.basis for gauge in gauges if isinstance(gauge, Gauge))
         self.border_subtitle = next(bases, "")
         if (kind, *lines) == self._texts:
