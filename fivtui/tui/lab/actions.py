@@ -53,21 +53,20 @@ class LabActions(Screen[None]):
         """The tabs."""
         return self.query_one(TabBook)
 
-    def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:  # noqa: ARG002
+    def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
         """Whether an action is available, such as stop during a run."""
-        session = self.session
-        match action:
-            case "run" | "compare_engines":
-                return session.runs.active is None
-            case "stop":
-                return session.runs.active is not None
-            case "reload_scene":
-                return scene_file(session.source) is not None
-            case "undo":
-                return session.can_undo
-            case "redo":
-                return session.can_redo
-        return True
+        session, is_running = self.session, self.session.runs.active is not None
+        conditions = {
+            "run": not is_running,
+            "compare_engines": not is_running,
+            "stop": is_running,
+            "reload_scene": scene_file(session.source) is not None,
+            "undo": session.can_undo,
+            "redo": session.can_redo,
+            "set_belt": parameters != (session.belt_is_finite,),
+            "drop_tables": bool(session.over_time),
+        }
+        return conditions.get(action, True)
 
     def _remove_welcome(self) -> None:
         self.query("#welcome").remove()

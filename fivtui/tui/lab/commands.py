@@ -13,13 +13,14 @@ from functools import partial
 from pathlib import Path
 from typing import Final, cast
 
-from textual.binding import Binding
+from textual.actions import parse
+from textual.binding import Binding, BindingType
 from textual.command import DiscoveryHit, Hit, Hits, Provider
 from textual.fuzzy import Matcher
 
 from fivtui.model import InputError
 from fivtui.paper import PANELS
-from fivtui.scene import PRESETS, Scene
+from fivtui.scene import PRESETS
 from fivtui.tui.chart import ChartView
 from fivtui.tui.persistence import Slot, load_session
 from fivtui.tui.session import FIELDS
@@ -27,6 +28,7 @@ from fivtui.tui.tabs import (
     EXPORT_KINDS,
     TABS,
     FieldEdited,
+    Pane,
     RunActionRequested,
     SceneLoaded,
     SessionRequested,
@@ -44,11 +46,8 @@ from .screen import LabScreen
 _TITLE_SCORE: Final = 2.0
 _TERMS_SCORE: Final = 1.0
 _LETTERS_SCORE: Final = 0.5
-_BELT_EXPORT_TERMS: Final = {
-    "figure": "film movie video animation gif mp4 plot picture image save export write",
-    "data": "sound wav audio noise csv npz parquet save export write",
-}
-# Search terms of keys, tabs and views, by identifier; other keys are not in the palette.
+# Search terms by identifier of a key, tab, view or row of `_KEYLESS`, by action of a plot or run,
+# and by title of a command of every Textual application. What has none is not in the palette.
 _SEARCH_TERMS: Final = {
     "run": "simulate transient compute start calculate solve",
     "both": "native solver check verify compare",
@@ -84,7 +83,6 @@ _SEARCH_TERMS: Final = {
     "map": "stability regions safe critical boundary plane",
     "trade-off": "accuracy error cost cpu time tolerance method benchmark solver",
     "paper": "figures claims article verify",
-    "figures": "paper",
     "claims": "paper verify check statements",
     "uncertainty": "uncertainty probability scatter sobol monte carlo reliability sensitivity",
     "growth_rate": "histogram probability distribution scatter",
@@ -98,34 +96,38 @@ _SEARCH_TERMS: Final = {
     "log": "messages errors history",
     "identification": "identify fit measured data parameters least squares estimate calibrate",
     "branch": "bifurcation continuation limit cycles hopf fold attractors coexistence",
-}
-# Search terms of the actions of a plot that are in the palette.
-_CURSOR_TERMS: Final = "read value point crosshair measure difference delta"
-_PLOT_TERMS: Final = {
+    "belts": "belt speed stick slip static friction Stribeck v_belt mu_s v_s",
+    "tables": "preload friction belt speed course csv measured brake application ramp",
     "limits": "range zoom scale",
     "fit": "reset zoom limits all",
     "zoom(-1)": "enlarge magnify",
     "zoom(1)": "shrink",
-    "cursor(0)": _CURSOR_TERMS,
-    "cursor(1)": _CURSOR_TERMS,
+    "cursor(0)": "read value point crosshair measure difference delta",
+    "cursor(1)": "read value point crosshair measure difference delta",
     "log('x')": "linear scale",
     "log('y')": "linear scale",
-}
-# Search terms of actions on runs.
-_RUN_TERMS: Final = {
-    "load": "scene",
-    "overlay": "hide draw beside",
-    "baseline": "compare difference",
-    "show": "plots results",
-    "delete": "remove",
-}
-# Search terms of the commands of every Textual application, by title.
-_SYSTEM_COMMAND_TERMS: Final = {
+    "request('load')": "scene",
+    "request('overlay')": "hide draw beside",
+    "request('baseline')": "compare difference",
+    "request('show')": "plots results",
+    "request('delete')": "remove",
     "Theme": "dark light colours colors appearance",
     "Quit": "exit leave close end",
     "Screenshot": "picture image svg print screen",
     "Maximize": "full screen zoom enlarge",
 }
+# Commands without a key: identifier, title, help and action.
+_KEYLESS: Final = (
+    (
+        "belts",
+        "Belt of finite speed",
+        "Fields v_belt, μ_s, v_s: the slider sticks",
+        "set_belt(True)",
+    ),
+    ("belts", "Belt faster than the slider", "As in the paper: no stick", "set_belt(False)"),
+    ("tables", "Parameters over time from a file…", "CSV: time, F, mu, k2, c1, …", "read_tables"),
+    ("tables", "Drop the tables over time", "Values at t = 0 stay", "drop_tables"),
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -152,39 +154,19 @@ class PaletteEntry:
 
 
 def _lab_entries(lab: LabScreen) -> Iterator[PaletteEntry]:
-    session = lab.session
-    for binding in LAB_KEYS:
-        name = str(binding.id)
-        terms = _SEARCH_TERMS.get(name.removeprefix("tab-"), "")
+    names = lab.session.key_names
+    keys = [(str(key.id), str(key.tooltip), names[str(key.id)], key.action) for key in LAB_KEYS]
+    for name, title, help_text, action in (*keys, *_KEYLESS):
+        terms = _SEARCH_TERMS.get(name.removeprefix("tab-"))
+        _, action_name, parameters = parse(action)
         if name in EXPORT_KINDS:
             yield from _export_entries(lab, name)
-        elif terms and lab.check_action(binding.action, ()):
-            run = partial(lab.run_action, binding.action)
-            title = binding.tooltip or binding.description
-            yield PaletteEntry(title, session.key_names[name], run, terms)
-    yield from _tab_entries(lab)
-    for path in session.recent:
+        elif terms and lab.check_action(action_name, parameters):
+            yield PaletteEntry(title, help_text, partial(lab.run_action, action), terms)
+    if lab.pane is not None:
+        yield from _pane_entries(lab, lab.pane)
+    for path in lab.session.recent:
         yield PaletteEntry(f"Recent: {path}", "Open again", partial(lab.open_path, Path(path)))
-    # The entry offers the other kind of belt: of finite speed, or always faster than the slider.
-    is_finite = session.belt_is_finite
-    stick_help = "Fields v_belt, μ_s and v_s: the slider sticks"
-    yield PaletteEntry(
-        "Belt faster than the slider" if is_finite else "Belt of finite speed",
-        "As in the paper: no stick" if is_finite else stick_help,
-        lab.action_switch_belt,
-        "belt speed stick slip static friction Stribeck v_belt mu_s v_s",
-    )
-    table_terms = "preload friction belt speed course csv measured brake application ramp"
-    yield PaletteEntry(
-        "Parameters over time from a file…",
-        "CSV: time, F, mu, v_belt, k2, c1, …",
-        lab.read_tables,
-        table_terms,
-    )
-    if session.over_time:
-        yield PaletteEntry(
-            "Drop the tables over time", "Values at t = 0 stay", lab.action_drop_tables, table_terms
-        )
     yield from _field_entries(lab)
     for tab in TABS:
         yield from _view_entries(lab, tab)
@@ -202,49 +184,42 @@ def _export_entries(lab: LabScreen, kind: str) -> Iterator[PaletteEntry]:
                 f"Export the {export.kind} of {export.subject}…",
                 f"{lab.session.key_names[kind]}: {', '.join(export.writers)}",
                 partial(lab.action_export, kind),
-                _BELT_EXPORT_TERMS[kind] if is_belt else _SEARCH_TERMS[kind],
+                f"{_SEARCH_TERMS[kind]} {_SEARCH_TERMS['belt'] if is_belt else ''}",
             )
 
 
-def _tab_entries(lab: LabScreen) -> Iterator[PaletteEntry]:
+def _pane_entries(lab: LabScreen, pane: Pane) -> Iterator[PaletteEntry]:
     # Entries that act on the current tab.
-    pane = lab.pane
-    if pane is None:
-        return
     with suppress(InputError):
-        yield PaletteEntry(
-            "Copy the command line",
-            pane.command_line(),
-            partial(lab.copy_command, pane),
-            "clipboard shell script cli",
-        )
-    if isinstance(pane, ViewsPane) and pane.visible_charts() is not None:
-        yield from _plot_entries(lab, pane)
-
-
-def _plot_entries(lab: LabScreen, pane: ViewsPane) -> Iterator[PaletteEntry]:
-    # Entries that act on the first visible plot.
+        line, copy_line = pane.command_line(), partial(lab.copy_command, pane)
+        yield PaletteEntry("Copy the command line", line, copy_line, "clipboard shell script cli")
+    if not isinstance(pane, ViewsPane) or pane.visible_charts() is None:
+        return
     plot = next(view for view in pane.shown_chart_views() if view.chart is not None)
 
     async def focus_and_run(action: str) -> None:
         plot.focus()
         await plot.run_action(action)
 
-    for binding in ChartView.BINDINGS:
-        if isinstance(binding, Binding) and binding.action in _PLOT_TERMS:
-            yield PaletteEntry(
-                binding.tooltip or binding.description,
-                f"In the plot: {key_text(lab.app, binding.key.split(',')[0])}",
-                partial(focus_and_run, binding.action),
-                _PLOT_TERMS[binding.action],
-            )
-    for title, help_text, copy, terms in (
-        ("Copy the plot as text", "", lab.copy_plot, "picture image characters"),
-        ("Copy the picture", ", as PNG", lab.copy_picture, "plot figure image png"),
-    ):
+    for binding, key in _described_bindings(lab, ChartView.BINDINGS):
         yield PaletteEntry(
-            title, f"To the clipboard{help_text}", partial(copy, pane), f"{terms} clipboard"
+            binding.tooltip or binding.description,
+            f"In the plot: {key}",
+            partial(focus_and_run, binding.action),
+            _SEARCH_TERMS[binding.action],
         )
+    copy_plot, copy_picture = partial(lab.copy_plot, pane), partial(lab.copy_picture, pane)
+    yield PaletteEntry("Copy the plot as text", "To the clipboard", copy_plot, "picture image")
+    yield PaletteEntry("Copy the picture", "To the clipboard, as PNG", copy_picture, "plot figure")
+
+
+def _described_bindings(
+    lab: LabScreen, bindings: Iterable[BindingType]
+) -> Iterator[tuple[Binding, str]]:
+    # The bindings with search terms, each with its first key as displayed.
+    for binding in bindings:
+        if isinstance(binding, Binding) and binding.action in _SEARCH_TERMS:
+            yield binding, key_text(lab.app, binding.key.split(",")[0])
 
 
 def _view_entries(lab: LabScreen, tab: TabSpec) -> Iterator[PaletteEntry]:
@@ -266,29 +241,33 @@ def _view_entries(lab: LabScreen, tab: TabSpec) -> Iterator[PaletteEntry]:
 
 
 def _scene_entries(lab: LabScreen) -> Iterator[PaletteEntry]:
-    def entry(title: str, help_text: str, scene: Scene, source: str, report: str) -> PaletteEntry:
-        load = partial(lab.post_message, SceneLoaded(scene, source, report))
-        return PaletteEntry(title, help_text, load, "load example scene case")
-
-    for name, scene in PRESETS.items():
-        yield entry(f"Preset {name}", scene.description, scene, name, f"preset {name}")
-    for key, panel in PANELS.items():
-        scene, report = panel_scene(panel), f"scene fig-{key}: {panel.caption}"
-        yield entry(f"Scene of Fig. {key}", panel.caption, scene, "", report)
+    presets = [
+        (f"Preset {name}", scene.description, SceneLoaded(scene, name, f"preset {name}"))
+        for name, scene in PRESETS.items()
+    ]
+    figures = [
+        (
+            f"Scene of Fig. {key}",
+            panel.caption,
+            SceneLoaded(panel_scene(panel), "", f"scene fig-{key}: {panel.caption}"),
+        )
+        for key, panel in PANELS.items()
+    ]
+    for title, help_text, message in (*presets, *figures):
+        load = partial(lab.post_message, message)
+        yield PaletteEntry(title, help_text, load, "load example scene case")
 
 
 def _run_entries(lab: LabScreen) -> Iterator[PaletteEntry]:
-    bindings = [binding for binding in RunsTable.BINDINGS if isinstance(binding, Binding)]
     for run in lab.session.runs:
-        for binding in bindings:
-            action = next((name for name in _RUN_TERMS if f"'{name}'" in binding.action), "")
-            if action and (run.result is not None or action in ("load", "delete")):
-                request = RunActionRequested(run.number, action)
+        for binding, key in _described_bindings(lab, RunsTable.BINDINGS):
+            action = str(parse(binding.action)[2][0])
+            if run.result is not None or action in ("load", "delete"):
                 yield PaletteEntry(
                     f"{binding.description} run {run.number}",
-                    f"In the run list: {key_text(lab.app, binding.key.split(',')[0])}",
-                    partial(lab.post_message, request),
-                    _RUN_TERMS[action],
+                    f"In the run list: {key}",
+                    partial(lab.post_message, RunActionRequested(run.number, action)),
+                    _SEARCH_TERMS[binding.action],
                 )
 
 
@@ -345,7 +324,7 @@ class LabCommands(Provider):
         for title, help_text, run, _ in self.app.get_system_commands(self.screen):
             # Omit Textual's list of keys: the laboratory has its own.
             if title != "Keys":
-                yield PaletteEntry(title, help_text, run, _SYSTEM_COMMAND_TERMS.get(title, ""))
+                yield PaletteEntry(title, help_text, run, _SEARCH_TERMS.get(title, ""))
 
     async def discover(self) -> Hits:
         """All entries, while the search is empty."""

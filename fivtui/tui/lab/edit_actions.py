@@ -87,21 +87,19 @@ class EditActions(LabActions):
         self.show_inputs()
         self.report(f"engine {self.session.engine}: method {self.session.texts['method']}")
 
-    def action_switch_belt(self) -> None:
+    def action_set_belt(self, finite: bool) -> None:
         """Give the belt a finite speed, or none: then it is always faster than the slider."""
         session, form = self.session, self.query_one(Form)
-        is_finite = session.belt_is_finite
         for name, spec in BELT_PARAMETERS.items():
             # The other parameters of a belt of finite speed are optional.
-            text = number_text(spec.default) if name == "v_belt" and not is_finite else ""
-            session.set_text(name, text)
+            session.set_text(name, number_text(spec.default) if finite and name == "v_belt" else "")
         session.close_undo_step()
         self.show_inputs()
-        if is_finite:
+        if finite:
+            form.call_after_refresh(form.focus_field, "v_belt")
+        else:
             form.focus_field("mu")
             form.hide_belt_fields()
-        else:
-            form.call_after_refresh(form.focus_field, "v_belt")
 
     def _change_history(self, change: Callable[[], bool]) -> None:
         # An undo step may restore or delete a run.

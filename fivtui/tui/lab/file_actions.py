@@ -5,14 +5,12 @@ import re
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
-from functools import partial
 from io import BytesIO
 from pathlib import Path
-from tempfile import TemporaryDirectory
-from typing import Any, Final
+from typing import Any, Final, cast
 
-from fivtui.io import check_distinct, describe_files, output_path
-from fivtui.model import InputError
+from fivtui.io import check_distinct, describe_files, output_path, temporary_folder
+from fivtui.model import ComputationError, InputError
 from fivtui.scene import Scene, load_scene, read_over_time, scene_file
 from fivtui.studies import check_readable, kind_of, load_study
 from fivtui.transient import Transient
@@ -26,7 +24,6 @@ from fivtui.tui.tabs import (
     check_scene_path,
     copy_picture,
     save_scene_as,
-    write_export,
 )
 
 from .dialogs import PathDialog
@@ -41,13 +38,6 @@ _TABLE_HINT: Final = (
     "A CSV file with columns time and F, mu or v_belt (linear between rows), stiffnesses or "
     "dampings (held until the next row), in SI units."
 )
-
-
-def _show_study(pane: Pane, key: str) -> None:
-    if isinstance(pane, StudyPane):
-        if key in pane.VIEWS:
-            pane.show_view(key)
-        pane.reset_charts()
 
 
 class FileActions(EditActions, RunActions):
@@ -67,7 +57,7 @@ class FileActions(EditActions, RunActions):
         self.tab_book.when_ready(export)
 
     def _export(self, export: Export) -> None:
-        # Ask for a path and write an export to it.
+        # Ask for a path and write an export to it, or to a file that the browser downloads.
         scene_path = scene_file(self.session.source)
         title = f"Export the {export.kind} of {export.subject}"
 
@@ -78,51 +68,32 @@ class FileActions(EditActions, RunActions):
             export.check(path)
 
         def check_download(path: Path) -> None:
-            # The server writes the file to a temporary folder.
-            name = download_name(path)
-            with TemporaryDirectory() as folder:
-                try:
-                    export.check(Path(folder) / name)
-                except InputError as error:
-                    raise InputError(_remove_folder(str(error), folder)) from None
+            with _download_file(path) as file:
+                export.check(file)
+
+        def write(path: Path) -> None:
+            # The program waits for this file before it exits.
+            with self.report_errors(), FILE_WRITES.track(str(path)):
+                export.write(path)
+                self.report(f"{export.kind} written to {describe_files(path)}")
+
+        def download(path: Path) -> None:
+            with self.report_errors(), _download_file(path) as file:
+                export.write(file)
+                data = BytesIO(file.read_bytes())
+                self.call_later(self.app.deliver_binary, data, save_filename=file.name)
+                self.report(f"{export.kind} {file.name}: in the downloads folder of the browser")
 
         if self.app.is_web:
             # The browser chooses the folder; a download overwrites no file.
             hint = f"{export.hint} The browser downloads the file."
             dialog = PathDialog(title, export.file_name, hint, check_download, verb="Download")
-            self._ask_path(dialog, lambda path: self._download(export, download_name(path)))
         else:
             dialog = PathDialog(title, export.file_name, export.hint, check)
-            self._ask_path(dialog, lambda path: self._write(export, path))
-
-    def _download(self, export: Export, name: str) -> None:
-        def write_download() -> None:
-            with TemporaryDirectory() as folder:
-                path = Path(folder) / name
-                error = _remove_folder(write_export(export, path), folder)
-                data = None if error else path.read_bytes()
-            self.call_later(self._report_export, export.kind, Path(name), error, data)
-
-        self.run_in_thread(export.kind, write_download)
-
-    def _write(self, export: Export, path: Path) -> None:
-        def write_file() -> None:
-            # The program waits for this file before it exits.
-            with FILE_WRITES.track(str(path)):
-                error = write_export(export, path)
-            self.call_later(self._report_export, export.kind, path, error)
-
-        self.run_in_thread(export.kind, write_file)
-
-    def _report_export(
-        self, kind: str, path: Path, error: str, download: bytes | None = None
-    ) -> None:
-        # `download` is the content of the file if it goes to a browser.
-        text = error or f"{kind} written to {describe_files(path)}"
-        if download is not None:
-            self.app.deliver_binary(BytesIO(download), save_filename=path.name)
-            text = f"{kind} {path.name}: in the downloads folder of the browser"
-        self.report(text, error=bool(error))
+        write_file = download if self.app.is_web else write
+        self._ask_path(
+            dialog, lambda path: self.run_in_thread(export.kind, lambda: write_file(path))
+        )
 
     def copy_command(self, pane: Pane) -> None:
         """Copy the command that computes the content of a tab."""
@@ -132,11 +103,8 @@ class FileActions(EditActions, RunActions):
 
     def copy_plot(self, pane: Pane) -> None:
         """Copy the plots of a tab as text."""
-        views = pane.shown_chart_views() if isinstance(pane, ViewsPane) else []
-        if views:
-            self._copy("\n".join(view.text() for view in views), "the plot is copied as text")
-        else:
-            self.report("there is no plot to copy", error=True)
+        views = cast("ViewsPane", pane).shown_chart_views()
+        self._copy("\n".join(view.text() for view in views), "the plot is copied as text")
 
     def _copy(self, text: str, report: str) -> None:
         self.app.copy_to_clipboard(text)
@@ -187,30 +155,26 @@ class FileActions(EditActions, RunActions):
         Asks for a path if `ask`, if the scene has no file, or if the file was changed elsewhere.
         """
         with self.report_errors():
-            scene = self.session.scene()
-            # The source may also be the name of a preset, or empty.
-            source = Path(self.session.source)
-            scene_path = source if _is_scene(source) else None
-            if scene_path is not None and not ask and self._file_is_current(scene_path):
-                self._save(scene, output_path(scene_path, force=True))
+            scene, file = self.session.scene(), scene_file(self.session.source)
+            if file is not None and not ask and self._is_current(file):
+                self._save(scene, output_path(file, force=True))
                 return
-            proposal = f"{scene.name}.toml" if scene_path is None else str(scene_path)
+            proposal = f"{scene.name}.toml" if file is None else str(file)
             hint = "A scene file (.toml)."
             dialog = PathDialog("Save the scene as", proposal, hint, check_scene_path)
             self._ask_path(dialog, lambda path: self._save(scene, path))
 
-    def _file_is_current(self, path: Path) -> bool:
+    def _is_current(self, file: Path) -> bool:
         try:
-            return load_scene(path) == self.session.loaded
+            return load_scene(file) == self.session.loaded
         except InputError:
             return False
 
     def _save(self, scene: Scene, path: Path) -> None:
         with self.report_errors():
-            saved_scene = save_scene_as(scene, path)
-            self.record_saved_scene(saved_scene, path)
+            self.record_saved_scene(save_scene_as(scene, path), path)
 
-    def read_tables(self) -> None:
+    def action_read_tables(self) -> None:
         """Ask for a file with parameters over time, and add them to the scene."""
         dialog = PathDialog("Parameters over time", "", _TABLE_HINT, read_over_time, verb="Read")
         self._ask_path(dialog, self._read_tables)
@@ -242,8 +206,15 @@ class FileActions(EditActions, RunActions):
         """Display a result in the tab of its kind."""
         key = study_key(kind, study.value)
         self.session.studies[key] = study
+
+        def show(pane: Pane) -> None:
+            if isinstance(pane, StudyPane):
+                if key in pane.VIEWS:
+                    pane.show_view(key)
+                pane.reset_charts()
+
         self.action_show_tab("safe-mu" if key in SAFETY_MAPS else kind)
-        self.tab_book.when_ready(partial(_show_study, key=key))
+        self.tab_book.when_ready(show)
         self.tab_book.update_pane_from_session()
         self.report(f"{kind} read from {study.source}")
 
@@ -290,13 +261,15 @@ def _errors_with_path(path: Path) -> Iterator[None]:
         raise InputError(f"{path}: {error}") from None
 
 
-def _remove_folder(text: str, folder: str) -> str:
-    return text.replace(f"{folder}{os.sep}", "")
-
-
-def download_name(path: Path) -> str:
-    """The name under which a browser downloads a file: ASCII letters, digits, and ``-_.``."""
-    return re.sub(r"[^a-zA-Z0-9_.-]", "-", path.name)
+@contextmanager
+def _download_file(path: Path) -> Iterator[Path]:
+    # A temporary file whose name browsers accept: ASCII letters, digits, and ``-_.``. Errors do not
+    # name its folder.
+    with temporary_folder() as folder:
+        try:
+            yield folder / re.sub(r"[^a-zA-Z0-9_.-]", "-", path.name)
+        except (InputError, ComputationError) as error:
+            raise InputError(str(error).replace(f"{folder}{os.sep}", "")) from None
 
 
 def _is_scene(path: Path) -> bool:

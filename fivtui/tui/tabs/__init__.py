@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from .exports.clipboard import copy_picture
-    from .exports.export import EXPORT_KINDS, Export, check_scene_path, save_scene_as, write_export
+    from .exports.export import EXPORT_KINDS, Export, check_scene_path, save_scene_as
     from .job_pane import JobPane, compute_in_thread
     from .messages import (
         FieldEdited,

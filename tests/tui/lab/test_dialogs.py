@@ -82,7 +82,7 @@ async def test_exports_overwrite_files_only_after_a_confirmation(
     def raise_memory_error(*_: object, **__: object) -> str:
         raise MemoryError("too large")
 
-    monkeypatch.setattr("fivtui.tui.lab.file_actions.write_export", raise_memory_error)
+    monkeypatch.setattr("fivtui.tui.tabs.exports.export.save_study", raise_memory_error)
     await pilot.press("f7")
     await answer(pilot, "c.csv")
     await until_notice(pilot, "data: unexpected MemoryError: too large")

@@ -296,7 +296,7 @@ async def test_belts_of_finite_speed_and_tables_over_time_have_live_curves(
 ) -> None:
     await show_tab(pilot, "alt+1")
     screen = lab_of(pilot)
-    screen.action_switch_belt()
+    screen.action_set_belt(True)
     await until_live(pilot)
     curve = live_of(pilot).curve
     assert curve is not None

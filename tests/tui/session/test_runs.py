@@ -9,6 +9,7 @@ import pytest
 
 from fivtui.equilibrium import stability, stability_rows, verdict
 from fivtui.io import output_path
+from fivtui.model import InputError
 from fivtui.model.parameters import Parameters
 from fivtui.scene.files import load_scene
 from fivtui.scene.presets import PRESETS
@@ -34,7 +35,6 @@ from fivtui.tui.tabs.exports.export import (
     check_scene_path,
     run_export,
     save_scene_as,
-    write_export,
 )
 
 SHORT = dataclasses.replace(base_scene(), t_end=10.0)
@@ -236,11 +236,13 @@ def test_the_accuracy_of_a_fixed_step_is_not_claimed() -> None:
 def test_a_refused_export_gives_the_reason_and_keeps_the_file(tmp_path: Path) -> None:
     run, path = finish_run(), tmp_path / "a.csv"
     path.write_text("mine")
-    assert "exists already" in write_export(run_export(DATA, run), path)
+    with pytest.raises(InputError, match="exists already"):
+        run_export(DATA, run).write(path)
     assert path.read_text() == "mine"
-    assert write_export(run_export(DATA, run), output_path(path, force=True)) == ""
+    run_export(DATA, run).write(output_path(path, force=True))
     assert path.read_text() != "mine"
-    assert "suffix" in write_export(run_export(FIGURE, run), tmp_path / "a.doc")
+    with pytest.raises(InputError, match="suffix"):
+        run_export(FIGURE, run).write(tmp_path / "a.doc")
 
 
 def test_proposed_names_are_valid_file_names() -> None:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from fivtui.charts import Heading
 from fivtui.io import FORMATS, check_output, check_suffix, table_format
-from fivtui.model import ComputationError, InputError
+from fivtui.model import InputError
 from fivtui.scene import Scene, save_scene
 from fivtui.studies import save_study, study
 from fivtui.transient import Transient
@@ -181,15 +181,6 @@ def belt_export(
     else:
         writers, contents_name = {".wav": partial(sound, result, window=window)}, "sound or data"
     return replace(export, writers={**writers, **export.writers}, contents_name=contents_name)
-
-
-def write_export(export: Export, path: Path) -> str:
-    """Write a file. Returns an error message, empty on success."""
-    try:
-        export.write(path)
-    except (InputError, ComputationError) as error:
-        return str(error)
-    return ""
 
 
 def check_scene_path(path: Path) -> None:
