@@ -16,7 +16,7 @@ from fivtui.tui.session import Session, field_help, general_help
 from fivtui.tui.tabs import Pane, Reported, TabBook, TabLine
 
 from .dialogs import HelpDialog, PartKey
-from .form.form import Form, field_of
+from .form.form import FieldList, Form, field_of
 from .keys import active_keys
 from .run_list import RunsPane, RunsTable
 
@@ -31,6 +31,11 @@ class LabActions(Screen[None]):
     def show_inputs(self) -> None:
         """Display the fields, their errors and the verdict."""
         raise NotImplementedError
+
+    def show_edit(self, report: str) -> None:
+        """Display the inputs after an edit, and report it."""
+        self.show_inputs()
+        self.report(report)
 
     def report(self, text: str, *, error: bool = False, routine: bool = False) -> None:
         """Log a message; unless it is `routine`, notify the user."""
@@ -116,7 +121,7 @@ class LabActions(Screen[None]):
     def action_focus_part(self, part: str) -> None:
         """Focus a part of the screen: fields, tabs, runs, or the bar or plot of the current tab."""
         if part == "fields":
-            self.query_one(Form).take_focus()
+            self.query_one(FieldList).action_edit()
         elif part == "tabs":
             self.query_one(TabLine).focus()
         elif part == "runs":
@@ -131,4 +136,4 @@ class LabActions(Screen[None]):
 
     def focus_field(self, name: str) -> None:
         """Focus a field of the form."""
-        self.query_one(Form).focus_field(name)
+        self.query_one(Form).editor(name).focus()

@@ -76,26 +76,21 @@ class PathDialog(ModalScreen[Path | None]):
         if not text:
             self._show_hint("type a path", self._verb, is_error=True)
             return
-        may_overwrite = self._text_to_overwrite == text
-        path = home_path(text)
+        path, label = home_path(text), self._verb
         # A check refuses an existing file unless its path is marked as replaceable.
         replaceable_path = output_path(path, force=True)
-        if may_overwrite:
+        if self._text_to_overwrite == text:
             path = replaceable_path
         error = await asyncio.to_thread(self._path_error, path)
+        if error and not await asyncio.to_thread(self._path_error, replaceable_path):
+            self._text_to_overwrite = text
+            error, label = f"{path} exists. Overwrite it?", "Overwrite"
         if not self.is_current:
             return
-        if not error:
+        if error:
+            self._show_hint(error, label, is_error=True)
+        else:
             self.dismiss(path)
-            return
-        if not may_overwrite:
-            error_if_replaced = await asyncio.to_thread(self._path_error, replaceable_path)
-            if not error_if_replaced:
-                # The path is valid, but the file exists.
-                self._text_to_overwrite = text
-                self._show_hint(f"{path} exists. Overwrite it?", "Overwrite", is_error=True)
-                return
-        self._show_hint(error, self._verb, is_error=True)
 
     def _path_error(self, path: Path) -> str:
         try:

@@ -1,14 +1,12 @@
 """Edits of the session's fields: typed texts, steps, loaded scenes, undo and reset."""
 
 from collections.abc import Callable
-from pathlib import Path
 
 from textual import on
 
-from fivtui.io import describe_files
 from fivtui.model import BELT_PARAMETERS
 from fivtui.ranges import number_text
-from fivtui.scene import OverTime, Scene, scene_file
+from fivtui.scene import scene_file
 from fivtui.tui.tabs import FieldEdited, FieldStepped, RunsChanged, SceneLoaded
 
 from .actions import LabActions
@@ -22,7 +20,7 @@ class EditActions(LabActions):
     def _edit_field(self, event: FieldEdited) -> None:
         # The message of a newer text in the editor follows.
         form, session = self.query_one(Form), self.session
-        is_current = not event.from_editor or form.text_of(event.name) == event.text
+        is_current = not event.from_editor or form.editor(event.name).text == event.text
         if is_current and session.texts[event.name] != event.text:
             session.set_text(event.name, event.text)
             self.show_inputs()
@@ -34,32 +32,13 @@ class EditActions(LabActions):
     @on(SceneLoaded)
     def _load_scene(self, event: SceneLoaded) -> None:
         self.session.load(event.scene, event.source)
-        self._add_recent(event.source)
-        self.show_inputs()
-        self.report(event.report)
-
-    def replace_scene(self, scene: Scene, report: str) -> None:
-        """Replace the edited scene, and log `report`."""
-        self.session.replace_scene(scene)
-        self.show_inputs()
-        self.report(report)
-
-    def set_tables(self, over_time: OverTime, report: str) -> None:
-        """Replace the tables over time, which may be empty, and log `report`."""
-        self.session.set_tables(over_time)
-        self.show_inputs()
-        self.report(report)
+        self.add_recent(event.source)
+        self.show_edit(event.report)
 
     def action_drop_tables(self) -> None:
         """Remove the tables over time; their parameters keep their values at t = 0."""
-        self.set_tables((), "tables over time dropped")
-
-    def record_saved_scene(self, scene: Scene, path: Path) -> None:
-        """Record that the edited scene was saved to a file."""
-        self.session.record_saved(scene, str(path))
-        self._add_recent(str(path))
-        self.show_inputs()
-        self.report(f"scene {scene.name} saved: {describe_files(path)}")
+        self.session.set_tables(())
+        self.show_edit("tables over time dropped")
 
     def action_undo(self) -> None:
         """Undo the last edit."""
@@ -84,8 +63,7 @@ class EditActions(LabActions):
     def action_switch_engine(self) -> None:
         """Switch to the next engine: native solver, Python FMU, native FMU."""
         self.session.switch_engine()
-        self.show_inputs()
-        self.report(f"engine {self.session.engine}: method {self.session.texts['method']}")
+        self.show_edit(f"engine {self.session.engine}: method {self.session.texts['method']}")
 
     def action_set_belt(self, finite: bool) -> None:
         """Give the belt a finite speed, or none: then it is always faster than the slider."""
@@ -94,12 +72,11 @@ class EditActions(LabActions):
             # The other parameters of a belt of finite speed are optional.
             session.set_text(name, number_text(spec.default) if finite and name == "v_belt" else "")
         session.close_undo_step()
+        # The form keeps a hidden row that is being edited.
+        self.set_focus(form.editor("mu"))
         self.show_inputs()
         if finite:
-            form.call_after_refresh(form.focus_field, "v_belt")
-        else:
-            form.focus_field("mu")
-            form.hide_belt_fields()
+            self.call_after_refresh(self.focus_field, "v_belt")
 
     def _change_history(self, change: Callable[[], bool]) -> None:
         # An undo step may restore or delete a run.
@@ -115,6 +92,7 @@ class EditActions(LabActions):
         else:
             self.app.bell()
 
-    def _add_recent(self, source: str) -> None:
+    def add_recent(self, source: str) -> None:
+        """Add a scene to the recent files if it has a file."""
         if scene_file(source) is not None:
             self.session.add_recent(source)

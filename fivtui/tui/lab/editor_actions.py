@@ -50,7 +50,7 @@ class EditorActions(FileActions):
             if self.app.is_web:
                 raise InputError(_NO_TERMINAL)
             command, keys = editor_command(os.environ), self.session.key_names
-            file = self._scene_file
+            file = scene_file(self.session.source)
             is_draft = file is None or not file.is_file() or bool(self.session.changed_fields)
             path = self._draft_file() if file is None or is_draft else file
             run_editor(self.app, command, path)
@@ -66,14 +66,11 @@ class EditorActions(FileActions):
             if scene == self.session.scene():
                 self.report(_UNCHANGED)
             elif is_draft:
-                self.replace_scene(scene, f"scene read back; {keys['undo']} undoes")
+                self.session.replace_scene(scene)
+                self.show_edit(f"scene read back; {keys['undo']} undoes")
             else:
                 report = f"scene {scene.name} read from {path}; {keys['undo']} undoes"
                 self.post_message(SceneLoaded(scene, str(path), report))
-
-    @property
-    def _scene_file(self) -> Path | None:
-        return scene_file(self.session.source)
 
     def _draft_file(self) -> Path:
         # The file that the editor left invalid, unless the form has changed since; or a copy.
@@ -85,7 +82,8 @@ class EditorActions(FileActions):
 
     def check_scene_file(self) -> None:
         """Offer to read the scene's file if another program has changed it; call at intervals."""
-        file, loaded, last_version = self._scene_file, self.session.loaded, self._version
+        file, loaded = scene_file(self.session.source), self.session.loaded
+        last_version = self._version
         if file is None or self._is_checking_file:
             return
         self._is_checking_file = True
@@ -118,7 +116,7 @@ class EditorActions(FileActions):
 
     def action_reload_scene(self) -> None:
         """Read the scene's file again."""
-        file = self._scene_file
+        file = scene_file(self.session.source)
         if file is not None:
             self.open_path(file)
 

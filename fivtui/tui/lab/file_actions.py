@@ -172,7 +172,10 @@ class FileActions(EditActions, RunActions):
 
     def _save(self, scene: Scene, path: Path) -> None:
         with self.report_errors():
-            self.record_saved_scene(save_scene_as(scene, path), path)
+            saved_scene = save_scene_as(scene, path)
+            self.session.record_saved(saved_scene, str(path))
+            self.add_recent(str(path))
+            self.show_edit(f"scene {saved_scene.name} saved: {describe_files(path)}")
 
     def action_read_tables(self) -> None:
         """Ask for a file with parameters over time, and add them to the scene."""
@@ -183,7 +186,8 @@ class FileActions(EditActions, RunActions):
         with self.report_errors():
             # Raises `InputError` if the tables do not fit the parameters of the scene.
             scene = replace(self.session.scene(), over_time=read_over_time(path))
-            self.set_tables(scene.over_time, f"tables over time from {path}")
+            self.session.set_tables(scene.over_time)
+            self.show_edit(f"tables over time from {path}")
 
     def action_read_result(self) -> None:
         """Ask for a result file and read it."""

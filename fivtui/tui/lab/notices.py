@@ -1,8 +1,7 @@
 """Notices: the latest messages, in a few lines at the lower edge of the main screen."""
 
-from dataclasses import dataclass
 from textwrap import shorten, wrap
-from typing import Final
+from typing import Final, NamedTuple
 
 from textual import on
 from textual.content import Content
@@ -17,8 +16,7 @@ _LEFT_EDGE: Final = "▌ "
 _CUT_MARK: Final = "… (tab Log)"
 
 
-@dataclass(eq=False, frozen=True, slots=True)
-class Notice:
+class Notice(NamedTuple):
     """A message, and whether it is an error."""
 
     text: str

@@ -1,5 +1,6 @@
 """Starts, stops and finishes runs; transients are computed in threads."""
 
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
@@ -9,7 +10,6 @@ from fivtui.scene import Scene
 from fivtui.transient import Transient
 from fivtui.tui.session import (
     MAX_RUNS,
-    NATIVE_ENGINE,
     Outcome,
     Run,
     engine_difference_text,
@@ -35,39 +35,45 @@ class RunActions(LabActions):
     with an FMU: the scenes that are computed differ from it in method and step.
     """
 
-    # During a comparison: the scene that an FMU computes next, then the finished native run.
-    _next_scene: Scene | None = None
-    _native_run: Run | None = None
-
     def action_run(self) -> None:
         """Run the edited scene."""
         with self.report_errors():
-            scene = self.session.scene()
-            self._next_scene = self._native_run = None
-            self._start(scene)
-            self.action_show_tab("transient")
+            self._start(self.session.scene())
 
     def action_compare_engines(self) -> None:
         """Run the edited scene with the native solver, then with an FMU, and compare them."""
         with self.report_errors():
             edited_scene = self.session.scene()
-            native_scene, self._next_scene = self.session.engine_pair()
-            self._native_run = None
-            self._start(native_scene, edited_scene)
-            self.action_show_tab("transient")
+            native_scene, fmu_scene = self.session.engine_pair()
 
-    def _start(self, scene: Scene, edited_scene: Scene | None = None) -> None:
-        # `edited_scene` is needed only if it differs from `scene`.
+            def run_fmu(native_run: Run, native_result: Transient) -> None:
+                def compare(_: Run, result: Transient) -> None:
+                    native_run.overlaid = True
+                    self.session.runs.baseline = native_run
+                    self.report(engine_difference_text(native_result, result))
+
+                self._start(fmu_scene, edited_scene, compare)
+
+            self._start(native_scene, edited_scene, run_fmu)
+
+    def _start(
+        self,
+        scene: Scene,
+        edited_scene: Scene | None = None,
+        on_result: Callable[[Run, Transient], None] = lambda *_: None,
+    ) -> None:
+        # `edited_scene` is needed only if it differs from `scene`; `on_result` is called unless the
+        # run is stopped or fails.
         self.session.close_undo_step()
         runs_before = list(self.session.runs)
         run = self.session.runs.start(scene, edited_scene)
         self._report_deleted(runs_before)
-        compute_in_thread(self, lambda: execute(run), partial(self._finish_run, run))
+        compute_in_thread(self, lambda: execute(run), partial(self._finish_run, run, on_result))
+        self.action_show_tab("transient")
         self.post_message(RunsChanged())
 
     def action_stop(self) -> None:
-        """Stop the active run and cancel the next one."""
-        self._next_scene = self._native_run = None
+        """Stop the active run."""
         run = self.session.runs.stop()
         if run is not None:
             self.post_message(RunsChanged())
@@ -88,12 +94,13 @@ class RunActions(LabActions):
         self.report(event.report, routine=True)
         self.action_run()
 
-    def _finish_run(self, run: Run, outcome: Outcome[Transient]) -> None:
+    def _finish_run(
+        self, run: Run, on_result: Callable[[Run, Transient], None], outcome: Outcome[Transient]
+    ) -> None:
         # The run may have been stopped.
         if not self.session.runs.finish(run, outcome):
             return
         if run.result is None:
-            self._next_scene = self._native_run = None
             self.report(f"run {run.number}: {run.message}", error=True)
         else:
             self.session.runs.displayed = run
@@ -102,21 +109,8 @@ class RunActions(LabActions):
             self.session.live.record_duration(run.scene, run.elapsed if cpu_s is None else cpu_s)
             report = "; ".join([f"run {run.number} done", *result_summary(run.result)])
             self.report(report, routine=True)
-            self._continue_comparison(run)
+            on_result(run, run.result)
         self.post_message(RunsChanged())
-
-    def _continue_comparison(self, run: Run) -> None:
-        # The FMU runs after the native solver; then both results are compared.
-        if self._next_scene is not None:
-            scene, self._next_scene, self._native_run = self._next_scene, None, run
-            self._start(scene, run.edited_scene)
-        elif self._native_run is not None:
-            native_run, self._native_run = self._native_run, None
-            native_result, result = native_run.result, run.result
-            if native_result is not None and result is not None and run.engine != NATIVE_ENGINE:
-                native_run.overlaid = True
-                self.session.runs.baseline = native_run
-                self.report(engine_difference_text(native_result, result))
 
     def add_run(self, path: Path, scene: Scene, result: Transient) -> None:
         """Add a run read from a file."""

@@ -91,7 +91,7 @@ class LabScreen(EditorActions):
         yield VerdictView(id="verdict")
         yield TabLine(self.session.key_names)
         with Container(id="bench"):
-            yield Form(self.session.texts, reset_key=self.session.key_names["reset"])
+            yield Form(self.session)
             with Vertical(id="results"):
                 if self._shows_welcome:
                     yield Static(welcome_text(self.session.key_names), id="welcome", markup=False)
@@ -108,7 +108,7 @@ class LabScreen(EditorActions):
         self.set_interval(_WATCH_INTERVAL_S, self.check_scene_file)
         self.show_inputs()
         self._update_runs()
-        self.query_one(Form).focus_field("mu")
+        self.focus_field("mu")
         self.app.theme_changed_signal.subscribe(self, lambda _: self._apply_theme())
 
     def on_unmount(self) -> None:
@@ -178,9 +178,7 @@ class LabScreen(EditorActions):
         session = self.session
         suffix = " (changed)" if session.changed_fields else ""
         self.query_one(VerdictView).show_scene_name(f"{session.name}{suffix}")
-        self.query_one(Form).show(
-            session.texts, session.errors, session.changed_fields, session.notes
-        )
+        self.query_one(Form).show()
         self.show_verdict()
         self._show_run_status()
         if not self._is_tab_outdated:

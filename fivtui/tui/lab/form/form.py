@@ -1,6 +1,6 @@
 """The form: a list of rows with fields, and a hint about the focused field."""
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Sequence
 from itertools import groupby
 from typing import ClassVar, Final
 
@@ -15,9 +15,10 @@ from textual.widgets import Label, Static
 
 from fivtui.model import BELT_PARAMETERS
 from fivtui.results import Row
-from fivtui.tui.session import FIELDS, FormField, equation_rows, field_help
+from fivtui.tui.session import FIELDS, FormField, Session, equation_rows, field_help
 from fivtui.tui.tabs import FieldFocused, FieldStepped, SearchableList, rows_table
 
+from .editors import Editor
 from .rows import FieldRow
 
 # Lines that a row of help takes on average.
@@ -110,13 +111,14 @@ class Form(Vertical):
 
     BORDER_TITLE = "Parameters"
 
-    def __init__(self, texts: Mapping[str, str], *, reset_key: str) -> None:
+    def __init__(self, session: Session) -> None:
         super().__init__(id="form")
-        self.border_subtitle = f"↑↓ step  {reset_key} reset"
+        self.border_subtitle = f"↑↓ step  {session.key_names['reset']} reset"
+        self._session = session
         self._focused_field = FIELDS["mu"]
-        self._rows = {name: FieldRow(field, texts[name]) for name, field in FIELDS.items()}
+        self._rows = {name: FieldRow(field, session.texts[name]) for name, field in FIELDS.items()}
         for name in BELT_PARAMETERS:
-            self._rows[name].display = bool(texts[name])
+            self._rows[name].display = session.belt_is_finite
 
     def compose(self) -> ComposeResult:
         """Rows by group, hint."""
@@ -127,33 +129,21 @@ class Form(Vertical):
                 yield from (self._rows[field.name] for field in fields)
         yield Static("", id="hint", markup=False)
 
-    def text_of(self, name: str) -> str:
-        """The text in a field's editor."""
-        return self._rows[name].editor.text
+    def editor(self, name: str) -> Editor:
+        """The editor of a field."""
+        return self._rows[name].editor
 
-    def show(
-        self,
-        texts: Mapping[str, str],
-        errors: Mapping[str, str],
-        changed: Collection[str],
-        notes: Mapping[str, str],
-    ) -> None:
-        """Display texts, errors, changed fields and notes, all by field name.
-
-        A note says that a parameter follows a table over time or has no effect.
-        """
-        belt_is_finite = any(texts[name] for name in BELT_PARAMETERS)
+    def show(self) -> None:
+        """Display the texts of the session, and its errors and notes on them."""
+        session = self._session
+        errors, notes, changed = session.errors, session.notes, session.changed_fields
         for name, row in self._rows.items():
             if name in BELT_PARAMETERS:
                 # Keep a row that is being edited.
-                row.display = belt_is_finite or (row.display and row.has_focus_within)
+                is_edited = row.display and row.editor is self.screen.focused
+                row.display = session.belt_is_finite or is_edited
             error, note = errors.get(name, ""), notes.get(name, "")
-            row.show(texts[name], error, note, changed=name in changed)
-
-    def hide_belt_fields(self) -> None:
-        """Hide the fields of a belt of finite speed."""
-        for name in BELT_PARAMETERS:
-            self._rows[name].display = False
+            row.show(session.texts[name], error, note, changed=name in changed)
 
     @on(FieldFocused)
     def _show_help(self, event: FieldFocused) -> None:
@@ -178,14 +168,6 @@ class Form(Vertical):
         # On two lines, or on one that wraps if the meaning is longer than a line.
         separator = "\n" if cell_len(field.meaning) <= width else "; "
         view.update(separator.join((field.meaning, field.allowed)), layout=False)
-
-    def take_focus(self) -> None:
-        """Focus the field at the list's cursor."""
-        self.query_one(FieldList).row.editor.focus()
-
-    def focus_field(self, name: str) -> None:
-        """Focus a field."""
-        self._rows[name].editor.focus()
 
 
 def field_of(widget: Widget | None) -> FormField | None:
