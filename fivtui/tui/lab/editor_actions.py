@@ -104,21 +104,16 @@ class EditorActions(FileActions):
             if self.session.loaded is loaded and self._version == last_version:
                 self._version = version
                 if change:
-                    self._offer(change)
+                    keys, has_edits = self.session.key_names, bool(self.session.changed_fields)
+                    edits = f"; {keys['undo']} then brings your edits back" if has_edits else ""
+                    self.report(f"{change}; {keys['reload']} reads it{edits}")
 
         # In a thread, because a file of a network may be slow.
         self.run_in_thread("watching", check)
 
-    def _offer(self, change: str) -> None:
-        keys, has_edits = self.session.key_names, bool(self.session.changed_fields)
-        edits = f"; {keys['undo']} then brings your edits back" if has_edits else ""
-        self.report(f"{change}; {keys['reload']} reads it{edits}")
-
     def action_reload_scene(self) -> None:
         """Read the scene's file again."""
-        file = scene_file(self.session.source)
-        if file is not None:
-            self.open_path(file)
+        self.open_path(Path(self.session.source))
 
 
 def _version(file: Path) -> _Version | None:

@@ -13,7 +13,7 @@ from fivtui.io import check_distinct, describe_files, output_path, temporary_fol
 from fivtui.model import ComputationError, InputError
 from fivtui.scene import Scene, load_scene, read_over_time, scene_file
 from fivtui.studies import check_readable, kind_of, load_study
-from fivtui.transient import Transient
+from fivtui.transient import SETTINGS, Transient
 from fivtui.tui.session import FILE_WRITES, SAFETY_MAPS, DisplayedStudy, check_drawable, study_key
 from fivtui.tui.tabs import (
     Export,
@@ -179,15 +179,16 @@ class FileActions(EditActions, RunActions):
 
     def action_read_tables(self) -> None:
         """Ask for a file with parameters over time, and add them to the scene."""
-        dialog = PathDialog("Parameters over time", "", _TABLE_HINT, read_over_time, verb="Read")
-        self._ask_path(dialog, self._read_tables)
 
-    def _read_tables(self, path: Path) -> None:
-        with self.report_errors():
-            # Raises `InputError` if the tables do not fit the parameters of the scene.
-            scene = replace(self.session.scene(), over_time=read_over_time(path))
-            self.session.set_tables(scene.over_time)
-            self.show_edit(f"tables over time from {path}")
+        def read(path: Path) -> None:
+            with self.report_errors():
+                # Raises `InputError` if the tables do not fit the parameters of the scene.
+                scene = replace(self.session.scene(), over_time=read_over_time(path))
+                self.session.set_tables(scene.over_time)
+                self.show_edit(f"tables over time from {path}")
+
+        dialog = PathDialog("Parameters over time", "", _TABLE_HINT, read_over_time, verb="Read")
+        self._ask_path(dialog, read)
 
     def action_read_result(self) -> None:
         """Ask for a result file and read it."""
@@ -236,23 +237,11 @@ def load_displayable(kind: str, path: Path) -> Any:
 
 
 def load_run(path: Path) -> tuple[Scene, Transient]:
-    """Read scene and transient from a trajectory file; raises `InputError` if it is invalid.
-
-    With `separation` the slider may leave the belt.
-    """
+    """Read scene and transient from a trajectory file; raises `InputError` if it is invalid."""
     run: Transient = load_study("run", path)
+    settings: dict[str, Any] = {name: getattr(run, name) for name in SETTINGS if hasattr(run, name)}
     with _errors_with_path(path):
-        scene = Scene(
-            name=path.stem,
-            description="",
-            parameters=run.parameters,
-            separation=run.separation,
-            start=run.start,
-            t_end=run.t_end,
-            tol=run.tol,
-            method=run.method,
-            step=run.step,
-        )
+        scene = Scene(name=path.stem, description="", parameters=run.parameters, **settings)
     return scene, run
 
 

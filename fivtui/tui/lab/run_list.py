@@ -18,9 +18,8 @@ from textual.coordinate import Coordinate
 from textual.widgets import DataTable
 
 from fivtui.tui.session import (
-    LiveCurve,
     Run,
-    Runs,
+    Session,
     base_scene,
     differences,
     percent_text,
@@ -79,17 +78,19 @@ class RunsPane(Vertical):
     KEYS: ClassVar[str] = "⏎ load  Space overlay  b base  x delete"
     NO_RUNS: ClassVar[str] = "none yet: Run keeps one"
 
-    def __init__(self) -> None:
+    def __init__(self, session: Session) -> None:
         super().__init__(id="runs")
+        self._session = session
         self._plot_marks: list[str] = []
 
     def compose(self) -> ComposeResult:
         """The table."""
         yield RunsTable(omitted=("off belt %", "engine", "sep."))
 
-    def show(self, runs: Runs, live: LiveCurve) -> None:
+    def show(self) -> None:
         """Display the runs, and mark those that are plotted."""
-        self._plot_marks = _plot_marks(runs, live)
+        session, runs = self._session, self._session.runs
+        self._plot_marks = [_plot_mark(run, session) for run in runs]
         table = self.query_one(RunsTable)
         number, row = table.number, table.cursor_row
         newest_first = list(reversed(list(runs)))
@@ -101,7 +102,7 @@ class RunsPane(Vertical):
         table.fill(
             list(compress(_COLUMNS, is_shown)),
             {
-                str(run.number): list(compress(_cells(run, runs, live, colours), is_shown))
+                str(run.number): list(compress(_cells(run, session, colours), is_shown))
                 for run in newest_first
             },
         )
@@ -111,10 +112,10 @@ class RunsPane(Vertical):
             row=numbers.index(number) if number in numbers else min(row, len(numbers) - 1)
         )
 
-    def update_marks(self, runs: Runs, live: LiveCurve) -> None:
+    def update_marks(self) -> None:
         """Update the display if the set of plotted runs has changed."""
-        if self._plot_marks != _plot_marks(runs, live):
-            self.show(runs, live)
+        if self._plot_marks != [_plot_mark(run, self._session) for run in self._session.runs]:
+            self.show()
 
     @on(DataTable.RowSelected)
     def _show_selected(self, event: DataTable.RowSelected) -> None:
@@ -123,39 +124,34 @@ class RunsPane(Vertical):
         self.post_message(RunActionRequested(int(str(event.row_key.value)), "show"))
 
 
-def _plot_marks(runs: Runs, live: LiveCurve) -> list[str]:
-    return [_plot_mark(run, runs, live) for run in runs]
-
-
-def _plot_mark(run: Run, runs: Runs, live: LiveCurve) -> str:
+def _plot_mark(run: Run, session: Session) -> str:
     # How a run is plotted. The live curve replaces the displayed run, and its ghost, plotted as
     # "before", may be a run of the list.
-    if run is runs.displayed and not live.visible:
+    live = session.live
+    if run is session.runs.displayed and not live.visible:
         return "shown"
     if run.overlaid:
         return "on"
     return "before" if live.visible and run.result is live.ghost else "off"
 
 
-def _cells(
-    run: Run, runs: Runs, live: LiveCurve, colours: Mapping[str, str]
-) -> Sequence[str | Text]:
+def _cells(run: Run, session: Session, colours: Mapping[str, str]) -> Sequence[str | Text]:
     # The cells of a run in the order of `_COLUMNS`; `colours` are those of the theme by role.
     differing_fields = ", ".join(map(str, differences(run.scene, base_scene()))) or "none"
     name = Text.assemble((run.style.marker_sign, colours[run.style.colour_role]), f" {run.number}")
     description = run.source or differing_fields
     if run.result is None:
         return (name, "", run.engine, run.state.value, "", "", "", "", "", description)
-    result, peak_change, half_range_change = run.result, "", ""
-    if runs.baseline is run:
+    result, baseline, peak_change, half_range_change = run.result, session.runs.baseline, "", ""
+    if baseline is run:
         peak_change = half_range_change = "base"
-    elif runs.baseline is not None and runs.baseline.result is not None:
-        reference = runs.baseline.result
+    elif baseline is not None and baseline.result is not None:
+        reference = baseline.result
         peak_change = percent_text(result.peak.y_abs, reference.peak.y_abs)
         half_range_change = percent_text(result.steady.y_half_range, reference.steady.y_half_range)
     return (
         name,
-        _plot_mark(run, runs, live),
+        _plot_mark(run, session),
         run.engine,
         quantity_text(result.peak.y_abs),
         peak_change,

@@ -13,7 +13,6 @@ from textual.app import ComposeResult
 from textual.binding import BindingType
 from textual.containers import Container, Vertical
 from textual.events import Resize
-from textual.timer import Timer
 from textual.widgets import Static
 from textual.worker import Worker, WorkerState
 
@@ -81,8 +80,8 @@ class LabScreen(EditorActions):
         self._live = LiveController(self)
         self._gauges = GaugeController(self)
         self._has_waiting_keys = has_waiting_keys
-        # Set while inputs will be displayed, although keys wait.
-        self._inputs_timer: Timer | None = None
+        # Whether inputs will be displayed although keys wait.
+        self._are_inputs_outdated = False
         # Whether the current tab will be updated after the next frame.
         self._is_tab_outdated = False
 
@@ -96,7 +95,7 @@ class LabScreen(EditorActions):
                 if self._shows_welcome:
                     yield Static(welcome_text(self.session.key_names), id="welcome", markup=False)
                 yield TabBook(self.session)
-            yield RunsPane()
+            yield RunsPane(self.session)
         yield Static(_TOO_SMALL, id="too-small", markup=False)
         yield NoticeView()
         yield KeyBar()
@@ -126,7 +125,7 @@ class LabScreen(EditorActions):
             pane.stop()
 
     def _apply_theme(self) -> None:
-        self.query_one(RunsPane).show(self.session.runs, self.session.live)
+        self.query_one(RunsPane).show()
         self.call_after_refresh(self.tab_book.update_pane, lambda pane: pane.theme_changed())
 
     @on(Reported)
@@ -168,13 +167,12 @@ class LabScreen(EditorActions):
         """
         if not later and not self._has_waiting_keys():
             self._show_inputs()
-        elif self._inputs_timer is None:
-            self._inputs_timer = self.set_timer(_INPUTS_INTERVAL_S, self._show_inputs)
+        elif not self._are_inputs_outdated:
+            self._are_inputs_outdated = True
+            self.set_timer(_INPUTS_INTERVAL_S, self._show_inputs)
 
     def _show_inputs(self) -> None:
-        if self._inputs_timer is not None:
-            self._inputs_timer.stop()
-            self._inputs_timer = None
+        self._are_inputs_outdated = False
         session = self.session
         suffix = " (changed)" if session.changed_fields else ""
         self.query_one(VerdictView).show_scene_name(f"{session.name}{suffix}")
@@ -234,8 +232,10 @@ class LabScreen(EditorActions):
         self.tab_book.update_pane(lambda pane: pane.status_changed())
 
     def _poll_progress(self) -> None:
-        if not SCREEN_RESPONSE.pending:
-            self._show_progress()
+        active = self.session.runs.active
+        if active is not None and not SCREEN_RESPONSE.pending:
+            self._show_run_status()
+            self.tab_book.update_pane(lambda pane: pane.run_progressed(active))
 
     @on(TabBook.Changed)
     def _show_run_status(self) -> None:
@@ -247,18 +247,17 @@ class LabScreen(EditorActions):
     @on(LiveRequested)
     def _update_live(self) -> None:
         curve = self.session.live.curve
-        if self._live.update():
+        if not self._live.update():
+            return
+        if curve is None or self.session.live.curve is not curve:
+            self.show_live()
+        else:
             self._show_run_status()
-            if curve is None or self.session.live.curve is not curve:
-                self._show_curves()
 
     def show_live(self) -> None:
-        """Display the live curve."""
+        """Display the live curve, or else the displayed run, and the runs beside it."""
         self._show_run_status()
-        self._show_curves()
-
-    def _show_curves(self) -> None:
-        self.query_one(RunsPane).update_marks(self.session.runs, self.session.live)
+        self.query_one(RunsPane).update_marks()
         self.tab_book.update_pane(lambda pane: pane.run_changed(self.session.runs.displayed))
 
     def action_switch_live(self) -> None:
@@ -269,12 +268,6 @@ class LabScreen(EditorActions):
         self._show_run_status()
         self.tab_book.update_pane_from_session()
 
-    def _show_progress(self) -> None:
-        self._show_run_status()
-        active = self.session.runs.active
-        if active is not None:
-            self.tab_book.update_pane(lambda pane: pane.run_progressed(active))
-
     @on(RunsChanged)
     def _update_runs(self) -> None:
         if self.session.runs.newest is not None:
@@ -284,9 +277,8 @@ class LabScreen(EditorActions):
             self._progress_timer.pause()
         else:
             self._progress_timer.resume()
-        self._show_progress()
-        self.query_one(RunsPane).show(self.session.runs, self.session.live)
-        self._show_curves()
+        self.query_one(RunsPane).show()
+        self.show_live()
         self.refresh_bindings()
 
     def restore_results(self, results: Mapping[str, Any], errors: Sequence[str]) -> None:

@@ -1,12 +1,13 @@
 """Editors of fields: text, choices and the check box of separation."""
 
-from collections.abc import Callable, Mapping
-from typing import ClassVar, Final, Self
+from typing import Any, ClassVar, Self
 
 from textual import on
 from textual.binding import Binding, BindingType
 from textual.events import Key
 from textual.geometry import Region
+from textual.message import Message
+from textual.widget import Widget
 from textual.widgets import Checkbox, Input, Select
 
 from fivtui.transient import WITH_SEPARATION, WITHOUT_SEPARATION
@@ -15,7 +16,37 @@ from fivtui.tui.session import FormField
 from fivtui.tui.tabs import FieldEdited, FieldStepped, TabKeyPressed
 
 
-class TextEditor(TextInput):
+class Editor(Widget):
+    """An input with a `value` that edits the text of a field."""
+
+    field: FormField
+    value: Any
+
+    @property
+    def text(self) -> str:
+        """The displayed text."""
+        return str(self.value)
+
+    @text.setter
+    def text(self, text: str) -> None:
+        self.value = text
+
+    def show(self, text: str) -> None:
+        """Display a text without reporting an edit."""
+        if self.text != text:
+            with self.prevent(Input.Changed, Select.Changed, Checkbox.Changed):
+                self.text = text
+
+    @on(Input.Changed)
+    @on(Select.Changed)
+    @on(Checkbox.Changed)
+    def _report_edit(self, event: Message) -> None:
+        event.stop()
+        # Send the current text: an older message must not undo a newer edit.
+        self.post_message(FieldEdited(self.field.name, self.text))
+
+
+class TextEditor(Editor, TextInput):
     """Edits a field as text; the up and down keys change a number by a step."""
 
     BINDINGS: ClassVar[list[BindingType]] = [
@@ -33,7 +64,7 @@ class TextEditor(TextInput):
             placeholder=field.when_empty,
             validate_on=(),
         )
-        self._field = field
+        self.field = field
         # The text of the session that was displayed last.
         self._shown_text = text
 
@@ -53,7 +84,7 @@ class TextEditor(TextInput):
 
     async def _on_key(self, event: Key) -> None:
         before, character = self.value[: min(self.selection)], event.character
-        if event.is_printable and character and not self._field.accepts(before, character):
+        if event.is_printable and character and not self.field.accepts(before, character):
             # The base class would type the character.
             event.stop()
             event.prevent_default()
@@ -61,96 +92,54 @@ class TextEditor(TextInput):
 
     def action_step(self, direction: int, fine: bool = False) -> None:
         """Increase or decrease by a step."""
-        self.post_message(FieldStepped(self._field.name, direction, fine))
+        self.post_message(FieldStepped(self.field.name, direction, fine))
 
     @on(Input.Submitted)
     def _focus_next(self, event: Input.Submitted) -> None:
         event.stop()
         self.screen.focus_next(TextEditor)
 
-    @on(Input.Changed)
-    def _report_edit(self, event: Input.Changed) -> None:
-        event.stop()
-        # Send the current value: an older message must not undo a newer edit.
-        self.post_message(FieldEdited(self._field.name, self.value))
-
-    @property
-    def text(self) -> str:
-        """The displayed text."""
-        return self.value
-
     def show(self, text: str) -> None:
         """Display a text of the session without reporting an edit; keep an edit it lacks."""
-        if self.value == self._shown_text != text:
-            with self.prevent(Input.Changed):
-                self.value = text
+        if self.value == self._shown_text:
+            super().show(text)
         if self.value == text:
             self._shown_text = text
 
 
-class ChoiceEditor(Select[str]):
+class ChoiceEditor(Editor, Select[str]):
     """Edits a field that has a fixed set of choices."""
 
     def __init__(self, field: FormField, text: str) -> None:
-        choices = field.choices or {}
-        super().__init__(
-            [(name, name) for name in choices],
-            value=text,
-            allow_blank=False,
-            compact=True,
-        )
-        self._field = field
-
-    @on(Select.Changed)
-    def _report_edit(self, event: Select.Changed) -> None:
-        event.stop()
-        self.post_message(FieldEdited(self._field.name, str(self.value)))
-
-    @property
-    def text(self) -> str:
-        """The displayed text."""
-        return str(self.value)
-
-    def show(self, text: str) -> None:
-        """Display a text without reporting an edit."""
-        if self.value != text:
-            with self.prevent(Select.Changed):
-                self.value = text
+        choices = [(name, name) for name in field.choices or {}]
+        super().__init__(choices, value=text, allow_blank=False, compact=True)
+        self.field = field
 
 
-class SeparationEditor(Checkbox):
+class SeparationEditor(Editor, Checkbox):
     """A check box: whether the slider may leave the belt; labelled "considered" or "ignored"."""
 
     def __init__(self, field: FormField, text: str) -> None:
         super().__init__(text, value=text == WITH_SEPARATION, compact=True)
-        self._field = field
-
-    @on(Checkbox.Changed)
-    def _report_edit(self, event: Checkbox.Changed) -> None:
-        event.stop()
-        self.label = WITH_SEPARATION if self.value else WITHOUT_SEPARATION
-        self.post_message(FieldEdited(self._field.name, str(self.label)))
+        self.field = field
 
     @property
     def text(self) -> str:
         """The displayed text."""
-        return str(self.label)
+        return WITH_SEPARATION if self.value else WITHOUT_SEPARATION
 
-    def show(self, text: str) -> None:
-        """Display a text without reporting an edit."""
-        if str(self.label) == text:
-            return
-        self.label = text
-        with self.prevent(Checkbox.Changed):
-            self.value = text == WITH_SEPARATION
+    @text.setter
+    def text(self, text: str) -> None:
+        self.value = text == WITH_SEPARATION
 
-
-Editor = TextEditor | ChoiceEditor | SeparationEditor
-
-_EDITORS: Final[Mapping[str, Callable[[FormField, str], Editor]]] = {"separation": SeparationEditor}
+    def watch_value(self) -> None:
+        """Label the box."""
+        self.label = self.text
+        super().watch_value()
 
 
 def editor_of(field: FormField, text: str) -> Editor:
     """The editor of a field."""
-    default_editor = TextEditor if field.choices is None else ChoiceEditor
-    return _EDITORS.get(field.name, default_editor)(field, text)
+    if field.name == "separation":
+        return SeparationEditor(field, text)
+    return (TextEditor if field.choices is None else ChoiceEditor)(field, text)

@@ -41,12 +41,14 @@ class FieldList(VerticalScroll, SearchableList):
 
     def __init__(self, *, id: str) -> None:  # noqa: A002
         super().__init__(id=id, can_focus=True)
-        self._cursor = 0
+        # The name of the field at the cursor.
+        self._cursor = "mu"
 
     @property
     def row(self) -> FieldRow:
         """The row at the cursor."""
-        return self._visible_rows[min(self._cursor, len(self._visible_rows) - 1)]
+        rows = self._visible_rows
+        return next((row for row in rows if row.field.name == self._cursor), rows[0])
 
     @property
     def _visible_rows(self) -> list[FieldRow]:
@@ -61,17 +63,17 @@ class FieldList(VerticalScroll, SearchableList):
         """Hide the cursor."""
         # At the end of the program there may be no row.
         for row in self._visible_rows:
-            row.mark(selected=False)
+            row.selected = False
 
     def _show_cursor(self) -> None:
-        self.row.mark(selected=True)
+        self.row.selected = True
         self.scroll_to_widget(self.row, animate=False)
         self.post_message(FieldFocused(self.row.field.name))
 
     @property
     def row_index(self) -> int:
         """The index of the row at the cursor."""
-        return self._cursor
+        return self._visible_rows.index(self.row)
 
     def row_texts(self) -> Sequence[str]:
         """Names, symbols and meanings of the visible fields."""
@@ -83,8 +85,9 @@ class FieldList(VerticalScroll, SearchableList):
         # A check box leaves ↑ and ↓ to this list. If it kept the focus, the next Enter would toggle
         # it, not edit the row that the cursor is moved to.
         self.focus()
-        self.row.mark(selected=False)
-        self._cursor = min(max(self._cursor + rows, 0), len(self._visible_rows) - 1)
+        self.row.selected = False
+        index = min(max(self.row_index + rows, 0), len(self._visible_rows) - 1)
+        self._cursor = self._visible_rows[index].field.name
         self._show_cursor()
 
     def action_step(self, direction: int, fine: bool = False) -> None:
@@ -97,9 +100,7 @@ class FieldList(VerticalScroll, SearchableList):
 
     @on(FieldFocused)
     def _move_cursor_to(self, event: FieldFocused) -> None:
-        names = [row.field.name for row in self._visible_rows]
-        if event.name in names:
-            self._cursor = names.index(event.name)
+        self._cursor = event.name
 
     def action_leave_editor(self) -> None:
         """Move the focus from an editor to the list."""
@@ -115,7 +116,6 @@ class Form(Vertical):
         super().__init__(id="form")
         self.border_subtitle = f"↑↓ step  {session.key_names['reset']} reset"
         self._session = session
-        self._focused_field = FIELDS["mu"]
         self._rows = {name: FieldRow(field, session.texts[name]) for name, field in FIELDS.items()}
         for name in BELT_PARAMETERS:
             self._rows[name].display = session.belt_is_finite
@@ -142,21 +142,18 @@ class Form(Vertical):
                 # Keep a row that is being edited.
                 is_edited = row.display and row.editor is self.screen.focused
                 row.display = session.belt_is_finite or is_edited
-            error, note = errors.get(name, ""), notes.get(name, "")
-            row.show(session.texts[name], error, note, changed=name in changed)
+            row.editor.show(session.texts[name])
+            row.error, row.note = errors.get(name, ""), notes.get(name, "")
+            row.changed = name in changed
 
     @on(FieldFocused)
-    def _show_help(self, event: FieldFocused) -> None:
-        self._focused_field = FIELDS[event.name]
-        self._fit_hint()
-
     @on(Resize)
-    def _handle_resize(self) -> None:
+    def _update_hint(self) -> None:
         self.call_after_refresh(self._fit_hint)
 
     def _fit_hint(self) -> None:
-        # All help on the focused field if there is room, else its meaning and range.
-        field, view = self._focused_field, self.query_one("#hint", Static)
+        # All help on the field at the cursor if there is room, else its meaning and range.
+        field, view = self.query_one(FieldList).row.field, self.query_one("#hint", Static)
         width, height = view.content_size
         equations = equation_rows()
         labels = {row.label for row in equations}

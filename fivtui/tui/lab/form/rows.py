@@ -7,6 +7,8 @@ from textual.content import Content
 from textual.events import Click
 from textual.geometry import Offset, Region, Size, Spacing
 from textual.layout import ArrangeResult, Layout, WidgetPlacement
+from textual.reactive import reactive
+from textual.style import Style
 from textual.widget import Widget
 
 from fivtui.tui.session import FormField
@@ -16,8 +18,8 @@ from .editors import editor_of
 
 # Before the symbol of a field that differs from the loaded scene.
 _CHANGED_SIGN: Final = "•"
-# Clickable signs after the editor of a number.
-_STEP_SIGNS: Final = ("−", "+")
+# Signs after the editor of a number, and the direction of a step at a click on them.
+_STEP_SIGNS: Final = (("−", -1), ("+", 1))
 # Before an error message or note.
 _INDENT: Final = "   "
 # Widths of the parts of a row, in columns.
@@ -59,14 +61,17 @@ class FieldRow(Widget):
     One widget draws everything but the editor: more widgets would slow the start and every key.
     """
 
+    # Whether the field differs from the loaded scene, and is that of the list's cursor.
+    changed = reactive(False)
+    selected = reactive(False)
+    error = reactive("", layout=True)
+    note = reactive("", layout=True)
+
     def __init__(self, field: FormField, text: str) -> None:
         self.field = field
         self.editor = editor_of(field, text)
         super().__init__(self.editor, id=f"row-{field.name}")
         self._symbol = field.symbol or field.name
-        self._error = ""
-        self._note = ""
-        self._changed = False
 
     @property
     def layout(self) -> Layout:
@@ -91,47 +96,41 @@ class FieldRow(Widget):
         return 1 + len(self._lines_below(width))
 
     def _lines_below(self, width: int) -> list[str]:
-        lines = wrap(self._error or self._note, max(width - len(_INDENT) - 1, 1))
+        lines = wrap(self.error or self.note, max(width - len(_INDENT) - 1, 1))
         return lines[:_MAX_LINES]
 
     def render(self) -> Content:
         """Draw everything but the editor."""
         field, width = self.field, self.size.width
         first_column, editor_width = self.editor_span(width)
-        focused = self.editor.has_focus or self.has_class("-cursor")
+        focused = self.editor.has_focus or self.selected
         symbol = self._symbol.ljust(_SYMBOL_WIDTH - 1)
-        parts: list[tuple[str, str]] = [
-            (_CHANGED_SIGN if self._changed else " ", "$text-warning"),
+        parts: list[Content | str | tuple[str, str]] = [
+            (_CHANGED_SIGN if self.changed else " ", "$text-warning"),
             (symbol, "bold reverse" if focused else ""),
-            (" " * (first_column + editor_width - len(_CHANGED_SIGN) - len(symbol)), ""),
+            " " * (first_column + editor_width - len(_CHANGED_SIGN) - len(symbol)),
         ]
         if field.step_rule is not None:
-            parts += [(sign.center(_STEP_WIDTH), "$button-foreground") for sign in _STEP_SIGNS]
-            parts.append((f" {field.unit}".ljust(_UNIT_WIDTH), ""))
+            for sign, direction in _STEP_SIGNS:
+                button = Content.styled(sign.center(_STEP_WIDTH), "$button-foreground")
+                parts.append(button.stylize(Style.from_meta({"step": direction})))
+            parts.append(f" {field.unit}".ljust(_UNIT_WIDTH))
         meaning_width = self._meaning_width(width)
         if meaning_width:
             parts.append((f" {shorten(field.meaning, meaning_width - 1)}", "$foreground 60%"))
         line = Content.assemble(*parts)
-        style = "$text-warning" if self._error else "$text-muted"
+        style = "$text-warning" if self.error else "$text-muted"
         lines_below = (Content.styled(_INDENT + line, style) for line in self._lines_below(width))
         return Content("\n").join([line.truncate(width), *lines_below])
 
-    def show(self, text: str, error: str, note: str, *, changed: bool) -> None:
-        """Display the text, its error or note, and whether it was changed."""
-        self.editor.show(text)
-        if changed is not self._changed:
-            self._changed = changed
-            self.refresh()
-        if (error, note) != (self._error, self._note):
-            self._error, self._note = error, note
-            self.editor.set_class(bool(error), "-invalid")
-            self.refresh(layout=True)
-            if error:
-                self.call_after_refresh(self.on_resize)
+    def watch_error(self, error: str) -> None:
+        """Mark the editor of an invalid text, and show the whole error."""
+        self.editor.set_class(bool(error), "-invalid")
+        self.call_after_refresh(self.on_resize)
 
     def on_resize(self) -> None:
         """Scroll to the whole error of the focused field."""
-        if self._error and self.editor.has_focus:
+        if self.error and self.editor.has_focus:
             self.scroll_visible(animate=False)
 
     def on_descendant_focus(self) -> None:
@@ -143,18 +142,10 @@ class FieldRow(Widget):
         """Redraw the row without the mark of the focus."""
         self.refresh()
 
-    def mark(self, *, selected: bool) -> None:
-        """Show or hide the list's cursor on this row."""
-        self.set_class(selected, "-cursor")
-        self.refresh()
-
     def on_click(self, event: Click) -> None:
         """Change the number by a step on a click on − or +; elsewhere focus the editor."""
-        first_column, width = self.editor_span(self.size.width)
-        sign_index = (event.x - first_column - width) // _STEP_WIDTH
-        if self.field.step_rule is not None and event.y == 0 and sign_index in (0, 1):
-            event.stop()
-            direction = -1 if sign_index == 0 else 1
-            self.post_message(FieldStepped(self.field.name, direction, fine=False))
-        else:
+        direction = event.style.meta.get("step")
+        if direction is None:
             self.editor.focus()
+        else:
+            self.post_message(FieldStepped(self.field.name, direction, fine=False))

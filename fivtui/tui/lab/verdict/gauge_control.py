@@ -76,39 +76,32 @@ class GaugeController(Controller[Job]):
         second = _DEFAULT_SECOND if values.get(self._second) is None else self._second
         self._queue = []
         names = (_MU, second) if both else (_MU,)
-        gauges = [self._gauge_or_error(name, stability, attractors) for name in names]
+        gauges = [self._gauge(name, stability, attractors) for name in names]
         if self._running not in self._queue:
             self._start_next()
         return gauges
 
-    def _gauge_or_error(
-        self, name: str, stability: Stability, attractors: Attractors
-    ) -> Gauge | str:
-        try:
-            return self._gauge(name, stability, attractors)
-        except (ComputationError, InputError) as error:
-            return f"{FIELDS[name].symbol}: no zones: {error}"
-
-    def _gauge(self, name: str, stability: Stability, attractors: Attractors) -> Gauge:
+    def _gauge(self, name: str, stability: Stability, attractors: Attractors) -> Gauge | str:
+        field, safe_friction = FIELDS[name], attractors.safe
         value = getattr(stability.parameters, name)
-        gauge_range = self._gauge_range(name, value, stability)
-        low, high = gauge_range.low, gauge_range.high
-        safe_friction = attractors.safe
-        zones, searching = self._cache.get(gauge_range), False
-        if name == _MU and safe_friction is not None:
-            zones = zones_of_safe_friction(safe_friction, low, high)
-        elif gauge_range not in self._cache:
-            self._queue.append(gauge_range)
-            searching = True
-        if zones is None:
-            zones = linear_zones(gauge_range.system, name, low, high)
+        try:
+            gauge_range = self._gauge_range(name, value, stability)
+            low, high = gauge_range.low, gauge_range.high
+            zones = self._cache.get(gauge_range)
+            if name == _MU and safe_friction is not None:
+                zones = zones_of_safe_friction(safe_friction, low, high)
+            elif gauge_range not in self._cache:
+                self._queue.append(gauge_range)
+            if zones is None:
+                zones = linear_zones(gauge_range.system, name, low, high)
+        except (ComputationError, InputError) as error:
+            return f"{field.symbol}: no zones: {error}"
         is_unsafe = safe_friction is not None and stability.parameters.mu > safe_friction.safe_to
         if is_unsafe and name != _MU and zones.at(value) is Zone.SAFE:
             # The search over μ contradicts these zones, so do not show them as safe.
             zones = zones.without_safe()
-        field = FIELDS[name]
         unit = f" ({field.unit})" if field.unit else ""
-        text = self._session.texts[name].strip()
+        text, searching = self._session.texts[name].strip(), gauge_range in self._queue
         basis = _methods_text(stability, searched=name == _MU and safe_friction is not None)
         return Gauge(f"{field.symbol}{unit}", zones, value, text, searching, basis)
 
