@@ -41,11 +41,6 @@ from .keys import LAB_KEYS, key_text
 from .run_list import RunsTable
 from .screen import LabScreen
 
-# Scores if all words of a search match the title or the search terms. An entry that contains only
-# the letters of the search scores less: below `_LETTERS_SCORE`.
-_TITLE_SCORE: Final = 2.0
-_TERMS_SCORE: Final = 1.0
-_LETTERS_SCORE: Final = 0.5
 # Search terms by identifier of a key, tab, view or row of `_KEYLESS`, by action of a plot or run,
 # and by title of a command of every Textual application. What has none is not in the palette.
 _SEARCH_TERMS: Final = {
@@ -141,16 +136,14 @@ class PaletteEntry:
 
     def score(self, matcher: Matcher, query: str) -> float:
         """Score of the match with a search; 0 if nothing matches."""
-        query_terms, title = query.lower().split(), self.title.lower()
-        match = matcher.match(self.title)
-        # `match` has no upper limit.
-        letters_score = _LETTERS_SCORE * match / (1.0 + match)
-        if all(term in title for term in query_terms):
-            return _TITLE_SCORE + letters_score
+        words, title = query.lower().split(), self.title.lower()
         terms = re.split(r"[^\w+-]+", f"{title} {self.search_terms} {self.help}".lower())
-        if all(any(term.startswith(prefix) for term in terms) for prefix in query_terms):
-            return _TERMS_SCORE + letters_score
-        return letters_score
+        # Words of the title count more than terms, these more than the letters of the title.
+        rank = 2 * all(word in title for word in words) or int(
+            all(any(term.startswith(word) for term in terms) for word in words)
+        )
+        letters = matcher.match(self.title)
+        return rank + 0.5 * letters / (1.0 + letters)
 
 
 def _lab_entries(lab: LabScreen) -> Iterator[PaletteEntry]:

@@ -19,10 +19,10 @@ class EditActions(LabActions):
     @on(FieldEdited)
     def _edit_field(self, event: FieldEdited) -> None:
         # The message of a newer text in the editor follows.
-        form, session = self.query_one(Form), self.session
-        is_current = not event.from_editor or form.editor(event.name).text == event.text
-        if is_current and session.texts[event.name] != event.text:
-            session.set_text(event.name, event.text)
+        editor = self.query_one(Form).editor(event.name)
+        is_current = not event.from_editor or editor.text == event.text
+        if is_current and self.session.texts[event.name] != event.text:
+            self.session.set_text(event.name, event.text)
             self.show_inputs()
 
     @on(FieldStepped)
@@ -78,10 +78,11 @@ class EditActions(LabActions):
         if finite:
             self.call_after_refresh(self.focus_field, "v_belt")
 
-    def _change_history(self, change: Callable[[], bool]) -> None:
+    def _change_history(self, change: Callable[[], object]) -> None:
         # An undo step may restore or delete a run.
         runs_before = list(self.session.runs)
-        self._show_or_beep(change())
+        change()
+        self.show_inputs()
         if list(self.session.runs) != runs_before:
             self.post_message(RunsChanged())
 

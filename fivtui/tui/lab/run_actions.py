@@ -129,13 +129,17 @@ class RunActions(LabActions):
 
     @on(RunActionRequested)
     def _handle_run_action(self, event: RunActionRequested) -> None:
-        run = self.session.runs.find(event.number)
+        runs, undo_key = self.session.runs, self.session.key_names["undo"]
+        run = runs.find(event.number)
         if run is None:
             return
         if event.action == "load":
-            self._load(run)
+            runs.displayed = runs.displayed if run.result is None else run
+            report = f"scene of run {run.number} loaded; {undo_key} undoes"
+            self.post_message(SceneLoaded(run.scene, "", report))
         elif event.action == "delete":
-            self._delete(run)
+            self.session.delete_run(run)
+            self.report(f"run {run.number} deleted; {undo_key} brings it back")
         else:
             self._change_plots(event.action, run)
         self.post_message(RunsChanged())
@@ -157,15 +161,3 @@ class RunActions(LabActions):
             runs.displayed = run
         elif action == "baseline":
             runs.baseline = None if runs.baseline is run else run
-
-    def _load(self, run: Run) -> None:
-        if run.result is not None:
-            self.session.runs.displayed = run
-        report = f"scene of run {run.number} loaded; {self.session.key_names['undo']} undoes"
-        self.post_message(SceneLoaded(run.scene, "", report))
-
-    def _delete(self, run: Run) -> None:
-        if run is self.session.runs.active:
-            self.action_stop()
-        self.session.delete_run(run)
-        self.report(f"run {run.number} deleted; {self.session.key_names['undo']} brings it back")

@@ -38,10 +38,8 @@ def shorten_headline(headline: str, width: int) -> str:
 class VerdictView(Vertical):
     """Headline, a few lines of facts, and gauges, with the scene's name in the border."""
 
-    def __init__(self, *, id: str) -> None:  # noqa: A002
-        super().__init__(id=id)
-        # Kind of the verdict, headline and facts.
-        self._texts: tuple[str, ...] = ()
+    # The headline, then the facts.
+    _lines: Sequence[str] = ("",)
 
     def compose(self) -> ComposeResult:
         """Headline, facts, gauges."""
@@ -60,9 +58,7 @@ class VerdictView(Vertical):
             view.gauge = gauge
         bases = (gauge.basis for gauge in gauges if isinstance(gauge, Gauge))
         self.border_subtitle = next(bases, "")
-        if (kind, *lines) == self._texts:
-            return
-        self._texts = (kind, *lines)
+        self._lines = lines
         for colour_kind in VERDICT_KINDS:
             self.set_class(colour_kind == kind, f"-{colour_kind}")
         self._fit_texts()
@@ -74,15 +70,13 @@ class VerdictView(Vertical):
 
     @on(Resize)
     def _fit_texts(self) -> None:
-        if not self._texts:
-            return
         # A new layout at every key would be noticeably slow.
         width, facts_view = self.content_size.width, self.query_one("#facts", Static)
-        _, first_line, *facts = self._texts
+        first_line, *facts = self._lines
         headline = shorten_headline(first_line, width)
         if not facts_view.display:
             # `flow_facts` puts the first fact into the line of the headline if it fits.
-            headline, *_ = flow_facts([headline, *facts[:1]], width).splitlines()
+            headline, _, _ = flow_facts([headline, *facts[:1]], width).partition("\n")
         facts_view.update(flow_facts(facts, width), layout=False)
         self.query_one("#headline", Static).update(headline, layout=False)
         # The headline takes two lines if it needs them and the facts still fit.
