@@ -66,17 +66,17 @@ class PathDialog(ModalScreen[Path | None]):
 
     @on(Input.Changed, "#path")
     def _reset_hint(self) -> None:
-        self._show_hint(self._hint, self._verb, is_error=False)
         self._text_to_overwrite = ""
+        self._show_hint(self._hint, is_error=False)
 
     @on(Input.Submitted, "#path")
     @on(Button.Pressed, "#save")
     async def _confirm(self) -> None:
         text = self.query_one("#path", Input).value.strip()
         if not text:
-            self._show_hint("type a path", self._verb, is_error=True)
+            self._show_hint("type a path", is_error=True)
             return
-        path, label = home_path(text), self._verb
+        path = home_path(text)
         # A check refuses an existing file unless its path is marked as replaceable.
         replaceable_path = output_path(path, force=True)
         if self._text_to_overwrite == text:
@@ -84,11 +84,11 @@ class PathDialog(ModalScreen[Path | None]):
         error = await asyncio.to_thread(self._path_error, path)
         if error and not await asyncio.to_thread(self._path_error, replaceable_path):
             self._text_to_overwrite = text
-            error, label = f"{path} exists. Overwrite it?", "Overwrite"
+            error = f"{path} exists. Overwrite it?"
         if not self.is_current:
             return
         if error:
-            self._show_hint(error, label, is_error=True)
+            self._show_hint(error, is_error=True)
         else:
             self.dismiss(path)
 
@@ -99,13 +99,13 @@ class PathDialog(ModalScreen[Path | None]):
             return str(error)
         return ""
 
-    def _show_hint(self, text: str, label: str, *, is_error: bool) -> None:
+    def _show_hint(self, text: str, *, is_error: bool) -> None:
         # While the dialog opens or closes, the hint or the button may not exist.
         for hint in self.query("#dialog-hint").results(Static):
             hint.update(text)
             hint.set_class(is_error, "-wrong")
         for button in self.query("#save").results(Button):
-            button.label = label
+            button.label = "Overwrite" if self._text_to_overwrite else self._verb
 
 
 class HelpDialog(ModalScreen[None]):

@@ -46,7 +46,7 @@ class Editor(Widget):
         self.post_message(FieldEdited(self.field.name, self.text))
 
 
-class TextEditor(Editor, TextInput):
+class TextEditor(TextInput, Editor):
     """Edits a field as text; the up and down keys change a number by a step."""
 
     BINDINGS: ClassVar[list[BindingType]] = [
@@ -107,7 +107,7 @@ class TextEditor(Editor, TextInput):
             self._shown_text = text
 
 
-class ChoiceEditor(Editor, Select[str]):
+class ChoiceEditor(Select[str], Editor):
     """Edits a field that has a fixed set of choices."""
 
     def __init__(self, field: FormField, text: str) -> None:
@@ -116,7 +116,7 @@ class ChoiceEditor(Editor, Select[str]):
         self.field = field
 
 
-class SeparationEditor(Editor, Checkbox):
+class SeparationEditor(Checkbox, Editor):
     """A check box: whether the slider may leave the belt; labelled "considered" or "ignored"."""
 
     def __init__(self, field: FormField, text: str) -> None:

@@ -1,12 +1,11 @@
 """The row of a field in the form."""
 
 from textwrap import wrap
-from typing import Final, cast
+from typing import Final
 
 from textual.content import Content
 from textual.events import Click
-from textual.geometry import Offset, Region, Size, Spacing
-from textual.layout import ArrangeResult, Layout, WidgetPlacement
+from textual.geometry import Size
 from textual.reactive import reactive
 from textual.style import Style
 from textual.widget import Widget
@@ -27,32 +26,12 @@ _SYMBOL_WIDTH: Final = 6
 _STEP_WIDTH: Final = 3
 _STEPS_WIDTH: Final = _STEP_WIDTH * len(_STEP_SIGNS)
 _UNIT_WIDTH: Final = 6
-# Width of the editor of a number beside which the meaning of the field fits.
-_NUMBER_WIDTH: Final = 12
+# Column before which editor, steps and unit end; in a wide row, the meaning of the field follows.
+_END: Final = 31
 # Minimum width of the meaning of a field.
 _MEANING_WIDTH: Final = 20
 # Maximum number of displayed lines of an error message.
 _MAX_LINES: Final = 8
-
-
-class _RowLayout(Layout):
-    # Places the editor between symbol and unit, which the row itself draws.
-
-    name = "row"
-
-    def arrange(
-        self,
-        parent: Widget,
-        children: list[Widget],
-        size: Size,
-        greedy: bool = True,  # noqa: ARG002
-    ) -> ArrangeResult:
-        first_column, width = cast("FieldRow", parent).editor_span(size.width)
-        region = Region(first_column, 0, width, 1)
-        return [WidgetPlacement(region, Offset(), Spacing(), child) for child in children]
-
-
-_ROW_LAYOUT: Final = _RowLayout()
 
 
 class FieldRow(Widget):
@@ -71,25 +50,13 @@ class FieldRow(Widget):
         self.field = field
         self.editor = editor_of(field, text)
         super().__init__(self.editor, id=f"row-{field.name}")
-        self._symbol = field.symbol or field.name
-
-    @property
-    def layout(self) -> Layout:
-        """Places the editor between the symbol and the unit."""
-        return _ROW_LAYOUT
-
-    def editor_span(self, row_width: int) -> tuple[int, int]:
-        """First column and width of the editor in a row of this width."""
-        first_column = max(_SYMBOL_WIDTH, len(self._symbol) + 1) + len(_CHANGED_SIGN)
-        width_after = 0 if self.field.step_rule is None else _STEPS_WIDTH + _UNIT_WIDTH
-        row_width -= self._meaning_width(row_width)
-        return first_column, max(row_width - first_column - width_after, 1)
-
-    def _meaning_width(self, row_width: int) -> int:
-        # Columns for the meaning of the field at the end of a wide row, else 0.
-        width = row_width - len(_CHANGED_SIGN) - _SYMBOL_WIDTH - _NUMBER_WIDTH
-        width -= _STEPS_WIDTH + _UNIT_WIDTH
-        return width if width >= _MEANING_WIDTH else 0
+        self._symbol = f"{field.symbol or field.name} ".ljust(_SYMBOL_WIDTH)
+        # Columns of the steps and the unit, which follow the editor of a number.
+        self._width_after = 0 if field.step_rule is None else _STEPS_WIDTH + _UNIT_WIDTH
+        # The row itself draws everything around the editor.
+        first_column, styles = len(_CHANGED_SIGN) + len(self._symbol), self.editor.styles
+        styles.margin = (0, self._width_after, 0, first_column)
+        styles.width, styles.max_width = "1fr", _END - self._width_after - first_column
 
     def get_content_height(self, container: Size, viewport: Size, width: int) -> int:  # noqa: ARG002
         """One line plus those of the error message or note."""
@@ -102,22 +69,20 @@ class FieldRow(Widget):
     def render(self) -> Content:
         """Draw everything but the editor."""
         field, width = self.field, self.size.width
-        first_column, editor_width = self.editor_span(width)
         focused = self.editor.has_focus or self.selected
-        symbol = self._symbol.ljust(_SYMBOL_WIDTH - 1)
+        width_before = min(width, _END) - self._width_after - len(_CHANGED_SIGN)
         parts: list[Content | str | tuple[str, str]] = [
             (_CHANGED_SIGN if self.changed else " ", "$text-warning"),
-            (symbol, "bold reverse" if focused else ""),
-            " " * (first_column + editor_width - len(_CHANGED_SIGN) - len(symbol)),
+            (self._symbol[:-1], "bold reverse" if focused else ""),
+            " " * (width_before - len(self._symbol) + 1),
         ]
         if field.step_rule is not None:
             for sign, direction in _STEP_SIGNS:
                 button = Content.styled(sign.center(_STEP_WIDTH), "$button-foreground")
                 parts.append(button.stylize(Style.from_meta({"step": direction})))
             parts.append(f" {field.unit}".ljust(_UNIT_WIDTH))
-        meaning_width = self._meaning_width(width)
-        if meaning_width:
-            parts.append((f" {shorten(field.meaning, meaning_width - 1)}", "$foreground 60%"))
+        if width >= _END + _MEANING_WIDTH:
+            parts.append((f" {shorten(field.meaning, width - _END - 1)}", "$foreground 60%"))
         line = Content.assemble(*parts)
         style = "$text-warning" if self.error else "$text-muted"
         lines_below = (Content.styled(_INDENT + line, style) for line in self._lines_below(width))
