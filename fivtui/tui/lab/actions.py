@@ -18,7 +18,7 @@ from fivtui.tui.tabs import Pane, Reported, TabBook, TabLine
 from .dialogs import HelpDialog, PartKey
 from .form.form import FieldList, Form, field_of
 from .keys import active_keys
-from .run_list import RunsPane, RunsTable
+from .run_list import RunsTable
 
 
 class LabActions(Screen[None]):
@@ -83,7 +83,7 @@ class LabActions(Screen[None]):
 
     def action_toggle_runs(self) -> None:
         """Show and focus the list of runs, or hide it."""
-        if self.query_one(RunsPane).has_focus_within:
+        if self.query_one(RunsTable).has_focus:
             self.remove_class("-runs")
             self.focus_field("mu")
         else:

@@ -44,7 +44,7 @@ from .key_bar import KeyBar
 from .keys import LAB_KEYS
 from .live_control import LiveController
 from .notices import NoticeView
-from .run_list import RunsPane
+from .run_list import RunsTable
 from .search_control import SearchController
 from .verdict.gauge import GaugeView
 from .verdict.gauge_control import GaugeController
@@ -95,7 +95,7 @@ class LabScreen(EditorActions):
                 if self._shows_welcome:
                     yield Static(welcome_text(self.session.key_names), id="welcome", markup=False)
                 yield TabBook(self.session)
-            yield RunsPane(self.session)
+            yield RunsTable(self.session)
         yield Static(_TOO_SMALL, id="too-small", markup=False)
         yield NoticeView()
         yield KeyBar()
@@ -125,7 +125,7 @@ class LabScreen(EditorActions):
             pane.stop()
 
     def _apply_theme(self) -> None:
-        self.query_one(RunsPane).show()
+        self.query_one(RunsTable).show()
         self.call_after_refresh(self.tab_book.update_pane, lambda pane: pane.theme_changed())
 
     @on(Reported)
@@ -257,7 +257,7 @@ class LabScreen(EditorActions):
     def show_live(self) -> None:
         """Display the live curve, or else the displayed run, and the runs beside it."""
         self._show_run_status()
-        self.query_one(RunsPane).update_marks()
+        self.query_one(RunsTable).update_marks()
         self.tab_book.update_pane(lambda pane: pane.run_changed(self.session.runs.displayed))
 
     def action_switch_live(self) -> None:
@@ -277,7 +277,7 @@ class LabScreen(EditorActions):
             self._progress_timer.pause()
         else:
             self._progress_timer.resume()
-        self.query_one(RunsPane).show()
+        self.query_one(RunsTable).show()
         self.show_live()
         self.refresh_bindings()
 
