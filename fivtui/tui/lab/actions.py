@@ -65,6 +65,7 @@ class LabActions(Screen[None]):
             "run": not is_running,
             "compare_engines": not is_running,
             "stop": is_running,
+            "reset": field_of(self.focused) is not None,
             "reload_scene": scene_file(session.source) is not None,
             "undo": session.can_undo,
             "redo": session.can_redo,

@@ -304,16 +304,14 @@ class LabCommands(Provider):
 
     async def startup(self) -> None:
         """List the other sessions once, because listing them reads files."""
-        self._other_sessions: list[PaletteEntry] = []
+        self._sessions: list[PaletteEntry] = []
         if isinstance(self.screen, LabScreen):
-            self._other_sessions += _saved_session_entries(
-                self.screen, self.screen.other_sessions()
-            )
+            self._sessions += _saved_session_entries(self.screen, self.screen.other_sessions())
 
     def _all_entries(self) -> Iterator[PaletteEntry]:
         if isinstance(self.screen, LabScreen):
             yield from _lab_entries(self.screen)
-        yield from self._other_sessions
+        yield from self._sessions
         for title, help_text, run, _ in self.app.get_system_commands(self.screen):
             # Omit Textual's list of keys: the laboratory has its own.
             if title != "Keys":

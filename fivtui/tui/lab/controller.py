@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from functools import partial
-from typing import TYPE_CHECKING, Generic, TypeVar
+from typing import TYPE_CHECKING, Final, Generic, TypeVar
 
 from textual.timer import Timer
 
@@ -10,6 +10,9 @@ from fivtui.tui.session import Job
 
 if TYPE_CHECKING:
     from .screen import LabScreen
+
+# Pause after the last edit, s.
+_PAUSE: Final = 0.4
 
 AnyJob = TypeVar("AnyJob", bound=Job)
 
@@ -32,13 +35,12 @@ class Controller(Generic[AnyJob]):
             self._job.stop()
         self._pause_timer = self._job = None
 
-    def start_after_pause(self, seconds: float, start: Callable[[], None]) -> None:
+    def start_after_pause(self, start: Callable[[], None]) -> None:
         """Call `start` after a pause, or after the first pause in which the screen is idle."""
-        callback = partial(self._end_pause, seconds, start)
-        self._pause_timer = self._screen.set_timer(seconds, callback)
+        self._pause_timer = self._screen.set_timer(_PAUSE, partial(self._end_pause, start))
 
-    def _end_pause(self, seconds: float, start: Callable[[], None]) -> None:
+    def _end_pause(self, start: Callable[[], None]) -> None:
         if self._screen.is_busy:
-            self.start_after_pause(seconds, start)
+            self.start_after_pause(start)
         else:
             start()

@@ -27,7 +27,10 @@ class EditActions(LabActions):
 
     @on(FieldStepped)
     def _step_field(self, event: FieldStepped) -> None:
-        self._show_or_beep(self.session.step_field(event.name, event.direction, fine=event.fine))
+        if self.session.step_field(event.name, event.direction, fine=event.fine):
+            self.show_inputs()
+        else:
+            self.app.bell()
 
     @on(SceneLoaded)
     def _load_scene(self, event: SceneLoaded) -> None:
@@ -53,7 +56,7 @@ class EditActions(LabActions):
         field = field_of(self.focused)
         if field is not None:
             self.session.reset(field.name)
-        self._show_or_beep(field is not None)
+            self.show_inputs()
 
     def action_reset_all(self) -> None:
         """Reset all fields to their values in the loaded scene."""
@@ -85,13 +88,6 @@ class EditActions(LabActions):
         self.show_inputs()
         if list(self.session.runs) != runs_before:
             self.post_message(RunsChanged())
-
-    def _show_or_beep(self, changed: bool) -> None:
-        # Display the inputs after a change; beep if a key changed nothing.
-        if changed:
-            self.show_inputs()
-        else:
-            self.app.bell()
 
     def add_recent(self, source: str) -> None:
         """Add a scene to the recent files if it has a file."""

@@ -5,7 +5,7 @@ The live curve is a run that follows the edits and is not kept. How soon it foll
 """
 
 from functools import partial
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING
 
 from fivtui.model import InputError
 from fivtui.scene import Scene
@@ -25,9 +25,6 @@ from .controller import Controller
 
 if TYPE_CHECKING:
     from .screen import LabScreen
-
-# Delay between the last edit and a run that waits for a pause, s.
-_PAUSE: Final = 0.4
 
 
 class LiveController(Controller[LiveJob]):
@@ -93,7 +90,7 @@ class LiveController(Controller[LiveJob]):
             live.switch_off(scene)
         else:
             live.announce_run(scene)
-            self.start_after_pause(_PAUSE, partial(self._start, scene))
+            self.start_after_pause(partial(self._start, scene))
 
     def _start(self, scene: Scene) -> None:
         self._queued_scene = None

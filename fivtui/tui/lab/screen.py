@@ -175,7 +175,7 @@ class LabScreen(EditorActions):
         self._are_inputs_outdated = False
         session = self.session
         suffix = " (changed)" if session.changed_fields else ""
-        self.query_one(VerdictView).show_scene_name(f"{session.name}{suffix}")
+        self.query_one(VerdictView).border_title = f"{session.name}{suffix}"
         self.query_one(Form).show()
         self.show_verdict()
         self._show_run_status()

@@ -22,8 +22,6 @@ if TYPE_CHECKING:
 
     from .screen import LabScreen
 
-# Delay of a search after the last edit, s.
-_PAUSE: Final = 0.5
 # Number of parameter sets whose results are cached.
 _CACHE_SIZE: Final = 64
 
@@ -55,7 +53,7 @@ class SearchController(Controller[Job]):
             self.stop()
             self._key = key
             if not attractors.complete:
-                self.start_after_pause(_PAUSE, partial(self._start, key))
+                self.start_after_pause(partial(self._start, key))
         return attractors
 
     def stop(self) -> None:

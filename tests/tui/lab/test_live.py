@@ -9,7 +9,7 @@ from textual.pilot import Pilot
 
 from fivtui.scene import PRESETS, Scene
 from fivtui.tui.app import FivtuiApp
-from fivtui.tui.lab import live_control
+from fivtui.tui.lab import controller, live_control
 from fivtui.tui.lab.notices import NoticeView
 from fivtui.tui.persistence.state_file import session_state
 from fivtui.tui.session import compute_scene
@@ -152,7 +152,7 @@ def pausable_runs(monkeypatch: pytest.MonkeyPatch) -> PausableRuns:
     # Edits start runs at once, even on a slow machine.
     monkeypatch.setattr(live_control, "MAX_IMMEDIATE_S", HANG_S)
     # A pause lasts until `end_pause`.
-    monkeypatch.setattr(live_control, "_PAUSE", HANG_S)
+    monkeypatch.setattr(controller, "_PAUSE", HANG_S)
     return runs
 
 

@@ -36,7 +36,7 @@ class FieldList(VerticalScroll, SearchableList):
         Binding("H,shift+left", "step(-1, True)", "Decrease slightly", show=False),
         Binding("L,shift+right", "step(1, True)", "Increase slightly", show=False),
         Binding("enter,i", "edit", "Edit", show=False),
-        Binding("escape", "leave_editor", "Stop typing", show=False),
+        Binding("escape", "app.focus('fields')", "Stop typing", show=False),
     ]
 
     def __init__(self, *, id: str) -> None:  # noqa: A002
@@ -101,10 +101,6 @@ class FieldList(VerticalScroll, SearchableList):
     @on(FieldFocused)
     def _move_cursor_to(self, event: FieldFocused) -> None:
         self._cursor = event.name
-
-    def action_leave_editor(self) -> None:
-        """Move the focus from an editor to the list."""
-        self.focus()
 
 
 class Form(Vertical):

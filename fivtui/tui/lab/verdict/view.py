@@ -63,11 +63,6 @@ class VerdictView(Vertical):
             self.set_class(colour_kind == kind, f"-{colour_kind}")
         self._fit_texts()
 
-    def show_scene_name(self, title: str) -> None:
-        """Display the name of the scene."""
-        if title != self.border_title:
-            self.border_title = title
-
     @on(Resize)
     def _fit_texts(self) -> None:
         # A new layout at every key would be noticeably slow.
