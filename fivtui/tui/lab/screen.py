@@ -153,10 +153,10 @@ class LabScreen(EditorActions):
     @on(GaugeView.MarkerMoved)
     def _move_marker(self, event: GaugeView.MarkerMoved) -> None:
         session = self.session
-        if not (event.dragging and self._gauges.is_dragged):
+        if self._gauges.dragged != event.name or not event.dragging:
             # A drag is one undo step.
             session.close_undo_step()
-        self._gauges.is_dragged = event.dragging
+        self._gauges.dragged = event.name if event.dragging else ""
         session.set_text(event.name, event.text)
         self.show_inputs(later=event.dragging and self.message_queue_size > 0)
 

@@ -165,9 +165,9 @@ class Form(Vertical):
 
 def field_of(widget: Widget | None) -> FormField | None:
     """The field of a widget; for the field list, the field at its cursor."""
-    if widget is None:
-        return None
-    if isinstance(widget, FieldList):
-        return widget.row.field
-    rows = (node.field for node in widget.ancestors_with_self if isinstance(node, FieldRow))
-    return next(rows, None)
+    for node in [] if widget is None else widget.ancestors_with_self:
+        if isinstance(node, FieldRow):
+            return node.field
+        if isinstance(node, FieldList):
+            return node.row.field
+    return None

@@ -44,13 +44,13 @@ class GaugeController(Controller[Job]):
         self._second, self.second_is_focused = _DEFAULT_SECOND, False
         # Zones that were computed; None if the computation failed.
         self._cache: LRUCache[_GaugeRange, Zones | None] = LRUCache(_CACHE_SIZE)
-        # Lower and upper end of the displayed ranges by parameter; they stay during a drag.
+        # Lower and upper end of the displayed ranges by parameter; that of a dragged one stays.
         self._ranges: dict[str, tuple[float, float]] = {}
         # The ranges to compute, and the one that is being computed.
         self._queue: list[_GaugeRange] = []
         self._running: _GaugeRange | None = None
-        # Whether the mouse drags the marker of a gauge.
-        self.is_dragged = False
+        # The parameter whose marker the mouse drags, or empty.
+        self.dragged = ""
 
     def focus(self, name: str) -> None:
         """Make the parameter of a focused field that of the second gauge."""
@@ -107,18 +107,13 @@ class GaugeController(Controller[Job]):
 
     def _gauge_range(self, name: str, value: float, stability: Stability) -> _GaugeRange:
         parameters, spec = stability.parameters, ALL_PARAMETERS[name]
-        if not self.is_dragged or name not in self._ranges:
-            self._ranges[name] = (
-                (0.0, mu_scan_end(stability))
-                if name == _MU
-                else round_range(value, spec.lower, spec.upper)
-            )
+        if name == _MU and self.dragged != _MU:
+            self._ranges[_MU] = 0.0, mu_scan_end(stability)
+        elif self.dragged != name:
+            # Static friction is at least the sliding friction.
+            lower = parameters.mu if name == _STATIC_FRICTION else spec.lower
+            self._ranges[name] = round_range(value, lower, spec.upper)
         low, high = self._ranges[name]
-        # Static friction is at least the sliding friction.
-        if name == _MU and parameters.mu_s is not None:
-            high = min(high, parameters.mu_s)
-        if name == _STATIC_FRICTION:
-            low = max(low, parameters.mu)
         return _GaugeRange(stability.system.with_values({name: high}), name, low, high)
 
     def _start_next(self) -> None:
