@@ -113,12 +113,7 @@ _SEARCH_TERMS: Final = {
 }
 # Commands without a key: identifier, title, help and action.
 _KEYLESS: Final = (
-    (
-        "belts",
-        "Belt of finite speed",
-        "Fields v_belt, μ_s, v_s: the slider sticks",
-        "set_belt(True)",
-    ),
+    ("belts", "Belt of finite speed", "v_belt, μ_s and v_s: the slider sticks", "set_belt(True)"),
     ("belts", "Belt faster than the slider", "As in the paper: no stick", "set_belt(False)"),
     ("tables", "Parameters over time from a file…", "CSV: time, F, mu, k2, c1, …", "read_tables"),
     ("tables", "Drop the tables over time", "Values at t = 0 stay", "drop_tables"),
@@ -138,12 +133,11 @@ class PaletteEntry:
         """Score of the match with a search; 0 if nothing matches."""
         words, title = query.lower().split(), self.title.lower()
         terms = re.split(r"[^\w+-]+", f"{title} {self.search_terms} {self.help}".lower())
+        is_title = all(word in title for word in words)
+        are_terms = all(any(term.startswith(word) for term in terms) for word in words)
         # Words of the title count more than terms, these more than the letters of the title.
-        rank = 2 * all(word in title for word in words) or int(
-            all(any(term.startswith(word) for term in terms) for word in words)
-        )
         letters = matcher.match(self.title)
-        return rank + 0.5 * letters / (1.0 + letters)
+        return max(2.0 * is_title, 1.0 * are_terms) + 0.5 * letters / (1.0 + letters)
 
 
 def _lab_entries(lab: LabScreen) -> Iterator[PaletteEntry]:
