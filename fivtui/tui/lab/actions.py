@@ -115,9 +115,7 @@ class LabActions(Screen[None]):
         if field is not None:
             heading = Row("", f"{field.name}: {field.meaning}")
             rows += [Row("", ""), heading, *field_help(field)]
-        self.app.push_screen(
-            HelpDialog("Keys that work now", [*rows, Row("", ""), *general_help()])
-        )
+        self.app.push_screen(HelpDialog([*rows, Row("", ""), *general_help()]))
 
     def action_focus_part(self, part: str) -> None:
         """Focus a part of the screen: fields, tabs, runs, or the bar or plot of the current tab."""

@@ -109,19 +109,18 @@ class PathDialog(ModalScreen[Path | None]):
 
 
 class HelpDialog(ModalScreen[None]):
-    """Help as rows of label and value."""
+    """The keys that work, and further help, as rows of label and value."""
 
     BINDINGS: ClassVar[list[BindingType]] = [Binding("escape,f1,q,enter", "dismiss", "Close")]
 
-    def __init__(self, title: str, rows: Sequence[Row]) -> None:
+    def __init__(self, rows: Sequence[Row]) -> None:
         super().__init__()
-        self._title = title
         self._rows = rows
 
     def compose(self) -> ComposeResult:
         """A title over the rows."""
         with Vertical(id="dialog"):
-            yield Label(self._title, id="dialog-title", markup=False)
+            yield Label("Keys that work now", id="dialog-title")
             yield RowsView()
             yield Button("Close", compact=True, action="screen.dismiss")
 

@@ -25,7 +25,7 @@ from .rows import FieldRow
 _LINES_PER_ROW: Final = 1.5
 
 
-class FieldList(VerticalScroll, SearchableList):
+class FieldList(VerticalScroll, SearchableList, can_focus=True):
     """The rows, with a cursor; while it has the focus, letters are commands and type no text."""
 
     BINDINGS: ClassVar[list[BindingType]] = [
@@ -39,10 +39,8 @@ class FieldList(VerticalScroll, SearchableList):
         Binding("escape", "app.focus('fields')", "Stop typing", show=False),
     ]
 
-    def __init__(self, *, id: str) -> None:  # noqa: A002
-        super().__init__(id=id, can_focus=True)
-        # The name of the field at the cursor.
-        self._cursor = "mu"
+    # The name of the field at the cursor.
+    _cursor = "mu"
 
     @property
     def row(self) -> FieldRow:
