@@ -38,16 +38,16 @@ from fivtui.tui.tabs import (
     TabLine,
 )
 
+from .control.gauge_control import GaugeController
+from .control.live_control import LiveController
+from .control.search_control import SearchController
 from .editor_actions import EditorActions
 from .form.form import Form
 from .key_bar import KeyBar
 from .keys import LAB_KEYS
-from .live_control import LiveController
 from .notices import NoticeView
 from .run_list import RunsTable
-from .search_control import SearchController
 from .verdict.gauge import GaugeView
-from .verdict.gauge_control import GaugeController
 from .verdict.view import VerdictView
 
 _POLL_INTERVAL_S: Final = 0.1

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
         crash_message,
         duration_text,
     )
-    from .live import MAX_IMMEDIATE_S, LiveCurve, LiveJob, LiveRun, Pace
+    from .live import MAX_IMMEDIATE_S, LiveJob, LiveRun, Pace
     from .report import (
         Attractors,
         attractor_rows,
@@ -33,7 +33,6 @@ if TYPE_CHECKING:
         MAX_RUNS,
         NATIVE_ENGINE,
         Run,
-        Runs,
         RunState,
         RunStyle,
         compute_scene,

@@ -10,9 +10,9 @@ from hypothesis import example, given, strategies as st
 from textual.pilot import Pilot
 
 from fivtui.safety import SafeFriction, Zone, Zones, linear_zones, safety_zones
+from fivtui.tui.lab.control.gauge_control import GaugeController
 from fivtui.tui.lab.screen import LabScreen
 from fivtui.tui.lab.verdict.gauge import Gauge, GaugeView, round_range
-from fivtui.tui.lab.verdict.gauge_control import GaugeController
 from fivtui.tui.session import Attractors, Session
 from tests.support.laboratory import (
     app_of,

@@ -9,7 +9,7 @@ from textual.pilot import Pilot
 
 from fivtui.scene import PRESETS, Scene
 from fivtui.tui.app import FivtuiApp
-from fivtui.tui.lab import controller, live_control
+from fivtui.tui.lab.control import controller, live_control
 from fivtui.tui.lab.notices import NoticeView
 from fivtui.tui.persistence.state_file import session_state
 from fivtui.tui.session import compute_scene

@@ -19,8 +19,7 @@ from .controller import Controller
 
 if TYPE_CHECKING:
     from fivtui.orbits import Coexistence
-
-    from .screen import LabScreen
+    from fivtui.tui.lab.screen import LabScreen
 
 # Number of parameter sets whose results are cached.
 _CACHE_SIZE: Final = 64

@@ -24,7 +24,7 @@ from fivtui.tui.tabs import compute_in_thread
 from .controller import Controller
 
 if TYPE_CHECKING:
-    from .screen import LabScreen
+    from fivtui.tui.lab.screen import LabScreen
 
 
 class LiveController(Controller[LiveJob]):

@@ -9,7 +9,7 @@ from textual.timer import Timer
 from fivtui.tui.session import Job
 
 if TYPE_CHECKING:
-    from .screen import LabScreen
+    from fivtui.tui.lab.screen import LabScreen
 
 # Pause after the last edit, s.
 _PAUSE: Final = 0.4

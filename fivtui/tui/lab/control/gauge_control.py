@@ -11,10 +11,10 @@ from textual.cache import LRUCache
 from fivtui.equilibrium import Stability, mu_scan_end
 from fivtui.model import ALL_PARAMETERS, ComputationError, InputError, System
 from fivtui.safety import Zone, Zones, linear_zones, zones_of_safe_friction
-from fivtui.tui.lab.controller import Controller
+from fivtui.tui.lab.verdict.gauge import Gauge, round_range
 from fivtui.tui.session import FIELDS, Attractors, Job, compute_outcome
 
-from .gauge import Gauge, round_range
+from .controller import Controller
 
 if TYPE_CHECKING:
     from fivtui.tui.lab.screen import LabScreen
