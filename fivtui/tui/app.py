@@ -36,7 +36,7 @@ from .lab import (
 )
 from .persistence import Autosave, Config, State, load_config, session_state
 from .session import SCREEN_RESPONSE, ComputingThreads, Session
-from .tabs import Reported, SessionRequested
+from .tabs import Reported
 
 _SAVE_INTERVAL_S: Final = 2.0
 _STYLES: Final = Path(__file__).parent / "styles"
@@ -180,19 +180,19 @@ class FivtuiApp(App[None]):
         text = "; ".join([text, *notes])
         self._reports.append(Reported(text, routine=routine and not notes))
 
-    @on(SessionRequested)
-    def _open_session(self, event: SessionRequested) -> None:
+    def action_open_session(self, number: int) -> None:
+        """Open another saved session."""
         autosave = Autosave(self._state_file)
         try:
-            session = autosave.open(event.number)
+            session = autosave.open(number)
         except InputError as error:
             self._report(str(error), error=True)
             return
         self.autosave.close(self._session_state())
         self.autosave, self._reported_error = autosave, ""
-        self._open(session, f"session {event.number} opened", routine=False)
+        self._open(session, f"session {number} opened", routine=False)
         # Removing the screen of the previous session ends its computations.
-        previous_mode, mode = self.current_mode, f"session {event.number}"
+        previous_mode, mode = self.current_mode, f"session {number}"
         self.add_mode(mode, self.get_default_screen)
         self.switch_mode(mode)
         self.remove_mode(previous_mode)

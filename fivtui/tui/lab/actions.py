@@ -13,7 +13,7 @@ from fivtui.model import ComputationError, InputError
 from fivtui.results import Row
 from fivtui.scene import scene_file
 from fivtui.tui.session import Session, field_help, general_help
-from fivtui.tui.tabs import Pane, Reported, TabBook, TabLine
+from fivtui.tui.tabs import ActionPane, Pane, Reported, TabBook, TabLine
 
 from .dialogs import HelpDialog, PartKey
 from .form.form import FieldList, Form, field_of
@@ -94,7 +94,9 @@ class LabActions(Screen[None]):
         """Start or stop the computation of the current tab."""
 
         def toggle(pane: Pane) -> None:
-            if not pane.toggle_computation():
+            if isinstance(pane, ActionPane):
+                pane.toggle_computation()
+            else:
                 self.app.bell()
 
         self.tab_book.when_ready(toggle)

@@ -31,7 +31,6 @@ from fivtui.tui.tabs import (
     Pane,
     RunActionRequested,
     SceneLoaded,
-    SessionRequested,
     TabSpec,
     ViewsPane,
     panel_scene,
@@ -264,7 +263,7 @@ def _saved_session_entries(lab: LabScreen, slots: Iterable[Slot]) -> Iterator[Pa
         yield PaletteEntry(
             f"Open session {slot.number}: {_contents_text(slot)}",
             f"last used {last_used:%Y-%m-%d %H:%M}; saves the current session",
-            partial(lab.post_message, SessionRequested(slot.number)),
+            partial(lab.run_action, f"app.open_session({slot.number})"),
         )
 
 

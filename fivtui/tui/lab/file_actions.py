@@ -11,7 +11,7 @@ from typing import Any, Final, cast
 
 from fivtui.io import check_distinct, describe_files, output_path, temporary_folder
 from fivtui.model import ComputationError, InputError
-from fivtui.scene import Scene, load_scene, read_over_time, scene_file
+from fivtui.scene import Scene, load_scene, read_over_time, save_scene, scene_file
 from fivtui.studies import check_readable, kind_of, load_study
 from fivtui.transient import SETTINGS, Transient
 from fivtui.tui.session import FILE_WRITES, SAFETY_MAPS, DisplayedStudy, check_drawable, study_key
@@ -23,7 +23,6 @@ from fivtui.tui.tabs import (
     ViewsPane,
     check_scene_path,
     copy_picture,
-    save_scene_as,
 )
 
 from .dialogs import PathDialog
@@ -172,7 +171,9 @@ class FileActions(EditActions, RunActions):
 
     def _save(self, scene: Scene, path: Path) -> None:
         with self.report_errors():
-            saved_scene = save_scene_as(scene, path)
+            # A scene has the name of its file.
+            saved_scene = replace(scene, name=path.stem)
+            save_scene(saved_scene, path)
             self.session.record_saved(saved_scene, str(path))
             self.add_recent(str(path))
             self.show_edit(f"scene {saved_scene.name} saved: {describe_files(path)}")

@@ -108,7 +108,8 @@ class LabScreen(EditorActions):
         self.show_inputs()
         self._update_runs()
         self.focus_field("mu")
-        self.app.theme_changed_signal.subscribe(self, lambda _: self._apply_theme())
+        # Style sheets colour all but the marks of the runs.
+        self.app.theme_changed_signal.subscribe(self, lambda _: self.query_one(RunsTable).show())
 
     def on_unmount(self) -> None:
         """Stop all computations."""
@@ -124,9 +125,6 @@ class LabScreen(EditorActions):
         for pane in self.query(JobPane):
             pane.stop()
 
-    def _apply_theme(self) -> None:
-        self.query_one(RunsTable).show()
-        self.call_after_refresh(self.tab_book.update_pane, lambda pane: pane.theme_changed())
 
     @on(Reported)
     def _show_report(self, event: Reported) -> None:

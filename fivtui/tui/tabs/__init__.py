@@ -4,8 +4,8 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from .exports.clipboard import copy_picture
-    from .exports.export import EXPORT_KINDS, Export, check_scene_path, save_scene_as
-    from .job_pane import JobPane, compute_in_thread
+    from .exports.export import EXPORT_KINDS, Export, check_scene_path
+    from .job_pane import ActionPane, JobPane, compute_in_thread
     from .messages import (
         FieldEdited,
         FieldFocused,
@@ -17,7 +17,6 @@ if TYPE_CHECKING:
         RunRequested,
         RunsChanged,
         SceneLoaded,
-        SessionRequested,
         TabKeyPressed,
     )
     from .pane import Pane

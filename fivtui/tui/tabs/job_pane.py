@@ -113,21 +113,14 @@ class StatusLine(Horizontal):
 
 
 class ActionPane(ViewsPane):
-    """Views below a line with the primary action of the tab, its inputs, and a status.
+    """Views below a line with the primary action of the tab, its inputs, and a status."""
 
-    Attributes
-    ----------
-    VERB, KEY : str
-        Label of the button, and the identifier of the key that does the same.
-    HINT : str
-        Status before the first result.
-    STATUS_BELOW : bool
-        Whether the status is below the views, because inputs fill the line of the action.
-    """
-
+    # Label of the button, and the identifier of the key that does the same.
     VERB: ClassVar[str] = "Compute"
     KEY: ClassVar[str] = "compute"
+    # Status before the first result.
     HINT: ClassVar[str] = ""
+    # Whether the status is below the views, because inputs fill the line of the action.
     STATUS_BELOW: ClassVar[bool] = False
 
     def compose(self) -> ComposeResult:
@@ -155,6 +148,10 @@ class ActionPane(ViewsPane):
         button.variant = "primary" if job is None else "warning"
         self.query_one(StatusLine).show(job, answer, text, is_error=is_error)
 
+    def toggle_computation(self) -> None:
+        """Start or stop the computation of the tab."""
+        raise NotImplementedError
+
     @on(Button.Pressed, ".action")
     def _toggle_pressed(self, event: Button.Pressed) -> None:
         event.stop()
@@ -181,7 +178,6 @@ class JobPane(ActionPane):
     def on_unmount(self) -> None:
         """Stop the job: else the program would wait for its thread at exit."""
         self.stop()
-        self._polling.stop()
 
     def start_from_inputs(self) -> None:
         """Check the inputs and call `start`; raises `InputError` if they are invalid."""
@@ -213,8 +209,8 @@ class JobPane(ActionPane):
             self.job.stop()
             self.job = None
 
-    def toggle_computation(self) -> bool:
-        """Start or stop the job; True, because this tab has a computation."""
+    def toggle_computation(self) -> None:
+        """Start or stop the job."""
         if self.job is not None:
             self.stop()
             self._polling.pause()
@@ -225,7 +221,6 @@ class JobPane(ActionPane):
                 self.show_status(str(error))
                 self.post_message(Reported(str(error), error=True))
         self.show_bar()
-        return True
 
     def _show_outcome(self, job: Job, outcome: Outcome[object]) -> None:
         if job is not self.job:

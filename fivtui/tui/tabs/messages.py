@@ -95,10 +95,3 @@ class SceneLoaded(Message):
     scene: Scene
     source: str
     report: str
-
-
-@dataclass
-class SessionRequested(Message):
-    """The user wants to open another saved session, by its number."""
-
-    number: int

@@ -88,10 +88,6 @@ class Pane(Vertical):
     def run_progressed(self, run: Run) -> None:
         """Called about ten times a second with the run being computed."""
 
-    def toggle_computation(self) -> bool:
-        """Start or stop the computation of the tab. Returns False if it has no computation."""
-        return False
-
     def export(self, kind: str) -> Export:
         """Figure or data of the contents, by default of the displayed run; `InputError` if none."""
         return run_export(kind, self.session.runs.displayed)
@@ -104,6 +100,3 @@ class Pane(Vertical):
 
     def report_added(self) -> None:
         """Called when `session.reports` has a new message."""
-
-    def theme_changed(self) -> None:
-        """Redraw the parts that style sheets do not colour."""

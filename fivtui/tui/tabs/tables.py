@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 from textwrap import wrap
-from typing import ClassVar, Final, TypeVar
+from typing import Any, ClassVar, Final, TypeVar
 
 from rich.cells import cell_len
 from rich.table import Table
@@ -43,9 +43,9 @@ class ListTable(DataTable[Cell], SearchableList):
         *,
         wrapped: str = "",
         omitted: Sequence[str] = (),
-        fixed_columns: int = 0,
+        **options: Any,
     ) -> None:
-        super().__init__(id=id, cursor_type="row", zebra_stripes=True, fixed_columns=fixed_columns)
+        super().__init__(id=id, cursor_type="row", zebra_stripes=True, **options)
         self._wrapped, self._omitted = wrapped, omitted
         # The columns and rows of the last call of `fill`.
         self._content: tuple[Sequence[str], Mapping[str, Sequence[Cell]]] = ((), {})
@@ -57,8 +57,8 @@ class ListTable(DataTable[Cell], SearchableList):
         self.clear(columns=True)
         # Widths of the shown columns, by the indices of the columns.
         widths = {
-            index: max(cell_len(label), *(_cell_width(row[index]) for row in rows.values()), 0)
-            for index, label in enumerate(columns)
+            index: max(cell_len(str(cell)) for cell in column)
+            for index, column in enumerate(zip(columns, *rows.values(), strict=True))
         }
         wrapped = columns.index(self._wrapped) if self._wrapped in columns else None
         spare_width = 0 if wrapped is None else max(widths[wrapped] - _READABLE_WIDTH, 0)
@@ -128,10 +128,6 @@ def flow_facts(facts: Iterable[str], width: int, separator: str = _FACT_SEPARATO
         else:
             lines.append(fact)
     return "\n".join(lines)
-
-
-def _cell_width(cell: str | Text) -> int:
-    return cell.cell_len if isinstance(cell, Text) else cell_len(cell)
 
 
 class RowsView(TextView[Row]):

@@ -7,7 +7,6 @@ ghost is the curve before the edit. The view "difference" subtracts the run chos
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
-from functools import partial
 from typing import ClassVar, Final
 
 from textual import on
@@ -62,7 +61,7 @@ from .exports.export import (
 from .job_pane import ActionPane
 from .messages import LiveRequested, RunRequested
 from .motion.belt import BeltView
-from .motion.measured import MeasuredView
+from .motion.measured import MEASURED, MEASURED_KEY, MeasuredView
 from .tab_book import TABS
 from .tables import RowsView, flow_facts
 
@@ -73,9 +72,6 @@ _GHOST: Final = ("before", "·", "ghost")
 _LIVE_OFF: Final = "The live curve is off: press Run, or switch it on in the palette."
 # Charts that display a text while there is no curve, the first ones of their views.
 _FIRST_CHARTS: Final = ("plot-y", "phase-y", "plot-spectrum", "belt-picture")
-# Key of the view of measured data; the view, which is also the key of the stored text of its input.
-_MEASURED_KEY: Final = "m"
-_MEASURED: Final = "measured"
 # Views whose data are points of their charts; that of other views is the trajectory.
 _POINT_VIEWS: Final = ("spectrum", "difference")
 _NO_CHART: Final = "no chart to export in this view"
@@ -94,14 +90,13 @@ class TransientPane(ActionPane):
         "spectrum": "Spectrum",
         "difference": "Difference",
         "belt": "Belt",
-        _MEASURED: "Measured",
+        MEASURED: "Measured",
         "result": "Result",
     }
-    LOG_AXES: ClassVar[Mapping[str, str]] = {"plot-spectrum": "y"}
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("g,home", "show_end(False)", "Start of the run", show=False),
         Binding("G,end", "show_end(True)", "End of the run", show=False),
-        Binding(_MEASURED_KEY, "show_measured", "Measured data", show=False),
+        Binding(MEASURED_KEY, "show_measured", "Measured data", show=False),
     ]
 
     def __init__(self, session: Session) -> None:
@@ -130,46 +125,39 @@ class TransientPane(ActionPane):
             yield ChartView("phase-x")
             yield ChartView("phase-path")
         with Vertical(id="spectrum"):
-            yield ChartView("plot-spectrum")
+            yield ChartView("plot-spectrum", log="y")
         with Vertical(id="difference"):
             yield ChartView("difference-y", empty_text=_NO_BASELINE)
             yield ChartView("difference-P")
-        yield BeltView("belt")
-        text, store_text = (
-            self.stored_setting(_MEASURED, ""),
-            partial(self.store_setting, _MEASURED),
-        )
-        yield MeasuredView(_MEASURED, text, store_text, _MEASURED_KEY)
+        yield BeltView()
+        yield MeasuredView()
         yield RowsView(id="result")
 
     # The action
 
-    def toggle_computation(self) -> bool:
+    def toggle_computation(self) -> None:
         """Run the edited scene, or stop the run."""
         self.post_message(RunRequested())
-        return True
 
     def status_changed(self) -> None:
         """Display the status of the live curve, or else the progress or state of the newest run."""
-        runs, live_status = self.session.runs, self.session.live.status
-        newest = runs.newest
-        is_outdated = newest is not None and self.session.is_outdated(newest)
-        if newest is not None and newest.state is RunState.FAILED and not is_outdated:
-            # Before the next edit, the failure of the run replaces the status of the live curve.
-            live_status = ""
-        if live_status and runs.active is None:
-            self.show_action(None, live_status)
-        elif newest is None:
-            self.show_action(None, "" if self.session.live_enabled else "live curve off")
+        session, text = self.session, self.session.live.status
+        active, newest = session.runs.active, session.runs.newest
+        if newest is None:
+            text = text or ("" if session.live_enabled else "live curve off")
         else:
-            text = _state_text(newest, self._next_step_text(), is_outdated=is_outdated)
-            self.show_action(runs.active, text)
+            is_outdated = session.is_outdated(newest)
+            # Before the next edit, the failure of the run replaces the status of the live curve.
+            has_failed = newest.state is RunState.FAILED and not is_outdated
+            if active is not None or has_failed or not text:
+                text = _state_text(newest, self._next_step_text(), is_outdated=is_outdated)
+        self.show_action(active, text)
 
     def _next_step_text(self) -> str:
         # Key, title and question of the tab that leads on; empty without such a tab.
         tab, question = self.session.next_step
-        titles = [spec.title for spec in TABS if spec.id == tab]
-        return f"{self.session.key_names[f'tab-{tab}']} {titles[0]}: {question}" if titles else ""
+        titles = {spec.id: spec.title for spec in TABS}
+        return f"{self.session.key_names[f'tab-{tab}']} {titles[tab]}: {question}" if tab else ""
 
     # Display
 
@@ -239,7 +227,7 @@ class TransientPane(ActionPane):
 
     def draw(self) -> None:
         """Draw the current view."""
-        self.set_class(self.view == _MEASURED, "-measured")
+        self.set_class(self.view == MEASURED, "-measured")
         if not self._plotted:
             return
         first = self._first
@@ -321,12 +309,12 @@ class TransientPane(ActionPane):
         """The displayed charts as figure; as data the trajectory, or the points of the charts."""
         view, charts = self.view, self.visible_charts()
         export = run_export(kind, self._first)
-        results = self._results[:1] if view == _MEASURED else self._results
+        results = self._results[:1] if view == MEASURED else self._results
         heading = Heading(
             [result.parameters for result in results],
             ignores_separation=not any(result.separation for result in results),
         )
-        if view == _MEASURED:
+        if view == MEASURED:
             validation = self.query_one(MeasuredView).validation
             heading = replace(heading, text=describe_verdict(validation))
             return scene_study_export(
@@ -347,7 +335,7 @@ class TransientPane(ActionPane):
     def command_line(self) -> str:
         """The command that computes the displayed run, or compares it with measured data."""
         run = self.session.runs.displayed
-        if self.view != _MEASURED or run is None:
+        if self.view != MEASURED or run is None:
             return super().command_line()
         request = run.scene, self.query_one(MeasuredView).options
         return study_command("validation", request, self.session.origin)
@@ -361,7 +349,7 @@ class TransientPane(ActionPane):
 
     def action_show_measured(self) -> None:
         """Show the view of measured data, and go to its input."""
-        self.show_view(_MEASURED)
+        self.show_view(MEASURED)
         # The field from which the key comes keeps the focus until then.
         self.call_later(self.focus_content, self.page, bar_first=True)
 

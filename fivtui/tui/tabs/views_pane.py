@@ -46,21 +46,12 @@ _SEPARATOR: Final = "  "
 
 
 class ViewsPane(Pane):
-    """A pane whose upper border has the titles of its views.
+    """A pane whose upper border has the titles of its views."""
 
-    Attributes
-    ----------
-    VIEWS : mapping of str to str
-        Identifier and title of every view; `compose_views` yields a page for each identifier.
-    VIEW_SETTING : str
-        Key of the stored view.
-    LOG_AXES : mapping of str to str
-        Axes of charts that are logarithmic at first, such as ``xy``.
-    """
-
+    # Identifier and title of every view; `compose_views` yields a page for each identifier.
     VIEWS: ClassVar[Mapping[str, str]] = {}
+    # Key of the stored view.
     VIEW_SETTING: ClassVar[str] = "view"
-    LOG_AXES: ClassVar[Mapping[str, str]] = {}
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("v", "next_view", "View"),
         Binding("n", "next_chart", "Chart", tooltip="Next chart, or all charts"),
@@ -105,11 +96,7 @@ class ViewsPane(Pane):
         self.shared_cursors: dict[str, Cursors] = {}
         for chart in self.query(ChartView):
             chart.shared_cursors = self.shared_cursors
-            name = str(chart.id)
-            if name not in self.session.views:
-                log_axes = self.LOG_AXES.get(name, "")
-                self.session.views[name] = View(log_x="x" in log_axes, log_y="y" in log_axes)
-            chart.view = self.session.views[name]
+            chart.view = self.session.views.setdefault(str(chart.id), chart.view)
 
     @on(ChartView.LimitsChanged)
     def _link_limits(self, event: ChartView.LimitsChanged) -> None:
@@ -151,11 +138,6 @@ class ViewsPane(Pane):
             cursor_text.styles.min_height = max(heights, default=1)
         self.set_class(bool(phrases), "-cursors")
         cursor_text.update(flow_facts(phrases, self.size.width - _PADDING, _SEPARATOR))
-
-    def theme_changed(self) -> None:
-        """Redraw the charts in the new colours."""
-        for chart in self.query(ChartView):
-            chart.redraw()
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:  # noqa: ARG002
         """Whether an action is available: the next view and chart need several of them."""
@@ -284,22 +266,19 @@ class ViewsPane(Pane):
 
     def show_titles(self) -> None:
         """Display the titles in the upper border, the current one marked."""
-        width = self.outer_size.width - _CORNERS
-        titles = dict(self.VIEWS)
-        if sum(len(title) + 1 for title in titles.values()) > width:
+        width, titles = self.outer_size.width - _CORNERS, dict(self.VIEWS)
+        if len(" ".join(titles.values())) >= width:
             titles = {name: _SHORT_TITLES.get(title, title) for name, title in titles.items()}
-        blank_count = 2 if sum(len(title) + 2 for title in titles.values()) <= width else 1
-        content_width = sum(len(title) + blank_count for title in titles.values())
+        blanks = "  " if len("  ".join(titles.values())) < width - 1 else " "
         styled_titles = []
         for name, title in titles.items():
             style = _CURRENT_STYLE if name == self.view else _HIDDEN_STYLE
             content = Content.styled(title, style if len(titles) > 1 else "")
-            styled_titles.append(
-                content.stylize(Style.from_meta({"@click": f"show_view('{name}')"}))
-            )
-        if self.title_note and content_width + len(self.title_note) + blank_count <= width:
+            click = Style.from_meta({"@click": f"show_view('{name}')"})
+            styled_titles.append(content.stylize(click))
+        if self.title_note and len(blanks.join([*titles.values(), self.title_note])) < width:
             styled_titles.append(Content.styled(self.title_note, _NOTE_STYLE))
-        self.border_title = Content(" " * blank_count).join(styled_titles)
+        self.border_title = Content(blanks).join(styled_titles)
 
 
 def _copy_view(view: View) -> View:

@@ -13,6 +13,7 @@ from fivtui.transient.files import load_trajectory
 from fivtui.tui.lab.commands import LabCommands
 from fivtui.tui.lab.keys import active_keys, key_text
 from fivtui.tui.tabs.exports.clipboard import clipboard_command
+from fivtui.tui.tabs.exports.export import Export
 from tests.support.laboratory import (
     answer,
     app_of,

@@ -36,7 +36,7 @@ class ChartView(DrawnChart, can_focus=True):
     """A chart with zoom, pan, cursors, typed limits and logarithmic axes, by key and mouse.
 
     In a chart with `runs_points`, such as that of growth rates over a parameter, points stand for
-    parameter sets. Opening a point runs its parameters.
+    parameter sets. Opening a point runs its parameters. The axes in `log` are logarithmic at first.
 
     The package textual-plot would take over 50 ms per plot, without log axes, cursors or shades.
     """
@@ -82,8 +82,16 @@ class ChartView(DrawnChart, can_focus=True):
     class CursorMoved(ChartMessage):
         """Posted when a cursor was placed, moved or removed."""
 
-    def __init__(self, id: str, *, empty_text: str = "", runs_points: bool = False) -> None:  # noqa: A002
+    def __init__(
+        self,
+        id: str,  # noqa: A002
+        *,
+        empty_text: str = "",
+        runs_points: bool = False,
+        log: str = "",
+    ) -> None:
         super().__init__(id, empty_text=empty_text)
+        self.view = View(log_x="x" in log, log_y="y" in log)
         self._runs_points = runs_points
         # Last column and row of the pointer while the mouse is dragged.
         self._drag_position: tuple[int, int] | None = None

@@ -6,18 +6,15 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from fivtui.charts import Heading
+from fivtui.charts import Heading, VisibleCharts
 from fivtui.io import FORMATS, check_output, check_suffix, table_format
 from fivtui.model import InputError
-from fivtui.scene import Scene, save_scene
 from fivtui.studies import save_study, study
 from fivtui.transient import Transient
 from fivtui.tui.session import LiveRun, Run
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-
-    from fivtui.charts import VisibleCharts
 
 FIGURE: Final = "figure"
 DATA: Final = "data"
@@ -32,26 +29,17 @@ PathFunction = Callable[[Path], object]
 
 @dataclass(frozen=True, slots=True)
 class Export:
-    """What can be written to a file: a figure or data.
+    """What can be written to a file: a figure or data."""
 
-    Attributes
-    ----------
-    kind : str
-        One of `EXPORT_KINDS`.
-    subject : str
-        What is exported, in messages.
-    stem : str
-        The suggested file name without suffix.
-    writers : mapping of str to callable
-        By suffix, writes a file of this format. The first suffix is suggested.
-    contents_name : str
-        What messages call the file.
-    """
-
+    # One of `EXPORT_KINDS`.
     kind: str
+    # What is exported, in messages.
     subject: str
+    # The suggested file name without suffix.
     stem: str
+    # By suffix, writes a file of this format; the first suffix is suggested.
     writers: Mapping[str, PathFunction]
+    # What messages call the file.
     contents_name: str = FIGURE
 
     @property
@@ -95,7 +83,7 @@ def charts_export(
     export_kind: str,
     subject: str,
     stem: str,
-    charts: "VisibleCharts",
+    charts: VisibleCharts,
     heading: Heading | None = None,
 ) -> Export:
     """The displayed charts as figure, their points as data; `stem` is the suggested file name."""
@@ -122,7 +110,7 @@ def study_export(
     stem: str,
     subject: str = "",
     *,
-    charts: "VisibleCharts | None" = None,
+    charts: VisibleCharts | None = None,
     heading: Heading | None = None,
 ) -> Export:
     """The figure or the data of the result of a study.
@@ -146,7 +134,7 @@ def scene_study_export(
     result: Any,
     name: str,
     *,
-    charts: "VisibleCharts | None" = None,
+    charts: VisibleCharts | None = None,
     heading: Heading | None = None,
 ) -> Export:
     """As `study_export`, of a study of the scene `name`."""
@@ -187,10 +175,3 @@ def check_scene_path(path: Path) -> None:
     """Raise `InputError` if a scene cannot be written to a path."""
     check_suffix(path, "scene", (".toml",))
     check_output(path)
-
-
-def save_scene_as(scene: Scene, path: Path) -> Scene:
-    """Save a scene under the name of its file. Returns the renamed scene."""
-    renamed_scene = replace(scene, name=path.stem)
-    save_scene(renamed_scene, path)
-    return renamed_scene

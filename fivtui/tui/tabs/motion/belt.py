@@ -35,8 +35,8 @@ class BeltView(Vertical):
         Binding("G,end", "go_to(1e9)", "End", show=False),
     ]
 
-    def __init__(self, id: str) -> None:  # noqa: A002
-        super().__init__(id=id)
+    def __init__(self) -> None:
+        super().__init__(id="belt")
         self.t, self.speed = 0.0, 1.0
         self._run: Transient | None = None
         self._layout: Layout | None = None

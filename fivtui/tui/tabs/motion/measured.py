@@ -23,8 +23,12 @@ from fivtui.transient import Transient
 from fivtui.tui.chart import ChartView
 from fivtui.tui.tabs.job_pane import FACTS, ActionBar, StatusLine
 from fivtui.tui.tabs.option_input import ACCEPT_KEY, OptionInput, option_help, read_option_text
+from fivtui.tui.tabs.pane import Pane
 from fivtui.tui.tabs.preview import FILE_FORMAT, MEASURED_SKETCH, Preview
 
+# The view, which is also the key of the stored text of its input; the key that goes there.
+MEASURED: Final = "measured"
+MEASURED_KEY: Final = "m"
 _NO_DATA: Final = "no measured data: name a file above, Enter reads it"
 _PLACEHOLDER: Final = "FILE.csv --signal NAME --scale N --shift auto --band 5%"
 _FORMAT: Final = f"FILE.csv and options such as --band 5%; {ACCEPT_KEY}"
@@ -33,21 +37,10 @@ T = TypeVar("T")
 
 
 class MeasuredView(Vertical):
-    """Measured data beside the displayed run.
+    """Measured data beside the displayed run."""
 
-    `text` is the stored text of the input, `store_text` stores it. `key` is the key that goes to
-    the input.
-    """
-
-    def __init__(
-        self,
-        id: str,  # noqa: A002
-        text: str,
-        store_text: Callable[[str], None],
-        key: str,
-    ) -> None:
-        super().__init__(id=id, classes="-empty")
-        self._initial_text, self._store_text, self._key = text, store_text, key
+    def __init__(self) -> None:
+        super().__init__(id=MEASURED, classes="-empty")
         self._run: Transient | None = None
         self._validation: Validation | None = None
         # Error message of the input, or of the comparison.
@@ -55,13 +48,12 @@ class MeasuredView(Vertical):
 
     def compose(self) -> ComposeResult:
         """The input, the charts, and the verdict."""
+        text = self.query_ancestor(Pane).stored_setting(MEASURED, "")
         with ActionBar():
-            yield OptionInput(
-                self._initial_text, ValidateOptions, id="measured-data", placeholder=_PLACEHOLDER
-            )
+            yield OptionInput(text, ValidateOptions, id="measured-data", placeholder=_PLACEHOLDER)
         yield ChartView("overlay-time")
         yield ChartView("overlay-spectrum")
-        start = self._key, f"goes to the file above; Enter reads it. {FILE_FORMAT}"
+        start = MEASURED_KEY, f"goes to the file above; Enter reads it. {FILE_FORMAT}"
         yield Preview(MEASURED_SKETCH, start)
         yield StatusLine()
 
@@ -136,7 +128,7 @@ class MeasuredView(Vertical):
     @on(Input.Changed)
     def _store_input(self, event: Input.Changed) -> None:
         event.stop()
-        self._store_text(event.value)
+        self.query_ancestor(Pane).store_setting(MEASURED, event.value)
         self._try(lambda: self._text and prepare_comparison(self.options))
         self._show_text()
 

@@ -108,7 +108,6 @@ class TradeoffPane(StudyPane):
         "events": "Events",
     }
     VIEWS: ClassVar[Mapping[str, str]] = {**QUANTITIES, "settings": "Table"}
-    LOG_AXES: ClassVar[Mapping[str, str]] = {"errors-chart": "xy"}
     SKETCH: ClassVar[Sketch | None] = Sketch(
         question="Which method reaches an accuracy in the shortest time?",
         x="CPU time",
@@ -122,7 +121,7 @@ class TradeoffPane(StudyPane):
     def compose_views(self) -> ComposeResult:
         """Chart and table."""
         with Vertical(id=QUANTITY_PAGE):
-            yield ChartView("errors-chart")
+            yield ChartView("errors-chart", log="xy")
         yield ListTable[str]("settings", wrapped="method", omitted=_OMITTED, fixed_columns=1)
 
     def start_text(self) -> str:
