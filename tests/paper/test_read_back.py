@@ -21,7 +21,7 @@ from fivtui.paper.data import DATA_COLUMNS, save_data
 from fivtui.paper.panels import PANELS, figure_panels
 from fivtui.paper.results import PaperResults
 from fivtui.scene.scene import Scene
-from fivtui.tui.tabs.requests.paper import figure_row, point_scene
+from fivtui.tui.tabs.paper import figure_row, point_scene
 from tests.support import paper_model
 from tests.support.reading import (
     drawn_line,

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
         TabKeyPressed,
     )
     from .pane import Pane
-    from .requests.paper import panel_scene
+    from .paper import panel_scene
     from .search import SearchableList
     from .studies.study_pane import StudyPane
     from .tab_book import TABS, TabBook, TabSpec

@@ -194,11 +194,8 @@ class JobPane(ActionPane):
         """Run `compute(job)` in a thread; it calls `job.report` often, and returns the result."""
         self.stop()
         self.job = job = Job()
-
-        def outcome() -> Outcome[object]:
-            return compute_outcome(lambda: compute(job))
-
-        compute_in_thread(self, outcome, partial(self._show_outcome, job))
+        compute_job = partial(compute_outcome, partial(compute, job))
+        compute_in_thread(self, compute_job, partial(self._show_outcome, job))
         self._polling.resume()
         self.show_bar()
 

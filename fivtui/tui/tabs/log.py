@@ -18,11 +18,11 @@ class LogPane(Pane):
 
     def compose(self) -> ComposeResult:
         """The lines."""
-        yield TextView[str](id="log-lines")
+        yield TextView[tuple[str]](id="log-lines")
 
     def report_added(self) -> None:
         """Show all reports; new reports scroll to the end."""
-        view: TextView[str] = self.query_one(TextView)
+        view: TextView[tuple[str]] = self.query_one(TextView)
         if not view.lines or len(self.session.reports) > len(view.lines):
-            view.show([*self.session.reports], _EMPTY_TEXT)
+            view.show([(report,) for report in self.session.reports], _EMPTY_TEXT)
             view.scroll_end(animate=False)

@@ -2,10 +2,12 @@
 
 The paper is "Nonlinear friction-induced vibration of a slider-belt system". A claim is a statement
 of it; its verdict says whether the model confirms it. Figures are named by their keys in `PANELS`:
-``2a`` is a panel of the figure with the number 2.
+``2a`` is a panel of the figure with the number 2. The lines of a panel differ in one parameter, or
+in separation: whether the slider may leave the belt.
 """
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any, ClassVar, Final
 
 from textual import on
@@ -14,38 +16,39 @@ from textual.binding import Binding, BindingType
 from textual.containers import Vertical
 from textual.widgets import DataTable, Static
 
-from fivtui.model import InputError
+from fivtui.charts import NearestPoint
+from fivtui.model import PARAMETERS, InputError
 from fivtui.paper import (
     CLAIMS,
     PANELS,
+    SEPARATION,
     CheckedClaim,
+    Claim,
     ComputedPanel,
+    Panel,
     PaperResults,
     check_claims,
     figure_charts,
     verdict_counts,
 )
+from fivtui.scene import Scene
 from fivtui.studies import study
 from fivtui.tui.chart import ChartView
-from fivtui.tui.session import DisplayedStudy, Job, Session, study_command
+from fivtui.tui.session import DisplayedStudy, Job, Session, study_command, symbol_of
 
 from .exports.export import DATA, FIGURE, Export, study_export
 from .job_pane import JobPane
 from .messages import RunRequested, SceneLoaded
-from .requests.paper import (
-    CLAIM_COLUMNS,
-    FIGURE_COLUMNS,
-    claim_row,
-    claim_text,
-    figure_row,
-    panel_scene,
-    point_scene,
-)
 from .tables import ListTable
 
 # Key of the stored figure, and kind of study of the verdicts.
 _FIGURE_SETTING: Final = "figure"
 _CLAIMS_STUDY: Final = "claims"
+_FIGURE_COLUMNS: Final = ("figure", "lines", "what it shows")
+_CLAIM_COLUMNS: Final = ("verdict", "section", "statement", "stated")
+# Appended to the key of a computed figure; a separate column would be too wide.
+_COMPUTED_MARK: Final = " ✓"
+_NOT_CHECKED: Final = "?"
 
 
 class _PaperTable(ListTable[str]):
@@ -108,11 +111,11 @@ class PaperPane(JobPane):
             rows = {
                 key: figure_row(panel, is_computed=key in computed) for key, panel in PANELS.items()
             }
-            self.query_one("#figures", _PaperTable).fill(FIGURE_COLUMNS, rows)
+            self.query_one("#figures", _PaperTable).fill(_FIGURE_COLUMNS, rows)
         elif self.view == "claims":
             verdicts = self._verdicts
             rows = {claim.id: claim_row(claim, verdicts.get(claim.id)) for claim in CLAIMS}
-            self.query_one("#claims-table", _PaperTable).fill(CLAIM_COLUMNS, rows)
+            self.query_one("#claims-table", _PaperTable).fill(_CLAIM_COLUMNS, rows)
         else:
             self._draw_figure()
 
@@ -142,28 +145,21 @@ class PaperPane(JobPane):
 
     @property
     def _figure_key(self) -> str:
-        # Key of the figure in the view of a figure; empty before one is chosen.
+        # Key of the chosen figure; in the list, and before one is chosen, that at the cursor.
         stored = self.stored_setting(_FIGURE_SETTING, "")
-        return stored if stored in PANELS else ""
-
-    @property
-    def _listed_key(self) -> str:
-        # Key of the figure at the cursor of the list.
-        return list(PANELS)[self.query_one("#figures", _PaperTable).cursor_row]
-
-    @property
-    def _selected_key(self) -> str:
-        return self._listed_key if self.view == "figures" else self._figure_key
+        if self.view == "figures" or stored not in PANELS:
+            return list(PANELS)[self.query_one("#figures", _PaperTable).cursor_row]
+        return stored
 
     @on(DataTable.RowSelected, "#figures")
     def _choose_listed_figure(self, event: DataTable.RowSelected) -> None:
         event.stop()
         self.stop()
-        self._choose_figure(self._listed_key)
+        self._choose_figure(self._figure_key)
         self.show_view("figure")
 
     def _choose_figure(self, key: str) -> None:
-        if key != self._figure_key:
+        if key != self.stored_setting(_FIGURE_SETTING, ""):
             # The limits were chosen for another figure.
             for chart_view in self.query(ChartView):
                 chart_view.view.reset()
@@ -183,9 +179,8 @@ class PaperPane(JobPane):
         self.start(compute)
 
     def _draw_figure(self) -> None:
-        if not self._figure_key:
-            self._choose_figure(self._listed_key)
         key = self._figure_key
+        self._choose_figure(key)
         if key in self._results.tables:
             charts = figure_charts(PANELS[key], self._results.tables[key])
             first, second = self.query(ChartView)
@@ -206,10 +201,11 @@ class PaperPane(JobPane):
             if not self._verdicts:
                 raise InputError("no claims to export yet: press Check")
             return study_export(kind, _CLAIMS_STUDY, list(self._verdicts.values()), _CLAIMS_STUDY)
-        key = self._selected_key
+        key = self._figure_key
         if key not in self._results.tables:
-            problem = f"Fig. {key} is not computed yet" if key else "no figure is selected yet"
-            raise InputError(f"{problem}: Enter in the list of figures computes it")
+            raise InputError(
+                f"Fig. {key} is not computed yet: Enter in the list of figures computes it"
+            )
         panel = ComputedPanel(key, self._results)
         if kind == FIGURE:
             # The displayed charts, or else all panels of the figure: the name has no panel.
@@ -222,17 +218,14 @@ class PaperPane(JobPane):
         """The command that computes the selected figure or the claims."""
         if self.view == "claims":
             return study_command(_CLAIMS_STUDY, None, self.session.origin)
-        if not self._selected_key:
-            raise InputError("no figure is chosen yet: Enter in the list of figures computes one")
-        panel = ComputedPanel(self._selected_key, self._results)
+        panel = ComputedPanel(self._figure_key, self._results)
         return study_command("figure", panel, self.session.origin)
 
     def action_open_scene(self) -> None:
         """Load the scene of the selected figure."""
-        key = self._selected_key
-        if key:
-            scene = panel_scene(PANELS[key])
-            self.post_message(SceneLoaded(scene, "", f"scene of figure {key}"))
+        key = self._figure_key
+        scene = panel_scene(PANELS[key])
+        self.post_message(SceneLoaded(scene, "", f"scene of figure {key}"))
 
     @on(ChartView.PointChosen)
     def _run_point(self, event: ChartView.PointChosen) -> None:
@@ -240,3 +233,50 @@ class PaperPane(JobPane):
         report = f"figure {panel.key}, {panel.along} = {event.point.x:g}"
         self.post_message(SceneLoaded(point_scene(panel, event.point), "", report))
         self.post_message(RunRequested())
+
+
+def figure_row(panel: Panel, *, is_computed: bool) -> tuple[str, ...]:
+    """A panel as row of `_FIGURE_COLUMNS`."""
+    if panel.by == SEPARATION:
+        # Separation considered, and ignored.
+        lines = "both cases"
+    else:
+        values = [f"{getattr(line.scene.parameters, panel.by):g}" for line in panel.lines]
+        lines = f"{symbol_of(panel.by)} {', '.join(values)}"
+    return f"{panel.key}{_COMPUTED_MARK if is_computed else ''}", lines, panel.caption
+
+
+def claim_row(claim: Claim, checked: CheckedClaim | None) -> tuple[str, ...]:
+    """A claim as row of `_CLAIM_COLUMNS`."""
+    verdict = _NOT_CHECKED if checked is None else checked.verdict.value
+    return verdict, claim.section, claim.statement, claim.stated
+
+
+def claim_text(claim: Claim, checked: CheckedClaim | None) -> str:
+    """A claim in a few lines: stated value, computed value, verdict, reason."""
+    lines = [claim.statement, f"stated: {claim.stated}"]
+    if checked is not None:
+        lines.append(f"computed: {checked.computed} — {checked.verdict}")
+        lines += [checked.reason] if checked.reason else []
+    return "\n".join(lines)
+
+
+def point_scene(panel: Panel, point: NearestPoint) -> Scene:
+    """The scene at a point of a panel's chart."""
+    line = panel.lines[point.trace]
+    if line.along in PARAMETERS:
+        return line.scene.with_values({line.along: point.x})
+    return line.scene
+
+
+def panel_scene(panel: Panel) -> Scene:
+    """A panel's scene nearest to the default parameters, named after the panel."""
+
+    def distance(scene: Scene) -> float:
+        if panel.by == SEPARATION:
+            return float(not scene.separation)
+        return abs(scene.parameters.as_dict()[panel.by] - PARAMETERS[panel.by].default)
+
+    scene = min((line.scene for line in panel.lines), key=distance)
+    description = f"Fig. {panel.key}: {panel.caption}"
+    return replace(scene, name=f"fig-{panel.key}", description=description)

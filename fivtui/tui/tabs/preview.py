@@ -39,25 +39,17 @@ _KEY_STYLE: Final = "bold $text-accent"
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Sketch:
-    """The shape of a typical result; its axes have no numbers, because nothing was computed.
+    """The shape of a typical result; its axes have no numbers, because nothing was computed."""
 
-    Attributes
-    ----------
-    question : str
-        What the result answers.
-    x, y : str
-        Names of the axes.
-    curves, dots : sequence of pairs of ndarray
-        Coordinates from 0 to 1 of points, joined by lines or not.
-    labels : mapping of str to pair of float
-        Texts, and the position of their first character.
-    """
-
+    # What the result answers.
     question: str
+    # Names of the axes.
     x: str
     y: str
+    # Coordinates from 0 to 1 of points, joined by lines or not.
     curves: Sequence[tuple[_Values, _Values]]
     dots: Sequence[tuple[_Values, _Values]] = ()
+    # Texts, and the position of their first character.
     labels: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
     def lines(self, columns: int, rows: int) -> Iterator[tuple[str, str]]:

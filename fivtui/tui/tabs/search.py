@@ -17,7 +17,8 @@ from fivtui.tui.chart import TextInput
 
 # More rows than any list has.
 _ALL_ROWS: Final = 10**6
-Line = TypeVar("Line")
+# The texts of a line.
+Line = TypeVar("Line", bound=tuple[str, ...])
 
 _SEARCH: Final = "search: "
 _NO_MATCH: Final = "no match: "
@@ -155,13 +156,9 @@ class TextView(VerticalScroll, Searchable, Generic[Line]):
         """The lines."""
         yield Static("", classes="lines", markup=False)
 
-    def text_of(self, line: Line) -> str:
-        """The text of a line."""
-        return str(line)
-
     def content_of(self, lines: Sequence[Line]) -> VisualType:
         """What displays lines."""
-        return Content("\n".join(map(self.text_of, lines)))
+        return Content("\n".join(map(" ".join, lines)))
 
     def show(self, lines: Sequence[Line], empty_text: VisualType = "") -> None:
         """Display lines, or a text in place of none."""
@@ -170,7 +167,7 @@ class TextView(VerticalScroll, Searchable, Generic[Line]):
 
     def find(self, text: str) -> bool:
         """Display only the lines that contain a text."""
-        matches = [line for line in self.lines if text in self.text_of(line).lower()]
+        matches = [line for line in self.lines if text in " ".join(line).lower()]
         content = self.content_of(matches) if self.lines else self._empty_text
         self.query_one(".lines", Static).update(content)
         return bool(matches)

@@ -133,10 +133,6 @@ def flow_facts(facts: Iterable[str], width: int, separator: str = _FACT_SEPARATO
 class RowsView(TextView[Row]):
     """A scrollable table of `Row`."""
 
-    def text_of(self, line: Row) -> str:
-        """The text of a row."""
-        return " ".join(line)
-
     def content_of(self, lines: Sequence[Row]) -> Table:
         """The table of rows."""
         return rows_table(lines)

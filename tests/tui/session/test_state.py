@@ -31,7 +31,7 @@ from fivtui.tui.session.jobs import Outcome
 from fivtui.tui.session.runs import MAX_RUNS, Run, Runs, RunState, default_style, execute
 from fivtui.tui.session.scene_differences import base_scene
 from fivtui.tui.session.session import MAX_RECENT, Session
-from fivtui.tui.tabs.requests.paper import panel_scene
+from fivtui.tui.tabs.paper import panel_scene
 
 SHORT = dataclasses.replace(base_scene(), t_end=10.0)
 

@@ -18,7 +18,7 @@ from fivtui.tradeoffs import measure as tradeoff, tradeoff_chart
 from fivtui.tradeoffs.measure import Tradeoff, measure_tradeoff
 from fivtui.tui.session import runs
 from fivtui.tui.tabs import TABS
-from fivtui.tui.tabs.requests.paper import claim_row, claim_text
+from fivtui.tui.tabs.paper import claim_row, claim_text
 from fivtui.tui.tabs.studies.tradeoff import current_setting, setting_text
 from fivtui.tui.tabs.tab_book import TabBook
 from fivtui.tui.tabs.tables import ListTable

@@ -42,11 +42,8 @@ def copy_picture(export: Export) -> None:
 def clipboard_command(path: Path, platform: str, environment: Mapping[str, str]) -> Sequence[str]:
     """The command that copies a PNG file on a platform; raises `InputError` without a program."""
     if platform == "darwin":
-        return [
-            "osascript",
-            "-e",
-            f'set the clipboard to (read POSIX file "{path}" as «class PNGf»)',
-        ]
+        script = f'set the clipboard to (read POSIX file "{path}" as «class PNGf»)'
+        return ["osascript", "-e", script]
     if platform == "win32":
         load_assemblies = "Add-Type -AssemblyName System.Windows.Forms, System.Drawing"
         image = f"[System.Drawing.Image]::FromFile('{path}')"
