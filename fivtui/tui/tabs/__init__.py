@@ -3,8 +3,7 @@
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from .exports.clipboard import copy_picture
-    from .exports.export import EXPORT_KINDS, Export, check_scene_path
+    from .exports.export import EXPORT_KINDS, Export, check_scene_path, copy_picture
     from .job_pane import ActionPane, JobPane, compute_in_thread
     from .messages import (
         FieldEdited,

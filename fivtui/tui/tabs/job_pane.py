@@ -14,7 +14,6 @@ from textual.events import Resize
 from textual.widget import Widget
 from textual.widgets import Button, ProgressBar, Static
 
-from fivtui.model import InputError
 from fivtui.tui.session import (
     SCREEN_RESPONSE,
     Job,
@@ -212,11 +211,10 @@ class JobPane(ActionPane):
             self.stop()
             self._polling.pause()
         else:
-            try:
-                self.start_from_inputs()
-            except InputError as error:
-                self.show_status(str(error))
-                self.post_message(Reported(str(error), error=True))
+            error = compute_outcome(self.start_from_inputs).error
+            if error:
+                self.show_status(error)
+                self.post_message(Reported(error, error=True))
         self.show_bar()
 
     def _show_outcome(self, job: Job, outcome: Outcome[object]) -> None:

@@ -1,9 +1,8 @@
 """The stability tab: vibration modes over μ, eigenvalues, summary; updated on every edit."""
 
 from collections.abc import Mapping
-from contextlib import suppress
 from dataclasses import replace
-from typing import ClassVar, Final
+from typing import ClassVar
 
 from textual import on
 from textual.app import ComposeResult
@@ -18,18 +17,14 @@ from fivtui.equilibrium import (
     plane_chart,
     stability_rows,
 )
-from fivtui.model import ComputationError, InputError
-from fivtui.ranges import number_text
+from fivtui.model import InputError
 from fivtui.tui.chart import ChartView
-from fivtui.tui.session import Session, attractor_rows, base_scene, study_command
+from fivtui.tui.session import Session, attractor_rows, base_scene, compute_outcome, study_command
 
 from .exports.export import Export, scene_study_export
 from .messages import PointRunRequested
 from .tables import RowsView
 from .views_pane import ViewsPane
-
-# Significant digits of the μ of an opened point.
-_MU_DIGITS: Final = 6
 
 
 class StabilityPane(ViewsPane):
@@ -61,16 +56,12 @@ class StabilityPane(ViewsPane):
 
     def scene_changed(self) -> None:
         """Display the stability of the edited parameters."""
-        displayed = self._stability
-        try:
-            self._stability, self._error = self.session.stability(), ""
-        except (InputError, ComputationError) as error:
-            self._stability, self._error = None, str(error)
-        if self._stability is not None and self._stability is not displayed:
+        outcome = compute_outcome(self.session.stability)
+        stability, displayed = outcome.result, self._stability
+        self._stability, self._error = stability, outcome.error
+        if stability is not None and stability is not displayed:
             # This takes a few milliseconds.
-            self._scan = None
-            with suppress(ComputationError):
-                self._scan = self._stability.modes_over_mu()
+            self._scan = compute_outcome(stability.modes_over_mu).result
         self.draw()
 
     def draw(self) -> None:
@@ -95,7 +86,7 @@ class StabilityPane(ViewsPane):
 
     @on(ChartView.PointChosen)
     def _run_point(self, event: ChartView.PointChosen) -> None:
-        text = number_text(float(f"{event.point.x:.{_MU_DIGITS}g}"))
+        text = f"{event.point.x:.6g}"
         self.post_message(PointRunRequested({"mu": text}, f"opened μ = {text}"))
 
     def export(self, kind: str) -> Export:

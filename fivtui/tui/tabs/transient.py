@@ -43,6 +43,7 @@ from fivtui.tui.session import (
     RunState,
     Session,
     change_rows,
+    compute_outcome,
     default_style,
     late_separation_warning,
     legend_names,
@@ -265,11 +266,9 @@ class TransientPane(ActionPane):
         self.query_one("#phase-path", ChartView).show(path_chart(self._plotted, self._window))
 
     def _draw_spectrum(self) -> None:
+        outcome = compute_outcome(lambda: spectrum_chart(self._plotted, self._window))
         view = self.query_one("#plot-spectrum", ChartView)
-        try:
-            view.show(spectrum_chart(self._plotted, self._window))
-        except InputError as error:
-            view.show(None, empty_text=str(error))
+        view.show(outcome.result, empty_text=outcome.error)
 
     def _draw_difference(self) -> None:
         # The baseline is the chosen run, or else the ghost.

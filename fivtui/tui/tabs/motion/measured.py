@@ -1,8 +1,7 @@
 """The view of a run beside measured data: their file, both signals, spectra, deviations."""
 
-from collections.abc import Callable
 from dataclasses import replace
-from typing import Final, TypeVar
+from typing import Final
 
 from textual import on
 from textual.app import ComposeResult
@@ -21,6 +20,7 @@ from fivtui.measured import (
 from fivtui.model import InputError
 from fivtui.transient import Transient
 from fivtui.tui.chart import ChartView
+from fivtui.tui.session import Outcome, compute_outcome
 from fivtui.tui.tabs.job_pane import FACTS, ActionBar, StatusLine
 from fivtui.tui.tabs.option_input import ACCEPT_KEY, OptionInput, option_help, read_option_text
 from fivtui.tui.tabs.pane import Pane
@@ -32,8 +32,6 @@ MEASURED_KEY: Final = "m"
 _NO_DATA: Final = "no measured data: name a file above, Enter reads it"
 _PLACEHOLDER: Final = "FILE.csv --signal NAME --scale N --shift auto --band 5%"
 _FORMAT: Final = f"FILE.csv and options such as --band 5%; {ACCEPT_KEY}"
-
-T = TypeVar("T")
 
 
 class MeasuredView(Vertical):
@@ -64,24 +62,16 @@ class MeasuredView(Vertical):
 
     def draw(self) -> None:
         """Compare and draw; display the verdict or an error below."""
-        validation, run = None, self._run
+        run, outcome = self._run, Outcome[Validation]()
         if run is not None and self._text:
-            validation = self._try(lambda: prepare_comparison(self.options)()(run))
-        self._validation = validation
+            outcome = compute_outcome(lambda: prepare_comparison(self.options)()(run))
+        validation = self._validation = outcome.result
+        self._error = outcome.error
         self.set_class(validation is None, "-empty")
         time_view, spectrum_view = self.query(ChartView)
         time_view.show(None if validation is None else overlay_chart(validation))
         spectrum_view.show(None if validation is None else overlay_spectra(validation))
         self._show_text()
-
-    def _try(self, compute: Callable[[], T]) -> T | None:
-        # The result of a function; None if it raises an `InputError`, which is displayed.
-        self._error = ""
-        try:
-            return compute()
-        except InputError as error:
-            self._error = str(error)
-            return None
 
     @property
     def _text(self) -> str:
@@ -129,7 +119,8 @@ class MeasuredView(Vertical):
     def _store_input(self, event: Input.Changed) -> None:
         event.stop()
         self.query_ancestor(Pane).store_setting(MEASURED, event.value)
-        self._try(lambda: self._text and prepare_comparison(self.options))
+        outcome = compute_outcome(lambda: self._text and prepare_comparison(self.options))
+        self._error = outcome.error
         self._show_text()
 
     @on(Input.Submitted)
