@@ -62,7 +62,8 @@ class MeasuredView(Vertical):
 
     def draw(self) -> None:
         """Compare and draw; display the verdict or an error below."""
-        run, outcome = self._run, Outcome[Validation]()
+        run = self._run
+        outcome: Outcome[Validation] = Outcome()
         if run is not None and self._text:
             outcome = compute_outcome(lambda: prepare_comparison(self.options)()(run))
         validation = self._validation = outcome.result
