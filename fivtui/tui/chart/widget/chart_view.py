@@ -91,7 +91,7 @@ class ChartView(DrawnChart, can_focus=True):
         log: str = "",
     ) -> None:
         super().__init__(id, empty_text=empty_text)
-        self.view = View(log_x="x" in log, log_y="y" in log)
+        self.view.log_x, self.view.log_y = "x" in log, "y" in log
         self._runs_points = runs_points
         # Last column and row of the pointer while the mouse is dragged.
         self._drag_position: tuple[int, int] | None = None
