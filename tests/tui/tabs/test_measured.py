@@ -68,6 +68,9 @@ async def test_measured_data_lie_over_the_run_and_pass_or_fail(
     assert pane.command_line().startswith("fivtui validate --measured rig.csv ")
     with pytest.raises(InputError, match="must fit into the run"):
         pane.export(FIGURE)
+    # The overlay of the last valid input stays, also beside another run.
+    view.show_run(run.result)
+    assert all(chart_view.chart is not None for chart_view in view.query(ChartView))
     tolerances = "--band 0.01% --share 99% --frequency 1% --amplitude 1%"
     await enter_text("PASS: share", f"{text} {tolerances}")
     arguments = shlex.split(pane.command_line())[1:]

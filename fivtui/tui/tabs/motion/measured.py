@@ -1,6 +1,8 @@
 """The view of a run beside measured data: their file, both signals, spectra, deviations."""
 
+from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from typing import Final
 
 from textual import on
@@ -20,7 +22,7 @@ from fivtui.measured import (
 from fivtui.model import InputError
 from fivtui.transient import Transient
 from fivtui.tui.chart import ChartView
-from fivtui.tui.session import Outcome, compute_outcome
+from fivtui.tui.session import compute_outcome
 from fivtui.tui.tabs.job_pane import FACTS, ActionBar, StatusLine
 from fivtui.tui.tabs.option_input import ACCEPT_KEY, OptionInput, option_help, read_option_text
 from fivtui.tui.tabs.pane import Pane
@@ -40,6 +42,8 @@ class MeasuredView(Vertical):
     def __init__(self) -> None:
         super().__init__(id=MEASURED, classes="-empty")
         self._run: Transient | None = None
+        # The comparison that the last valid input asks for, and its result.
+        self._compare: Callable[[Transient], Validation] | None = None
         self._validation: Validation | None = None
         # Error message of the input, or of the comparison.
         self._error = ""
@@ -62,12 +66,18 @@ class MeasuredView(Vertical):
 
     def draw(self) -> None:
         """Compare and draw; display the verdict or an error below."""
-        run = self._run
-        outcome: Outcome[Validation] = Outcome()
-        if run is not None and self._text:
-            outcome = compute_outcome(lambda: prepare_comparison(self.options)()(run))
-        validation = self._validation = outcome.result
-        self._error = outcome.error
+        self._validation, self._error = None, ""
+        if self._run is not None and self._text:
+            try:
+                compare = prepare_comparison(self.options)()
+                self._validation = compare(self._run)
+                self._compare = compare
+            except InputError as error:
+                self._error = str(error)
+                # The overlay stays until the input is corrected.
+                if self._compare is not None:
+                    self._validation = compute_outcome(partial(self._compare, self._run)).result
+        validation = self._validation
         self.set_class(validation is None, "-empty")
         time_view, spectrum_view = self.query(ChartView)
         time_view.show(None if validation is None else overlay_chart(validation))
