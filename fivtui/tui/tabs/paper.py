@@ -46,9 +46,6 @@ _FIGURE_SETTING: Final = "figure"
 _CLAIMS_STUDY: Final = "claims"
 _FIGURE_COLUMNS: Final = ("figure", "lines", "what it shows")
 _CLAIM_COLUMNS: Final = ("verdict", "section", "statement", "stated")
-# Appended to the key of a computed figure; a separate column would be too wide.
-_COMPUTED_MARK: Final = " ✓"
-_NOT_CHECKED: Final = "?"
 
 
 class _PaperTable(ListTable[str]):
@@ -243,12 +240,13 @@ def figure_row(panel: Panel, *, is_computed: bool) -> tuple[str, ...]:
     else:
         values = [f"{getattr(line.scene.parameters, panel.by):g}" for line in panel.lines]
         lines = f"{symbol_of(panel.by)} {', '.join(values)}"
-    return f"{panel.key}{_COMPUTED_MARK if is_computed else ''}", lines, panel.caption
+    # A separate column for the mark would be too wide.
+    return f"{panel.key} ✓" if is_computed else panel.key, lines, panel.caption
 
 
 def claim_row(claim: Claim, checked: CheckedClaim | None) -> tuple[str, ...]:
     """A claim as row of `_CLAIM_COLUMNS`."""
-    verdict = _NOT_CHECKED if checked is None else checked.verdict.value
+    verdict = "?" if checked is None else checked.verdict.value
     return verdict, claim.section, claim.statement, claim.stated
 
 
