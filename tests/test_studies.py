@@ -44,7 +44,7 @@ from fivtui.studies import (
 from fivtui.tui.persistence.results import ResultStore
 from fivtui.tui.session.command_lines import Origin, study_command
 from fivtui.tui.session.session import DisplayedStudy
-from fivtui.tui.tabs.exports.export import DATA, FIGURE, scene_study_export
+from fivtui.tui.tabs.export import DATA, FIGURE, scene_study_export
 
 from .test_results import RESULTS, TABULAR, result_named
 

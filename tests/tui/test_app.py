@@ -9,7 +9,7 @@ from textual.widgets import Input
 from fivtui.tui.app import FivtuiApp
 from fivtui.tui.chart.widget.chart_view import ChartView
 from fivtui.tui.session.runs import RunState
-from fivtui.tui.tabs.tab_book import TABS, TabBook
+from fivtui.tui.tabs.tab_book import TABS
 from tests.support.kernels import INTERPRETED
 from tests.support.laboratory import (
     ENDLESS,
@@ -99,9 +99,9 @@ async def test_a_finished_run_fills_plots_summary_and_tabs(
     visited_tabs = []
     for _ in range(len(TABS)):
         await pilot.press("f2")
-        visited_tabs.append(pilot.app.screen.query_one(TabBook).active)
+        visited_tabs.append(app_of(pilot).session.tab)
     assert sorted(visited_tabs) == sorted(tab.id for tab in TABS)
-    assert pilot.app.screen.query_one(TabBook).active == "transient"
+    assert app_of(pilot).session.tab == "transient"
     # The view Result and the tab Log.
     await click_view(pilot, "result")
     await until_shown(pilot, "range of y -2.68537 to")

@@ -3,7 +3,7 @@
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from .exports.export import EXPORT_KINDS, Export, check_scene_path, copy_picture
+    from .export import EXPORT_KINDS, Export, check_scene_path, copy_picture
     from .job_pane import ActionPane, JobPane, compute_in_thread
     from .messages import (
         FieldEdited,

@@ -71,14 +71,14 @@ class StatusLine(Horizontal):
     Answers and errors are wrapped; facts of a status that do not fit are in the tooltip.
     """
 
-    def __init__(self, hint: str = "") -> None:
+    def __init__(self) -> None:
         super().__init__(classes="status-line")
-        self._answer, self._text, self._is_error = "", hint, False
+        self._answer, self._text, self._is_error = "", "", False
 
     def compose(self) -> ComposeResult:
         """Progress bar, answer and status."""
         yield ProgressBar(total=1.0, show_percentage=False, show_eta=False)
-        yield Static(self._text, classes="job-status", markup=False)
+        yield Static("", classes="job-status", markup=False)
 
     def show(self, job: Job | None, answer: str, text: str, *, is_error: bool) -> None:
         """Display the progress of a running job, or an answer and a text."""
@@ -128,10 +128,10 @@ class ActionPane(ViewsPane):
             yield Button("", classes="action", compact=True)
             yield from self.compose_bar()
             if not self.STATUS_BELOW:
-                yield StatusLine(self.HINT)
+                yield StatusLine()
         yield from super().compose()
         if self.STATUS_BELOW:
-            yield StatusLine(self.HINT)
+            yield StatusLine()
 
     def compose_bar(self) -> ComposeResult:
         """The inputs of the action."""

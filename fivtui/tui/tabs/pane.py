@@ -11,7 +11,7 @@ from textual.widgets import Button, Input
 
 from fivtui.tui.session import Run, Session, study_command
 
-from .exports.export import Export, run_export
+from .export import Export, run_export
 
 # Prefixes of actions that change only what a tab displays.
 _DISPLAY_ACTIONS: Final = ("next_", "show_")

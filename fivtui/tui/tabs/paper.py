@@ -36,7 +36,7 @@ from fivtui.studies import study
 from fivtui.tui.chart import ChartView
 from fivtui.tui.session import DisplayedStudy, Job, Session, study_command, symbol_of
 
-from .exports.export import DATA, FIGURE, Export, study_export
+from .export import DATA, FIGURE, Export, study_export
 from .job_pane import JobPane
 from .messages import RunRequested, SceneLoaded
 from .tables import ListTable

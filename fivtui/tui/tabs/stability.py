@@ -21,7 +21,7 @@ from fivtui.model import InputError
 from fivtui.tui.chart import ChartView
 from fivtui.tui.session import Session, attractor_rows, base_scene, compute_outcome, study_command
 
-from .exports.export import Export, scene_study_export
+from .export import Export, scene_study_export
 from .messages import PointRunRequested
 from .tables import RowsView
 from .views_pane import ViewsPane

@@ -75,14 +75,9 @@ class TabBook(ContentSwitcher):
         self.post_message(self.Changed())
 
     @property
-    def active(self) -> str:
-        """Identifier of the current tab."""
-        return self._session.tab
-
-    @property
     def pane(self) -> Pane | None:
         """The pane of the current tab; None before it is created."""
-        return self._created.get(self.active)
+        return self._created.get(self._session.tab)
 
     def update_pane(self, function: Callable[[Pane], None]) -> None:
         """Call a function with the current pane if it exists; other panes update when shown."""
@@ -105,11 +100,11 @@ class TabBook(ContentSwitcher):
     def show_neighbour(self, direction: int) -> None:
         """Show the next (+1) or previous (-1) tab."""
         names = list(self._specs)
-        self.show(names[(names.index(self.active) + direction) % len(names)])
+        self.show(names[(names.index(self._session.tab) + direction) % len(names)])
 
     def show(self, name: str) -> None:
         """Show a tab by its identifier; focus inside the current tab moves to it."""
-        if name == self.active:
+        if name == self._session.tab:
             return
         focused = self.screen.focused
         if focused is not None and self in focused.ancestors:
@@ -121,7 +116,7 @@ class TabBook(ContentSwitcher):
 
     @on(Changed)
     async def _show_active_pane(self) -> None:
-        name = self.active
+        name = self._session.tab
         if name not in self._created:
             pane = self._created[name] = self._specs[name].import_pane_class()(self._session)
             pane.border_subtitle = "  ".join(pane.key_hints())
@@ -129,7 +124,7 @@ class TabBook(ContentSwitcher):
         self.current = f"{_PREFIX}{name}"
         self.update_pane_from_session()
         self.update_pane(self._call_ready_callbacks)
-        if self._moves_focus and name == self.active:
+        if self._moves_focus and name == self._session.tab:
             self._moves_focus = False
             self._created[name].focus_content()
 

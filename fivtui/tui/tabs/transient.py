@@ -51,7 +51,7 @@ from fivtui.tui.session import (
     study_command,
 )
 
-from .exports.export import (
+from .export import (
     FIGURE,
     Export,
     belt_export,

@@ -52,6 +52,8 @@ class ViewsPane(Pane):
     VIEWS: ClassVar[Mapping[str, str]] = {}
     # Key of the stored view.
     VIEW_SETTING: ClassVar[str] = "view"
+    # A note on the views after their titles, if the border has room.
+    title_note = ""
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("v", "next_view", "View"),
         Binding("n", "next_chart", "Chart", tooltip="Next chart, or all charts"),
@@ -163,11 +165,6 @@ class ViewsPane(Pane):
         """Identifier of the current view."""
         stored = self.stored_setting(self.VIEW_SETTING, "")
         return stored if stored in self.VIEWS else self.default_view
-
-    @property
-    def title_note(self) -> str:
-        """A note on the views after their titles, if the border has room."""
-        return ""
 
     @property
     def default_view(self) -> str:

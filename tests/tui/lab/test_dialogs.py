@@ -12,7 +12,7 @@ from fivtui.scene.files import load_scene
 from fivtui.transient.files import load_trajectory
 from fivtui.tui.lab.commands import LabCommands
 from fivtui.tui.lab.keys import active_keys, key_text
-from fivtui.tui.tabs.exports.export import Export, clipboard_command
+from fivtui.tui.tabs.export import Export, clipboard_command
 from tests.support.laboratory import (
     answer,
     app_of,

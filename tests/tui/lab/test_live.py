@@ -22,7 +22,7 @@ from fivtui.tui.session.live import (
     Pace,
 )
 from fivtui.tui.tabs import SceneLoaded
-from fivtui.tui.tabs.exports.export import DATA, FIGURE
+from fivtui.tui.tabs.export import DATA, FIGURE
 from fivtui.tui.tabs.transient import TransientPane
 from tests.support.laboratory import (
     HANG_S,

@@ -28,7 +28,7 @@ from fivtui.tui.session.runs import (
 )
 from fivtui.tui.session.scene_differences import base_scene
 from fivtui.tui.session.session import Session
-from fivtui.tui.tabs.exports.export import (
+from fivtui.tui.tabs.export import (
     DATA,
     FIGURE,
     check_scene_path,

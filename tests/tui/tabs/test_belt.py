@@ -8,7 +8,7 @@ from textual.pilot import Pilot
 
 from fivtui import film
 from fivtui.tui.chart.widget.chart_view import ChartView
-from fivtui.tui.tabs.exports.export import DATA, FIGURE
+from fivtui.tui.tabs.export import DATA, FIGURE
 from fivtui.tui.tabs.motion.belt import BeltView
 from fivtui.tui.tabs.transient import TransientPane
 from tests.support.laboratory import run_to_end, show_tab, until, until_shown

@@ -22,7 +22,7 @@ from fivtui.tui.chart.cursor_moves import move_cursor, step_cursor
 from fivtui.tui.chart.picture import MARGIN, draw
 from fivtui.tui.chart.widget.chart_view import ChartView
 from fivtui.tui.persistence.results import ResultStore
-from fivtui.tui.tabs.exports.export import DATA
+from fivtui.tui.tabs.export import DATA
 from fivtui.tui.tabs.studies.branches import BranchesPane, nearest_cycle, orbit_scene
 from tests.support.laboratory import app_of, show_tab, type_into, until, until_hidden, until_shown
 

@@ -31,7 +31,7 @@ from fivtui.transient.charts import phase_chart, plotted_run, time_chart
 from fivtui.transient.result import Transient
 from fivtui.tui.app import FivtuiApp
 from fivtui.tui.chart.widget.chart_view import ChartView
-from fivtui.tui.tabs.exports.export import DATA, FIGURE
+from fivtui.tui.tabs.export import DATA, FIGURE
 from fivtui.tui.tabs.transient import TransientPane
 from fivtui.tui.tabs.views_pane import ViewsPane
 from tests.support.laboratory import app_of, lab_of, show_tab, until

@@ -23,7 +23,7 @@ from fivtui.tradeoffs import measure
 from fivtui.tui.app import FivtuiApp
 from fivtui.tui.chart.widget.chart_view import ChartView
 from fivtui.tui.session.session import DisplayedStudy
-from fivtui.tui.tabs.exports.export import FIGURE
+from fivtui.tui.tabs.export import FIGURE
 from fivtui.tui.tabs.studies.sweep import SweepPane
 from fivtui.tui.tabs.tab_book import TABS
 from fivtui.tui.tabs.views_pane import ViewsPane

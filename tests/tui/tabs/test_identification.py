@@ -17,7 +17,7 @@ from fivtui.simulation import simulate
 from fivtui.tui.chart.widget.chart_view import ChartView
 from fivtui.tui.persistence.results import ResultStore
 from fivtui.tui.session.session import DisplayedStudy
-from fivtui.tui.tabs.exports.export import DATA, FIGURE
+from fivtui.tui.tabs.export import DATA, FIGURE
 from fivtui.tui.tabs.studies import identification
 from fivtui.tui.tabs.studies.identification import IdentificationPane
 from fivtui.tui.tabs.tables import RowsView

@@ -12,7 +12,7 @@ from textual.widgets import Input
 from fivtui import cli
 from fivtui.model.errors import InputError
 from fivtui.tui.chart.widget.chart_view import ChartView
-from fivtui.tui.tabs.exports.export import DATA, FIGURE
+from fivtui.tui.tabs.export import DATA, FIGURE
 from fivtui.tui.tabs.motion.measured import MeasuredView
 from fivtui.tui.tabs.transient import TransientPane
 from tests.support.laboratory import run_to_end, until, until_shown

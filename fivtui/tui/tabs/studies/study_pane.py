@@ -26,7 +26,7 @@ from fivtui.tui.session import (
     duration_text,
     study_command,
 )
-from fivtui.tui.tabs.exports.export import Export, scene_study_export
+from fivtui.tui.tabs.export import Export, scene_study_export
 from fivtui.tui.tabs.job_pane import FACTS, JobPane
 from fivtui.tui.tabs.messages import PointRunRequested, Reported
 from fivtui.tui.tabs.preview import Preview, Sketch, about_here
@@ -209,11 +209,6 @@ class StudyPane(JobPane):
 
     # The views
 
-    @property
-    def title_note(self) -> str:
-        """A note on a result of another scene; else empty."""
-        return _OUTDATED_NOTE if self.has_class(_OUTDATED) else ""
-
     def page_of(self, view: str) -> str:
         """Identifier of the page that displays a view."""
         return QUANTITY_PAGE if view in self.QUANTITIES else view
@@ -339,6 +334,7 @@ class StudyPane(JobPane):
             scale.redraw()
         if bool(outdated) is not self.has_class(_OUTDATED):
             self.set_class(bool(outdated), _OUTDATED)
+            self.title_note = _OUTDATED_NOTE if outdated else ""
             self.show_titles()
 
     def draw_result(self, result: Any) -> None:

@@ -26,7 +26,7 @@ from fivtui.tui.session import (
     scene_texts,
     symbol_of,
 )
-from fivtui.tui.tabs.exports.export import Export
+from fivtui.tui.tabs.export import Export
 from fivtui.tui.tabs.job_pane import FACTS
 from fivtui.tui.tabs.preview import Sketch, about, about_here
 

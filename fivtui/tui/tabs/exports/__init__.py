@@ -1,1 +1,0 @@
-"""Exports of figures and data from the tabs. Imports no Textual."""
