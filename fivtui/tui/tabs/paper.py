@@ -262,9 +262,7 @@ def claim_text(claim: Claim, checked: CheckedClaim | None) -> str:
 def point_scene(panel: Panel, point: NearestPoint) -> Scene:
     """The scene at a point of a panel's chart."""
     line = panel.lines[point.trace]
-    if line.along in PARAMETERS:
-        return line.scene.with_values({line.along: point.x})
-    return line.scene
+    return line.scene.with_values({line.along: point.x} if line.along in PARAMETERS else {})
 
 
 def panel_scene(panel: Panel) -> Scene:

@@ -98,7 +98,7 @@ class SearchableList(Searchable):
     _search_start = 0
 
     @property
-    def row_index(self) -> int:
+    def cursor_row(self) -> int:
         """The row of the cursor."""
         raise NotImplementedError
 
@@ -114,7 +114,7 @@ class SearchableList(Searchable):
 
     def action_search(self) -> None:
         """Ask for a text, and move the cursor to it while it is typed."""
-        self._search_start = self.row_index
+        self._search_start = self.cursor_row
         super().action_search()
 
     def find(self, text: str) -> bool:
@@ -124,14 +124,14 @@ class SearchableList(Searchable):
 
     def action_find_next(self, direction: int) -> None:
         """Move the cursor to the next (+1) or previous (-1) row that contains the text."""
-        self._find_from(self.row_index + direction, direction)
+        self._find_from(self.cursor_row + direction, direction)
 
     def _find_from(self, start: int, direction: int) -> bool:
         texts = self.row_texts()
         for offset in range(len(texts)):
             index = (start + direction * offset) % len(texts)
             if self._search_text in texts[index].lower():
-                self.action_move(index - self.row_index)
+                self.action_move(index - self.cursor_row)
                 return True
         return False
 

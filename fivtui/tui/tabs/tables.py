@@ -84,11 +84,6 @@ class ListTable(DataTable[Cell], SearchableList):
         self.move_cursor(row=cursor_row)
         self.scroll_x = scroll_x
 
-    @property
-    def row_index(self) -> int:
-        """The row of the cursor."""
-        return self.cursor_row
-
     def row_texts(self) -> Sequence[str]:
         """The texts of all rows, with those of omitted columns."""
         return [" ".join(map(str, row)) for row in self._content[1].values()]

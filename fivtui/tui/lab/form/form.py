@@ -69,7 +69,7 @@ class FieldList(VerticalScroll, SearchableList, can_focus=True):
         self.post_message(FieldFocused(self.row.field.name))
 
     @property
-    def row_index(self) -> int:
+    def cursor_row(self) -> int:
         """The index of the row at the cursor."""
         return self._visible_rows.index(self.row)
 
