@@ -125,7 +125,6 @@ class LabScreen(EditorActions):
         for pane in self.query(JobPane):
             pane.stop()
 
-
     @on(Reported)
     def _show_report(self, event: Reported) -> None:
         if not event.routine:

@@ -12,7 +12,7 @@ from fivtui.scene.files import load_scene
 from fivtui.transient.files import load_trajectory
 from fivtui.tui.lab.commands import LabCommands
 from fivtui.tui.lab.keys import active_keys, key_text
-from fivtui.tui.tabs.export import Export, clipboard_command
+from fivtui.tui.tabs.export import clipboard_command
 from tests.support.laboratory import (
     answer,
     app_of,
@@ -82,7 +82,7 @@ async def test_exports_overwrite_files_only_after_a_confirmation(
     def raise_memory_error(*_: object, **__: object) -> str:
         raise MemoryError("too large")
 
-    monkeypatch.setattr("fivtui.tui.tabs.exports.export.save_study", raise_memory_error)
+    monkeypatch.setattr("fivtui.tui.tabs.export.save_study", raise_memory_error)
     await pilot.press("f7")
     await answer(pilot, "c.csv")
     await until_notice(pilot, "data: unexpected MemoryError: too large")

@@ -84,7 +84,7 @@ class FieldList(VerticalScroll, SearchableList, can_focus=True):
         # it, not edit the row that the cursor is moved to.
         self.focus()
         self.row.selected = False
-        index = min(max(self.row_index + rows, 0), len(self._visible_rows) - 1)
+        index = min(max(self.cursor_row + rows, 0), len(self._visible_rows) - 1)
         self._cursor = self._visible_rows[index].field.name
         self._show_cursor()
 
