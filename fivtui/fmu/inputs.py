@@ -14,7 +14,7 @@ from fivtui.model import InputError, Interval, check_known, unknown_name_error
 from .instance import FmuFile
 
 TIME: Final = "time"
-_NON_NUMERIC_TYPES: Final = ("String", "Binary")
+NON_NUMERIC_TYPES: Final = ("String", "Binary")
 # Variables of the slider-belt FMU: the belt's speed, and the flag that enables it.
 _BELT_SPEED: Final = "v_belt"
 _FINITE_BELT: Final = "finite_belt"
@@ -46,7 +46,7 @@ def _check_start_value(variable: Any, value: object) -> Any:
         if boolean is None:
             raise InputError(f"{variable.name} = {value}: must be true or false")
         return boolean
-    if variable.type in _NON_NUMERIC_TYPES or variable.shape:
+    if variable.type in NON_NUMERIC_TYPES or variable.shape:
         return value
     lower, upper = (
         float(limit) if limit is not None else bound
@@ -85,7 +85,7 @@ def read_signals(
     inputs = {
         v.name: v
         for v in fmu.description.modelVariables
-        if v.causality == "input" and v.type not in _NON_NUMERIC_TYPES and not v.shape
+        if v.causality == "input" and v.type not in NON_NUMERIC_TYPES and not v.shape
     }
     table = _read_table(path)
     for name in table:

@@ -24,7 +24,7 @@ from fivtui.model import (
 from fivtui.results import Result, Table, Tabular
 from fivtui.taylor import TOL_RANGE
 
-from .inputs import TIME, check_start_values, enable_belt_speed, read_signals
+from .inputs import NON_NUMERIC_TYPES, TIME, check_start_values, enable_belt_speed, read_signals
 from .instance import FmuFile, create_instance, defer_interrupts, extract_fmu
 
 # Communication steps: limit per run, number by default, and between two reports of progress.
@@ -49,8 +49,8 @@ class FmuRun(Result, Tabular):
         ``time`` and the variables recorded, by name.
     units : dict of str to str
         Units of the columns that have one, by name.
-    discrete : tuple of str
-        Recorded variables that change only at events.
+    discrete : dict of str to ndarray, shape (n,)
+        Outputs and recorded variables that change only at events, by name.
     warnings : tuple of str
         Warnings that the FMU logged.
     """
@@ -59,16 +59,16 @@ class FmuRun(Result, Tabular):
     fmi_version: str
     columns: dict[str, NDArray[Any]]
     units: dict[str, str]
-    discrete: tuple[str, ...]
+    discrete: dict[str, NDArray[Any]]
     warnings: tuple[str, ...] = ()
 
     def events(self) -> list[tuple[float, str, Any]]:
         """Changes of discrete variables: time of the first row with the value, s; name; value."""
         times = self.columns[TIME]
         events = [
-            (float(times[row + 1]), name, self.columns[name][row + 1].item())
-            for name in self.discrete
-            for row in np.flatnonzero(np.diff(self.columns[name].astype(float)))
+            (float(times[row + 1]), name, values[row + 1].item())
+            for name, values in self.discrete.items()
+            for row in np.flatnonzero(np.diff(values.astype(float)))
         ]
         return sorted(events, key=lambda event: event[0])
 
@@ -170,12 +170,12 @@ def run_fmu(
             "stop_time": stop,
             "output_interval": step,
             "start_values": values,
-            "output": recorded,
+            "output": None if recorded is None else [*recorded, *_discrete_outputs(fmu, recorded)],
             "input": signals,
             "relative_tolerance": _check_tolerance(fmu, tol),
         }
         table, warnings = _simulate(fmu, (start, stop), options, progress)
-        return _build_run(fmu, table, warnings)
+        return _build_run(fmu, table, recorded, warnings)
 
 
 def _check_experiment(
@@ -215,6 +215,18 @@ def _check_outputs(fmu: FmuFile, outputs: Sequence[str] | None) -> list[str] | N
     for name in recorded:
         check_known("output", name, names)
     return list(recorded)
+
+
+def _discrete_outputs(fmu: FmuFile, recorded: Sequence[str]) -> list[str]:
+    # The discrete outputs, for events, that are not recorded.
+    return [
+        v.name
+        for v in fmu.description.modelVariables
+        if v.causality == "output"
+        and v.variability == "discrete"
+        and v.type not in NON_NUMERIC_TYPES
+        and v.name not in recorded
+    ]
 
 
 def _simulate(
@@ -265,11 +277,13 @@ def _simulate(
     return table, messages.warnings
 
 
-def _build_run(fmu: FmuFile, table: NDArray[Any], warnings: tuple[str, ...]) -> FmuRun:
+def _build_run(
+    fmu: FmuFile, table: NDArray[Any], recorded: list[str] | None, warnings: tuple[str, ...]
+) -> FmuRun:
     description = fmu.description
-    names = table.dtype.names or ()
-    columns = {name: np.asarray(table[name]) for name in names}
-    for name, column in columns.items():
+    all_columns = {name: np.asarray(table[name]) for name in table.dtype.names or ()}
+    names = [name for name in all_columns if recorded is None or name == TIME or name in recorded]
+    for name, column in all_columns.items():
         if not np.all(np.isfinite(column)):
             raise ComputationError(
                 f"the FMU's variable {name} is not finite", "check its start values and inputs"
@@ -280,13 +294,15 @@ def _build_run(fmu: FmuFile, table: NDArray[Any], warnings: tuple[str, ...]) -> 
     return FmuRun(
         model=description.modelName,
         fmi_version=description.fmiVersion,
-        columns=columns,
+        columns={name: all_columns[name] for name in names},
         units={TIME: "s", **{name: str(units[name]) for name in names if units.get(name)}},
-        discrete=tuple(
-            v.name
+        discrete={
+            v.name: all_columns[v.name]
             for v in description.modelVariables
-            if v.name in names and v.variability == "discrete" and columns[v.name].ndim == 1
-        ),
+            if v.name in all_columns
+            and v.variability == "discrete"
+            and all_columns[v.name].ndim == 1
+        },
         warnings=warnings,
     )
 

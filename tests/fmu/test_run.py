@@ -197,6 +197,10 @@ def test_events_are_changes_of_discrete_outputs(fmu: Path, tmp_path: Path) -> No
     assert len(lines) == 1 + len(events)
     t, name, value = lines[1].split(",")
     assert (float(t), name, float(value)) == events[0]
+    assert any(name == "mode" for _, name, _ in events)
+    only_y = run_fmu(fmu, t_end=8.0, outputs=["y"])
+    assert list(only_y.columns) == ["time", "y"]
+    assert only_y.events() == events
 
 
 def test_a_saved_run_reads_back_exactly(fmu: Path, tmp_path: Path) -> None:
