@@ -225,6 +225,9 @@ def validate(
     >>> f"{result.shift:.3f} s, correlation {result.correlation:.4f}"
     '10.000 s, correlation 1.0000'
     """
+    for name, value, kind in (("run", run, Transient), ("measurement", measurement, Measurement)):
+        if not isinstance(value, kind):
+            raise InputError(f"{name} = {value!r}: must be a {kind.__name__}")
     check_known("quantity", quantity, QUANTITIES)
     limits = Tolerances() if tolerances is None else tolerances
     if not isinstance(limits, Tolerances):

@@ -85,7 +85,7 @@ if TYPE_CHECKING:
         static_start_change,
         time_scale,
     )
-    from .system import System, system_of
+    from .system import System, check_separation, system_of
 else:
     from fivtui.lazy import lazy_exports
 

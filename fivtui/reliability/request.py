@@ -99,8 +99,9 @@ def scattered_study(
             "nothing scatters: give --vary NAME~DISTRIBUTION:…, e.g. --vary F~normal:80:8, or a "
             "scene with a table [scatter]"
         )
-    if not 1 <= samples <= MAX_SAMPLES:
-        raise InputError(f"samples = {samples}: must be from 1 to {MAX_SAMPLES}")
+    number: object = samples
+    if not isinstance(number, int | np.integer) or not 1 <= number <= MAX_SAMPLES:
+        raise InputError(f"samples = {samples}: must be a whole number from 1 to {MAX_SAMPLES}")
     for name in outputs:
         if name not in OUTPUTS and name in SWEEP_OUTPUTS:
             raise InputError(f"output {name}: must be a number; probabilities are always computed")

@@ -17,6 +17,7 @@ from fivtui.model import (
     check_known,
     check_names,
     check_parameters,
+    check_separation,
     check_varied_are_used,
 )
 from fivtui.safety import SafeTable
@@ -166,6 +167,8 @@ class Study:
     over_time: OverTime = ()
 
     def __post_init__(self) -> None:
+        for separation in self.cases:
+            check_separation(separation)
         if not 1 <= len(set(self.cases)) == len(self.cases):
             raise InputError(f"cases = {self.cases}: must be True, False, or both")
         for name in check_names("outputs", self.outputs):

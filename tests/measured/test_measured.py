@@ -179,6 +179,11 @@ def test_quantities_that_a_run_lacks_cannot_be_compared() -> None:
         validate(RUN, measurement(10.0 * t, y), shift="auto")
     with pytest.raises(InputError, match="quantity"):
         validate(RUN, measurement(t, y), quantity="z")
+    nothing: Any = None
+    with pytest.raises(InputError, match="run = None: must be a Transient"):
+        validate(nothing, nothing)
+    with pytest.raises(InputError, match="measurement = None: must be a Measurement"):
+        validate(RUN, nothing)
     with pytest.raises(InputError, match="shift = nan"):
         validate(RUN, measurement(t, y), shift=float("nan"))
     # Without motion both frequencies are 0, so that they agree.

@@ -4,6 +4,7 @@ import pickle
 from dataclasses import FrozenInstanceError
 from typing import Any
 
+import numpy as np
 import pytest
 
 from fivtui.model import InputError, Parameters, System, system_of, time_tables
@@ -36,3 +37,10 @@ def test_the_base_set_is_the_default_and_invalid_parameter_sets_are_refused(wron
     assert system_of(Parameters(mu=0.2), separation=False).parameters.mu == 0.2
     with pytest.raises(InputError, match="must be a set of parameters"):
         system_of(wrong, separation=True)
+
+
+def test_separation_must_be_a_truth_value() -> None:
+    assert System(Parameters(), np.bool_(False)).separation is False  # type: ignore[arg-type]
+    for wrong in ("no", None, 1):
+        with pytest.raises(InputError, match=f"separation = {wrong!r}: must be True or False"):
+            System(Parameters(), wrong)  # type: ignore[arg-type]

@@ -7,6 +7,7 @@ import tomllib
 from collections.abc import Generator, Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -83,8 +84,10 @@ def test_samples_are_one_to_sixteen_million() -> None:
         design = scene_study(samples).design
         assert isinstance(design, Scatter)
         assert design.samples == rounded
-    for samples in (0, -1, limit + 1):
-        with pytest.raises(InputError, match=f"samples = {samples}: must be from 1 to {limit}"):
+    wrong: list[Any] = [0, -1, limit + 1, 10.5]
+    for samples in wrong:
+        allowed = "must be a whole number from 1 to"
+        with pytest.raises(InputError, match=f"samples = {samples}: {allowed} {limit}"):
             scene_study(samples)
 
 
