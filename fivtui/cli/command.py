@@ -9,7 +9,7 @@ import click
 
 from fivtui.model import ALL_PARAMETERS, InputError, parameter_spec
 from fivtui.options import SCENE, Option, declared_options, declared_settings
-from fivtui.transient import SET_BY_ACCURACY, SETTINGS
+from fivtui.transient import SET_BY_ACCURACY, SETTINGS, uses_step
 
 from .arguments import WholeNumber, name_completer, option
 from .deliver import Outputs
@@ -73,12 +73,14 @@ class Call(Generic[Options]):
         of a varied parameter has an effect. `tables` allows parameters that change over time, by
         default if the command has --over-time.
         """
-        from fivtui.scene import find_scene
+        from fivtui.scene import find_scene, read_over_time
 
         changes = parse_assignments("--set", self.assignments, "F=120")
         self._check_not_options(changes)
+        path = getattr(self.options, "over_time", None)
         scene = find_scene(self.scene_name).with_values(
-            {name: parameter_spec(name).read(text) for name, text in changes.items()}
+            {name: parameter_spec(name).read(text) for name, text in changes.items()},
+            () if path is None else read_over_time(path),
         )
         if tables is None:
             tables = hasattr(self.options, "over_time")
@@ -119,13 +121,12 @@ def scene_with_settings(scene: "Scene", options: Any) -> "Scene":
         changes["accuracy"] = tuple(targets.items())
     if ignores_separation:
         changes["separation"] = False
+    method = changes.get("method", scene.method)
+    if "tol" in changes and uses_step(method):
+        raise InputError(f"--tol: must be given without method {method}, which has a --step")
     # The scene's step may not suit the new method: use its default if the command has no --step.
     if "method" in changes and "step" not in declared_settings(options):
         changes["step"] = None
-    if (path := getattr(options, "over_time", None)) is not None:
-        from fivtui.scene import read_over_time
-
-        changes["over_time"] = read_over_time(path)
     return replace(scene, **changes)
 
 

@@ -55,7 +55,10 @@ class CheckedCommand(_Helpful):
         check_paths(self.params, ctx.params)
         if ctx.params.pop("force", False):
             # Files at paths of the type `ReplaceablePath` may be overwritten.
-            ctx.params |= replaceable_outputs(self.params, ctx.params)
+            outputs = replaceable_outputs(self.params, ctx.params)
+            if not outputs:
+                raise InputError("--force: must be given with a file to write")
+            ctx.params |= outputs
         return super().invoke(ctx)
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:

@@ -36,6 +36,8 @@ def simulate(call: Call[SimulateOptions]) -> None:
     scene, options, outputs = call.scene(), call.options, call.outputs
     outputs.check("run")
     needs_samples = outputs.out is not None or outputs.plot is not None
+    if not needs_samples and options.points != SimulateOptions.points:
+        raise InputError("--points: must be given with --out or --plot")
     points = options.points if needs_samples else 0
     simulation = _simulate(scene, outputs, points, "transient", options.sensitivities)
     _print_note_if_stiff(simulation.transient)

@@ -8,7 +8,7 @@ import io
 import json
 import math
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-from itertools import islice
+from itertools import chain, islice
 from pathlib import Path
 from typing import Any, BinaryIO, Final
 
@@ -27,6 +27,8 @@ _BLOCK_ROWS: Final = 8192
 _BYTE_ORDER_MARK: Final = b"\xef\xbb\xbf"
 # Numbers for cells that are empty or truth values.
 _SPECIAL_VALUES: Final[Mapping[str, float]] = {"": math.nan, "true": 1.0, "false": 0.0}
+# Separators of cells besides the comma, in files of other programs.
+_OTHER_SEPARATORS: Final = (";", "\t")
 # Key of the header under which the units of columns are stored.
 UNITS: Final = "units"
 # The package that a `tables.Format` needs, and the extra of fivtui that installs it: none.
@@ -136,6 +138,9 @@ def _read_columns(
     _, name_row = next(rows, (0, []))
     # After a space the reader leaves quotation marks in a cell.
     names = [name.strip().strip('"') for name in name_row]
+    for index, name in enumerate(names):
+        if name in names[:index]:
+            raise InputError(f"column {name} is given twice; must be given once")
     indices = {
         name: names.index(name)
         for name in (names if selected is None else selected)
@@ -160,7 +165,8 @@ def _read_columns(
 
 
 def _numbered_rows(text: Iterable[str]) -> Iterator[tuple[int, list[str]]]:
-    # Rows of cells that are neither empty nor comments, each with the number of its last line.
+    # Rows of cells that are neither empty nor comments, each with the number of its last line. If
+    # the names are separated by semicolons or tabs, numbers may have a decimal comma.
     number = 0
 
     def uncommented_lines() -> Iterator[str]:
@@ -169,9 +175,12 @@ def _numbered_rows(text: Iterable[str]) -> Iterator[tuple[int, list[str]]]:
             if not line.startswith("#"):
                 yield line
 
-    for row in csv.reader(uncommented_lines()):
+    lines = uncommented_lines()
+    names = next((line for line in lines if line.strip()), "")
+    separator = next((separator for separator in _OTHER_SEPARATORS if separator in names), ",")
+    for row in csv.reader(chain([names], lines), delimiter=separator):
         if row:
-            yield number, row
+            yield number, row if separator == "," else [cell.replace(",", ".") for cell in row]
 
 
 def _parse_number(cell: str, line: int, name: str, special: Mapping[str, float]) -> float:

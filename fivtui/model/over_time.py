@@ -63,11 +63,16 @@ class TimeTable:
         """Pairs of time, s, and value."""
         return list(zip(self.times, self.values, strict=True))
 
-    def describe(self) -> str:
-        """Description of the table, such as ``0 (0 s) → 80 (2 s)``."""
-        count = len(self.times)
+    def describe(self, name: str) -> str:
+        """Description of the table of a parameter, such as ``0 (0 s) → 80 (2 s)``."""
+        rows = self.rows()
+        if name in HELD_OVER_TIME:
+            # Leave out the rows that `time_table` adds before jumps.
+            pairs = zip(rows, [*rows[1:], (math.inf, 0.0)], strict=True)
+            rows = [row for row, following in pairs if row[0] < following[0]]
+        count = len(rows)
         if count <= _MAX_LISTED_ROWS:
-            return " → ".join(f"{value:g} ({t:g} s)" for t, value in self.rows())
+            return " → ".join(f"{value:g} ({t:g} s)" for t, value in rows)
         span = f"{self.times[0]:g} to {self.times[-1]:g} s"
         return f"{min(self.values):g} to {max(self.values):g}, {count} rows over {span}"
 

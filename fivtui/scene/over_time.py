@@ -48,7 +48,7 @@ def parse_over_time(key: str, value: object, folder: Path | None = None) -> Over
         raise InputError(f"{key}.file = {value['file']!r}: must be the name of a file in quotes")
     path = (folder or Path()) / value["file"]
     columns = {name: _read_column(name, value[name]) for name in TIME_DEPENDENT if name in value}
-    return read_over_time(path, time=str(value.get(_TIME_KEY, TIME)), columns=columns)
+    return read_over_time(path, time=str(value.get(_TIME_KEY, TIME)), columns=columns or None)
 
 
 def read_over_time(
@@ -60,15 +60,20 @@ def read_over_time(
     """The tables in a CSV file with a row of names.
 
     `time` is the column of time (s). `columns` are the columns by parameter; by default all columns
-    that have the name of a parameter.
+    but that of time have the name of a parameter.
     """
     table = read_csv(path)
     if columns is None:
+        allowed = (time, *TIME_DEPENDENT)
+        for name in table:
+            if time in table and name not in allowed:
+                raise InputError(f"{path}: column {name}: must be one of {', '.join(allowed)}")
         columns = {name: ScaledColumn(name) for name in TIME_DEPENDENT if name in table}
         if not columns:
             raise InputError(f"{path}: must have a column of {', '.join(TIME_DEPENDENT)}")
     for name in (time, *(column.name for column in columns.values())):
-        check_known(f"column in {path}:", name, table)
+        if name not in table:
+            raise InputError(f"{path}: there is no column {name}; it has {', '.join(table)}")
     if table[time].size > _MAX_ROWS:
         raise InputError(f"{path}: {table[time].size} rows: must be at most {_MAX_ROWS}")
     tables = []

@@ -14,6 +14,8 @@ from fivtui.model import (
     check_known,
     check_names,
     check_parameters,
+    check_separation,
+    initial_values,
 )
 from fivtui.transient import (
     ALL_METHODS,
@@ -130,6 +132,7 @@ class Scene:
         t_end = check_horizon(self.t_end)
         checked = {
             "parameters": p,
+            "separation": check_separation(self.separation),
             "t_end": t_end,
             "tol": check_tolerance(self.tol),
             "step": None if self.step is None else check_step(self.step, t_end),
@@ -168,12 +171,18 @@ class Scene:
                 f"{names} over time: must be constant for {subject}; simulate and sweep take tables"
             )
 
-    def with_values(self, values: Mapping[str, object]) -> Self:
-        """A checked copy with new values by parameter name; `InputError` as for `Parameters`."""
-        for name, _ in self.over_time:
+    def with_values(self, values: Mapping[str, object], over_time: OverTime = ()) -> Self:
+        """A checked copy with new values by parameter name; `InputError` as for `Parameters`.
+
+        The tables of `over_time` replace those of the same parameters.
+        """
+        tables = dict(self.over_time) | dict(over_time)
+        for name in tables:
             if name in values:
                 raise InputError(f"{name}: follows a table over time; must not be set")
-        return dataclasses.replace(self, parameters=self.parameters.with_values(values))
+        # `mu_s` is compared with the values of the tables, not with those they replace.
+        p = self.parameters.with_values({**initial_values(tables), **values})
+        return dataclasses.replace(self, parameters=p, over_time=tuple(tables.items()))
 
 
 def _check_correlation(first: str, second: str, value: float) -> None:

@@ -91,7 +91,7 @@ class Sweep(Result, Tabular, Plottable):
         scene = scene_text(System(study.parameters, any(study.cases)), without=varied)
         rows = [
             ("scene", scene),
-            *((f"{name} over time", values.describe()) for name, values in study.over_time),
+            *((f"{name} over time", values.describe(name)) for name, values in study.over_time),
             ("design", study.design.kind),
             ("members", f"{table.members}, {table.failed} failed"),
         ]

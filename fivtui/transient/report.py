@@ -54,7 +54,10 @@ def transient_rows(
     half_range_error = "" if errors is None else f", {error_note('half_range')}"
     separated_share = events.separated_time / result.t_end
     rows = [
-        *(Row(f"{name} over time", table.describe()) for name, table in result.over_time.items()),
+        *(
+            Row(f"{name} over time", table.describe(name))
+            for name, table in result.over_time.items()
+        ),
         Row("separation", "considered" if result.separation else "ignored"),
         # Exact: an extreme of the Taylor polynomials, not of samples.
         Row("peak |y|", f"{number(peak.y_abs)} m", error_note("peak", default="exact")),

@@ -328,7 +328,7 @@ class Transient(SystemResult, Tabular, Plottable):
         return rows
 
     def _over_time_rows(self) -> list[tuple[str, str]]:
-        phrases = [f"{name} {table.describe()}" for name, table in self.over_time.items()]
+        phrases = [f"{name} {table.describe(name)}" for name, table in self.over_time.items()]
         return [("over time", "; ".join(phrases))] if phrases else []
 
     def _stick_rows(self) -> list[tuple[str, str]]:

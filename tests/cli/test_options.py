@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from fivtui.cli import commands
+from fivtui.cli import commands, run
 from fivtui.identification import IdentifyOptions
 from fivtui.maps import MapOptions
 from fivtui.measured import ValidateOptions
@@ -93,3 +93,18 @@ def test_arguments_are_read_with_and_without_an_equals_sign_among_others() -> No
     ):
         with pytest.raises(InputError, match=message):
             read_arguments(IdentifyOptions, arguments)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ("simulate --method=rk4 --step=0.01 --tol=1e-2", "--tol: must be given without method rk4"),
+        ("simulate --points=10", "--points: must be given with --out or --plot"),
+        ("simulate --force", "--force: must be given with a file to write"),
+    ],
+)
+def test_an_option_without_effect_is_refused(
+    arguments: str, message: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run(arguments.split()) == 2
+    assert message in capsys.readouterr().err

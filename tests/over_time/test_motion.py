@@ -15,6 +15,7 @@ from scipy.optimize import brentq
 from fivtui import Parameters, find_scene, load_scene, save_scene, simulate
 from fivtui.cli import run as command
 from fivtui.model import InputError, System, TimeTable, time_tables
+from fivtui.scene import read_over_time
 from fivtui.simulation import compute
 from fivtui.transient import START_SEEDS, Request, compute_variation
 from tests.support.independent_belt import IndependentBelt, integrate
@@ -209,7 +210,8 @@ def test_a_scene_takes_columns_of_measured_values(tmp_path: Path) -> None:
         ("[over_time]\nfile = 3", "must be the name of a file in quotes"),
         ('[over_time]\nfile = "no.csv"\nF = "p"', "no.csv"),
         ('[over_time]\nfile = "a.csv"\nG = "p"', "unknown key of over_time 'G'"),
-        ('[over_time]\nfile = "a.csv"\nF = "p"', "unknown column in"),
+        ('[over_time]\nfile = "a.csv"\nF = "p"', "there is no column p; it has time, bar"),
+        ('[over_time]\nfile = "a.csv"', "a.csv: column bar: must be one of time, F, "),
         ('[over_time]\nfile = "a.csv"\nF = {column = "bar", scale = "x"}', "not a number"),
         ('[over_time]\nfile = "a.csv"\nF = {column = "bar", shift = 1}', "unknown key of F"),
     ],
@@ -244,6 +246,59 @@ def test_commands_take_tables_or_refuse_them(
     assert "F, v_belt over time: the method must be taylor or fmu-native, not rk4" in (
         capsys.readouterr().err
     )
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("time,F,Mu\n0,1,0.2\n", "{}: column Mu: must be one of time, F, mu, v_belt, "),
+        ("time,F,m\n0,1,5\n", "{}: column m: must be one of time, F, mu, v_belt, "),
+        ("time,F,F\n0,1,2\n", "{}: column F is given twice; must be given once"),
+        ("t,F\n0,1\n", "{}: there is no column time; it has t, F"),
+        ("time\n0\n", "{}: must have a column of F, mu, v_belt, "),
+    ],
+)
+def test_unsuitable_columns_of_a_table_are_named(tmp_path: Path, text: str, message: str) -> None:
+    path = tmp_path / "a.csv"
+    path.write_text(text)
+    with pytest.raises(InputError) as caught:
+        read_over_time(path)
+    assert message.format(path) in str(caught.value)
+
+
+@pytest.mark.parametrize("separator", [";", "\t"])
+def test_tables_may_have_semicolons_or_tabs_and_decimal_commas(
+    tmp_path: Path, separator: str
+) -> None:
+    text = "# F in N\n\ntime;F\n0;1,5\n1;2,5\n".replace(";", separator)
+    (tmp_path / "a.csv").write_text(text)
+    assert dict(read_over_time(tmp_path / "a.csv")) == {"F": TimeTable((0.0, 1.0), (1.5, 2.5))}
+
+
+def test_tables_of_a_file_replace_those_of_the_same_parameters(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    table = tmp_path / "in.csv"
+    table.write_text("time,k2,F\n0,50,5\n1,40,9\n")
+    simulate_stop = ["simulate", "brake-stop", "--t-end=1", "--over-time", str(table)]
+    assert command(simulate_stop) == 0
+    output = capsys.readouterr().out
+    assert "5 (0 s) → 9 (1 s)" in output
+    assert "50 (0 s) → 40 (1 s)" in output
+    assert "10 (0 s) → 10 (4 s) → 0 (24 s)" in output
+    assert command([*simulate_stop, "--set", "k2=20"]) == 2
+    assert "k2: follows a table over time; must not be set" in capsys.readouterr().err
+
+
+def test_static_friction_is_compared_with_the_table_of_the_friction_coefficient(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    table = tmp_path / "mu.csv"
+    table.write_text("time,mu\n0,0.3\n1,0.5\n")
+    arguments = ["simulate", "--t-end=1", "--over-time", str(table), "--set", "v_belt=1"]
+    assert command([*arguments, "--set", "mu_s=0.6"]) == 0
+    assert command([*arguments, "--set", "mu_s=0.4"]) == 2
+    assert "mu over time: reaches 0.5: must be at most mu_s = 0.4" in capsys.readouterr().err
 
 
 def test_rows_may_come_from_an_iterator_and_serve_several_runs() -> None:

@@ -86,6 +86,15 @@ def test_invalid_tables_are_refused(tables: dict[str, Any], message: str) -> Non
 
 
 def test_tables_are_described_in_one_phrase() -> None:
-    assert time_table("F", [(0, 10), (4, 60)]).describe() == "10 (0 s) → 60 (4 s)"
+    assert time_table("F", [(0, 10), (4, 60)]).describe("F") == "10 (0 s) → 60 (4 s)"
     long_table = TimeTable(tuple(range(9)), tuple(range(9)))
-    assert long_table.describe() == "0 to 8, 9 rows over 0 to 8 s"
+    assert long_table.describe("F") == "0 to 8, 9 rows over 0 to 8 s"
+    jump = time_table("F", [(0, 10), (1, 10), (1, 60)])
+    assert jump.describe("F") == "10 (0 s) → 10 (1 s) → 60 (1 s)"
+
+
+def test_a_description_has_only_the_rows_that_were_given() -> None:
+    table = time_table("k2", [(0, 50), (6, 40), (8, 30)])
+    assert table.describe("k2") == "50 (0 s) → 40 (6 s) → 30 (8 s)"
+    long_table = time_table("k2", [(t, 50 - t) for t in range(5)])
+    assert long_table.describe("k2") == "46 to 50, 5 rows over 0 to 4 s"

@@ -11,7 +11,7 @@ from fivtui.model import InputError
 from fivtui.results import Command
 from fivtui.scene import Scene
 from fivtui.studies import build_command
-from fivtui.transient import SET_BY_ACCURACY
+from fivtui.transient import SET_BY_ACCURACY, uses_step
 
 from .scene_differences import base_scene, differences
 
@@ -60,7 +60,8 @@ def study_command(kind: str, study: Any, origin: Origin) -> str:
     arguments = ["fivtui", command.name]
     if command.scene:
         arguments += [base.source] if base.source else []
-        ignored = SET_BY_ACCURACY if scene.accuracy else ()
+        fixed_step = ("tol",) if uses_step(scene.method) else ()
+        ignored = SET_BY_ACCURACY if scene.accuracy else fixed_step
         for difference in differences(scene, base.scene):
             if difference.name in command.settable and difference.name not in ignored:
                 arguments += difference.arguments

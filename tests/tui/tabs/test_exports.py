@@ -270,6 +270,11 @@ def test_command_lines_name_the_preset_and_the_options_that_differ_from_it() -> 
     assert split_command(study_command("trade-off", changed, origin)) == [
         *("tradeoff", "separation-ignored", "--set", "F=90", "--t-end=7")
     ]
+    # A method of fixed step has no tolerance.
+    with_step = dataclasses.replace(BASE, method="rk4", tol=1e-5)
+    assert split_command(study_command("run", with_step, Origin(BASE, ""))) == [
+        *("simulate", "--method=rk4")
+    ]
     assert split_command(study_command("trade-off", changed, Origin(BASE, "")))[-2:] == [
         "--ignore-separation",
         "--t-end=7",
