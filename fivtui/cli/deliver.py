@@ -65,10 +65,21 @@ class Outputs:
             print_note(f"warning: {warning}")
 
     def finish(self, kind: str, result: Any) -> None:
-        """Print the warning of a result, write the result to files and print it."""
+        """Print the warning of a result, write the result to files and print it.
+
+        Raises `ComputationError` afterwards if nothing could be computed.
+        """
         self.warn(kind, result)
         self.write(kind, result)
         self.show(kind, result)
+        self.check_computed(kind, result)
+
+    def check_computed(self, kind: str, result: Any) -> None:
+        """Raise `ComputationError` if nothing could be computed."""
+        from fivtui.studies import study
+
+        if (failure := study(kind).failure(result)) is not None:
+            raise failure
 
     def compute_and_deliver(
         self, kind: str, compute: Callable[..., Any], *, label: str = ""

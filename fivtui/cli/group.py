@@ -12,7 +12,7 @@ from fivtui.version import __version__
 
 from .arguments import parameter_hint
 from .manual import ENTRIES, PROGRAM_ENTRY, SECTIONS, epilog
-from .paths import check_paths, replaceable_outputs
+from .paths import check_paths, is_scene, replaceable_outputs
 
 # Options of a command are listed in groups if it has more.
 _MAX_UNGROUPED: Final = 9
@@ -96,6 +96,8 @@ class CommandGroup(_Helpful, click.Group):
         """Find the command that `args` begin with."""
         # No errors while a shell completes the line.
         if args and not ctx.resilient_parsing and self.get_command(ctx, args[0]) is None:
+            if (laboratory := self.get_command(ctx, "tui")) is not None and is_scene(args[0]):
+                return "tui", laboratory, args
             raise unknown_name_error("command", args[0], self.list_commands(ctx))
         return super().resolve_command(ctx, args)
 
@@ -133,6 +135,7 @@ def _write_lists(
     "fivtui",
     cls=CommandGroup,
     invoke_without_command=True,
+    subcommand_metavar="[SCENE | COMMAND [ARGS]...]",
     epilog=epilog(PROGRAM_ENTRY),
     context_settings=_CONTEXT,
 )
@@ -141,14 +144,25 @@ def _write_lists(
 def commands(context: click.Context) -> None:
     """Friction-induced vibration of a slider pressed on a moving belt.
 
-    Without a command, the terminal laboratory starts. SCENE is the name of a preset (see fivtui
-    presets) or a TOML file. The default is the base set of the paper Nonlinear friction-induced
-    vibration of a slider-belt system: F = 80 N, μ = 0.7, 100 s, separation of slider and belt
-    considered (Case 1).
+    Without a command, the terminal laboratory starts, with SCENE if it is given. SCENE is the name
+    of a preset (see fivtui presets) or a TOML file. The default is the base set of the paper
+    Nonlinear friction-induced vibration of a slider-belt system: F = 80 N, μ = 0.7, 100 s,
+    separation of slider and belt considered (Case 1).
     """
     if context.invoked_subcommand is None:
-        if not (sys.stdin.isatty() and sys.stdout.isatty()):
-            raise InputError("the terminal laboratory needs a terminal; see fivtui --help")
-        from fivtui.tui import run
+        start_laboratory()
 
-        run()
+
+def start_laboratory(name: str | None = None) -> None:
+    """Open the terminal laboratory with the scene of a name, or with that of the last session."""
+    if not has_terminal():
+        raise InputError("the terminal laboratory needs a terminal; see fivtui --help")
+    from fivtui.scene import find_scene
+    from fivtui.tui import run
+
+    run(None if name is None else find_scene(name), name or "")
+
+
+def has_terminal() -> bool:
+    """Whether input and output are a terminal."""
+    return sys.stdin.isatty() and sys.stdout.isatty()

@@ -75,6 +75,7 @@ SECTIONS: Final[Mapping[str, Mapping[str, Entry]]] = {
     },
     # The laboratory is the interactive program in the terminal.
     "Laboratory and manual": {
+        "tui": Entry("tutorial/laboratory", "tui brake-stop"),
         "serve": Entry("tutorial/laboratory", "serve --port 8000"),
         "docs": Entry("index", "docs trust"),
     },

@@ -59,6 +59,13 @@ class SceneName(click.types.StringParamType):
         return completions or [CompletionItem(incomplete, type="file")]
 
 
+def is_scene(text: str) -> bool:
+    """Whether a text is the name of a preset or the path of a file."""
+    from fivtui.scene import PRESETS, scene_file
+
+    return text in PRESETS or scene_file(text) is not None
+
+
 def check_paths(params: Sequence[click.Parameter], values: Mapping[str, Any]) -> None:
     """Raise `InputError` if an output of a command is the same file as another or as an input."""
     from fivtui.io import check_distinct, parts_folder

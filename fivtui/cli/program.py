@@ -8,8 +8,9 @@ import click
 from fivtui.model import Interval
 
 from .arguments import WholeNumber, option
-from .group import commands
+from .group import commands, start_laboratory
 from .options import json_option, print_json, print_note, print_text
+from .paths import SceneName
 
 
 @commands.command()
@@ -40,6 +41,17 @@ def methods() -> None:
     from fivtui.transient import ALL_METHODS
 
     print_list("Methods", list(ALL_METHODS.items()))
+
+
+@commands.command()
+@click.argument("scene", type=SceneName(), required=False, metavar="[SCENE]")
+def tui(scene: str | None) -> None:
+    """Open the terminal laboratory, with SCENE if it is given.
+
+    SCENE takes the place of the edited scene of the last session, which undo restores; runs and
+    results of the session stay. fivtui SCENE does the same.
+    """
+    start_laboratory(scene)
 
 
 @commands.command()

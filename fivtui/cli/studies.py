@@ -88,12 +88,15 @@ def sweep(call: Call[SweepOptions]) -> None:
     if out is not None:
         print_written_files(out, note=str(written))
         if not reads_rows:
+            if written.failure is not None:
+                raise written.failure
             return
         result = load_sweep(study, out)
     if outputs.plot is not None:
         outputs.write("sweep", result)
     if outputs.as_json or out is None:
         outputs.show("sweep", result)
+    outputs.check_computed("sweep", result)
 
 
 def choose_engine(scheduler: str | None, workers: int | None) -> AbstractContextManager["Engine"]:

@@ -92,6 +92,8 @@ def run(call: Call[NoOptions]) -> None:
 
     # Parameters of the scene may follow tables over time.
     scene, outputs = call.scene(tables=True), call.outputs
+    if not scene.outputs:
+        raise InputError(f"scene {scene.name}: outputs must name what is to be computed")
     has_trajectory = "trajectory" in scene.outputs
     if has_trajectory and outputs.out is None:
         raise InputError(f"scene {scene.name}: its trajectory must have a file: --out FILE")

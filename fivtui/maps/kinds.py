@@ -39,6 +39,7 @@ MAP: Final = StudyKind(
     contents_name="map",
     show=list_printer(attrgetter("title"), methodcaller("rows")),
     rows=methodcaller("rows"),
+    failure=attrgetter("failure"),
     suffixes=TABLE_SUFFIXES,
     as_json=True,
     stem=lambda result: f"map-{'-'.join(result.names)}",

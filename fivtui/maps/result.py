@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.model import PARAMETERS, Column, System
+from fivtui.model import PARAMETERS, Column, ComputationError, System
 from fivtui.results import Grid, GridResult, Plottable, Row, Table, scene_text, to_data
 
 from .searched_points import SearchedPoint, nearest_limits
@@ -192,22 +192,31 @@ class StabilityMap(GridResult, Plottable):
         if without_equilibrium:
             text = f"{without_equilibrium} of them, {_WHY_NO_EQUILIBRIUM}"
             rows.append(Row("without equilibrium", text))
-        return [*rows, Row("unstable", self._share(self.excess > 0.0))]
+        return [*rows, Row("unstable", _share(self.excess > 0.0, self.excess))]
 
     def _safety_rows(self) -> list[Row]:
         rows = [Row("safe μ", _range_text(self.safe_mu))]
         if self.escape is None:
-            rows.append(Row("below the critical μ", self._share(self.safe_mu < self.critical_mu)))
+            below = _share(self.safe_mu < self.critical_mu, self.safe_mu)
+            rows.append(Row("below the critical μ", below))
         else:
             rows += [
-                Row(region, self._share(self.values == index))
+                Row(region, _share(self.values == index, self.values))
                 for index, region in enumerate(REGIONS)
             ]
             rows.append(Row("offset from rest that escapes", _range_text(self.escape, "m")))
         return [*rows, Row("basis of safe μ", self.basis)]
 
-    def _share(self, flags: NDArray[np.bool_]) -> str:
-        return f"{np.count_nonzero(flags) / flags.size:.1%} of the points"
+    @property
+    def failure(self) -> ComputationError | None:
+        """The error of a map none of whose points has an equilibrium; None if one has."""
+        if not np.isnan(self.excess).all():
+            return None
+        return ComputationError(
+            f"no value at any of the {self.grid.size} points, which have no equilibrium: "
+            f"{_WHY_NO_EQUILIBRIUM}",
+            "change its parameters, or the ranges",
+        )
 
     def _summary(self) -> list[Row]:
         return [Row("scene", scene_text(self.system, without=self.names)), *self.rows()]
@@ -254,6 +263,18 @@ class StabilityMap(GridResult, Plottable):
         from .charts import map_sheet
 
         return map_sheet(self)
+
+
+def _share(flags: NDArray[np.bool_], values: FloatArray) -> str:
+    # The share of the points with a value that have a flag, and the number of the others.
+    without_value = int(np.count_nonzero(np.isnan(values)))
+    count = values.size - without_value
+    if not count:
+        return "no point has a value"
+    share = f"{np.count_nonzero(flags) / count:.1%}"
+    if not without_value:
+        return f"{share} of the points"
+    return f"{share} of {count} points, {without_value} without value"
 
 
 def _range_text(values: FloatArray, unit: str = "") -> str:

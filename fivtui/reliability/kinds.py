@@ -1,5 +1,6 @@
 """Kind of study: the uncertainty study."""
 
+from operator import attrgetter
 from typing import Any, Final
 
 from fivtui.lazy import lazy_modules
@@ -48,6 +49,7 @@ UNCERTAINTY: Final = StudyKind(
     show=report.print_uncertainty,
     rows=report.uncertainty_rows,
     warning=report.study_warning,
+    failure=attrgetter("sweep.table.failure"),
     suffixes=_SUFFIXES,
     save=result.save_uncertainty,
     as_json=True,

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from fivtui.io import FORMATS
-from fivtui.model import ALL_PARAMETERS
+from fivtui.model import ALL_PARAMETERS, ComputationError
 from fivtui.options import declared_settings, option_arguments
 
 from .base import Row
@@ -107,6 +107,8 @@ class StudyKind:
     figure: Callable[[Any], Any] = methodcaller("figure")
     # The warning of a result; None if there is none.
     warning: Callable[[Any], str | None] = lambda result: getattr(result, "warning", None) or None
+    # The error of a result if nothing could be computed; None if something was.
+    failure: Callable[[Any], ComputationError | None] = lambda _result: None
     # File suffixes that `save` can write.
     suffixes: tuple[str, ...] = ()
     # Writes a result to a file.

@@ -190,9 +190,8 @@ class Design:
                 )
         limit = MAX_SOBOL if self.kind == "sobol" else MAX_MEMBERS
         if self.count is None or not 1 <= self.count <= limit:
-            raise InputError(
-                f"count = {self.count}: must be from 1 to {limit} for the design {self.kind}"
-            )
+            value = ": must be given," if self.count is None else f" = {self.count}: must be"
+            raise InputError(f"count{value} from 1 to {limit} for the design {self.kind}")
         return self.count
 
     def columns(self, indices: NDArray[np.int64]) -> dict[str, NDArray[np.float64]]:

@@ -1,5 +1,6 @@
 """Kind of study: the sweep."""
 
+from operator import attrgetter
 from typing import TYPE_CHECKING, Final
 
 from fivtui.lazy import lazy_modules
@@ -65,6 +66,7 @@ def _axis_text(axis: "Axis") -> str:
 SWEEP: Final = StudyKind(
     contents_name="sweep",
     show=report.print_sweep,
+    failure=attrgetter("table.failure"),
     suffixes=(".csv", ".parquet"),
     save=files.save_sweep,
     stem=lambda result: f"sweep-{'-'.join(result.study.design.axes)}",

@@ -108,6 +108,13 @@ class Rows:
         """Number of failed members."""
         return sum(map(bool, self.reasons))
 
+    @property
+    def failure(self) -> ComputationError | None:
+        """The error of a sweep whose members all failed; None if not all did."""
+        if self.failed < self.members:
+            return None
+        return all_failed_error(self.members, self.reasons[0])
+
     def part(self, first: int, stop: int) -> "Rows":
         """The rows `first` to `stop` - 1."""
         numbers = {name: values[first:stop] for name, values in self.numbers.items()}
@@ -133,6 +140,14 @@ class Rows:
         if column.kind == "number" or np.isnan(numbers).any():
             return numbers
         return numbers.astype(np.int64 if column.kind == "count" else np.bool_)
+
+
+def all_failed_error(members: int, reason: str) -> ComputationError:
+    """The error of a sweep whose members all failed, with the reason of the first."""
+    why, _, advice = reason.partition("; ")
+    return ComputationError(
+        f"all {members} members failed, the first: {why}", advice or "change its parameters"
+    )
 
 
 _CONVERSIONS: Final[Mapping[str, Callable[[float], object]]] = {

@@ -18,6 +18,7 @@ import numpy as np
 
 from fivtui.model import (
     Cancelled,
+    ComputationError,
     InputError,
     OnProgress,
     Parameters,
@@ -33,7 +34,7 @@ from fivtui.transient import DEFAULT_T_END, DEFAULT_TOL, Start
 from .design import Axis, Design, DesignKind
 from .formats import sweep_format
 from .pieces import SweepPiece, piece_count, sweep_piece
-from .rows import Rows, compute_rows, concatenate
+from .rows import Rows, all_failed_error, compute_rows, concatenate
 from .scatter import Scatter
 from .store import default_piece_size, open_store
 from .study import BATCH_METHOD, DEFAULT_OUTPUTS, Study
@@ -144,11 +145,22 @@ class Sweep(Result, Tabular, Plottable):
 
 @dataclass(frozen=True, slots=True)
 class WriteSummary:
-    """Counts of members of a written sweep; `failed` is None if the file was already complete."""
+    """Counts of members of a written sweep; `failed` is None if the file was already complete.
+
+    `reason` is why the first of the computed members that failed did so; empty if none failed.
+    """
 
     members: int
     failed: int | None
     stored_before: int
+    reason: str = ""
+
+    @property
+    def failure(self) -> ComputationError | None:
+        """The error of a sweep whose members all failed; None if not all did."""
+        if self.failed != self.members:
+            return None
+        return all_failed_error(self.members, self.reason or "see the column reason of the file")
 
     def __str__(self) -> str:
         if self.failed is None:
@@ -304,17 +316,21 @@ def sweep_to_file(
         if store.complete:
             return WriteSummary(study.members, None, study.members)
         stored_before, monitor = store.stored_members, Progress(progress)
+        reasons: dict[int, str] = {}
         try:
             monitor.report(stored_before / study.members)
             with closing(engine(study, store.missing())) as results:
                 for piece, rows in results:
                     store.write(piece, rows)
+                    if rows.failed:
+                        reasons[piece.number] = next(filter(None, rows.reasons))
                     monitor.report(store.stored_members / study.members)
             failed = store.failed
             store.finish()
         except (Cancelled, KeyboardInterrupt):
             raise Cancelled(store.advice) from None
-        return WriteSummary(study.members, failed, stored_before)
+        reason = reasons[min(reasons)] if reasons else ""
+        return WriteSummary(study.members, failed, stored_before, reason)
 
 
 def local_engine(workers: int | None = None) -> Engine:

@@ -21,7 +21,7 @@ from textual.screen import Screen
 from textual.theme import BUILTIN_THEMES, Theme
 
 from fivtui.model import InputError, unknown_name_error
-from fivtui.scene import Scene
+from fivtui.scene import Scene, scene_file
 from fivtui.tui.chart import Pictures, TerminalReply, with_chart_colours
 
 from .lab import (
@@ -163,8 +163,11 @@ class FivtuiApp(App[None]):
         if session is not None:
             self._open(session, "last session restored", routine=True)
         if scene is not None:
-            self.session.begin(scene, source)
-            self.session.tab = ""
+            # As where it is opened in the laboratory: undo restores the scene of the session.
+            self.session.load(scene, source)
+            if scene_file(source) is not None:
+                self.session.add_recent(source)
+            self._reports.append(Reported(f"scene {scene.name} opened: {source}", routine=True))
         numbers = ", ".join(str(slot.number) for slot in reversed(self.autosave.other_slots))
         if numbers:
             text = f"session {self.autosave.number}; other saved sessions: {numbers} (Ctrl+P, Open)"

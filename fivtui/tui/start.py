@@ -22,7 +22,8 @@ def shorten_switch_interval() -> None:
 def run(scene: "Scene | None" = None, source: str = "") -> None:
     """Run the terminal UI until the user quits.
 
-    `scene`, from the preset or file `source`, replaces the scene of the last session.
+    `scene`, from the preset or file `source`, replaces the scene of the last session; undo restores
+    that.
     """
     # Garbage collection would delay the first frame.
     gc.disable()

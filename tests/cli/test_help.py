@@ -19,7 +19,7 @@ ROOT = Path(__file__).parents[2]
 # Examples that take more than a few seconds, also with reduced counts.
 LONG = ("compare", "animate", "uncertainty", "tradeoff", "extremes", "figures", "claims")
 # Examples that end only when the user stops them, or need an installed manual.
-NOT_RUN = ("serve", "docs")
+NOT_RUN = ("tui", "serve", "docs")
 
 
 def all_commands(group: click.Group, prefix: str = "") -> Iterator[tuple[str, click.Command]]:

@@ -22,6 +22,7 @@ from fivtui.options import (
 )
 from fivtui.orbits import BranchOptions
 from fivtui.reliability import UncertaintyOptions
+from fivtui.scene import PRESETS, Scene, save_scene
 from fivtui.sweeps import SweepOptions
 from fivtui.tradeoffs import TradeoffOptions
 from fivtui.transient import SETTINGS, SimulateOptions
@@ -108,3 +109,59 @@ def test_an_option_without_effect_is_refused(
 ) -> None:
     assert run(arguments.split()) == 2
     assert message in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "reason"),
+    [
+        ("sweep --vary k3=0,0 --set F=-5 --output y_abs", "all 2 members failed, the first: no eq"),
+        ("sweep --vary k3=0,0 --set F=-5 --output y_abs --out", "all 2 members failed, the first"),
+        (
+            "uncertainty --set v_belt=0 --vary mu~uniform:0.2:0.5 --samples 32 --no-indices "
+            "--output critical_mu --out",
+            "members failed, the first: no equilibrium of sliding",
+        ),
+        (
+            "map --set v_belt=0 --over F=60:80:2 --over mu=0.1:0.5:2 --out",
+            "no value at any of the 4 points, which have no equilibrium",
+        ),
+    ],
+)
+def test_a_study_without_a_computed_value_fails_after_its_files_are_written(
+    arguments: str, reason: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "out.csv"
+    has_file = arguments.endswith("--out")
+    assert run([*arguments.split(), *([str(out)] if has_file else [])]) == 3
+    assert reason in capsys.readouterr().err.splitlines()[-1]
+    assert out.is_file() == has_file
+
+
+def test_a_scene_without_outputs_is_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "s.toml"
+    path.write_text("fivtui_scene = 1\noutputs = []\n")
+    assert run(["run", str(path)]) == 2
+    assert "scene s: outputs must name what is to be computed" in capsys.readouterr().err
+    assert run(["sweep", "--vary", "F=60:80", "--design", "sobol"]) == 2
+    assert "count: must be given, from 1 to" in capsys.readouterr().err
+
+
+def test_the_laboratory_starts_with_a_preset_or_a_scene_file(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "mine.toml"
+    save_scene(PRESETS["linear"], path)
+    starts: list[tuple[Scene | None, str]] = []
+    monkeypatch.setattr("fivtui.cli.group.has_terminal", lambda: True)
+    monkeypatch.setattr("fivtui.tui.run", lambda scene, source: starts.append((scene, source)))
+    for arguments in ([], ["linear"], ["tui"], ["tui", "linear"], [str(path)]):
+        assert run(arguments) == 0
+    linear = PRESETS["linear"]
+    assert starts == [
+        *((None, ""), (linear, "linear"), (None, ""), (linear, "linear"), (linear, str(path)))
+    ]
+    for unknown, message in (("absent.toml", "there is no such file"), ("bse", "unknown command")):
+        assert run([unknown]) == 2
+        assert message in capsys.readouterr().err

@@ -317,3 +317,15 @@ def test_a_figure_without_a_stability_boundary_has_no_legend() -> None:
     over = {"F": np.linspace(1.0, 2.0, 3), "mu": np.linspace(0.0, 0.01, 3)}
     for value in EIGENVALUE_VALUES:
         assert stability_map(Parameters(), over, value).figure().legends == []
+
+
+def test_a_share_counts_only_points_with_a_value() -> None:
+    p = Parameters(k3=0.0)
+    # F < 0 lifts the slider, and without k3 no spring holds it.
+    result = stability_map(p, {"F": [-10.0, 40.0, 80.0], "mu": [0.1, 0.5]})
+    rows = {row.label: row.value for row in result.rows()}
+    assert rows["unstable"] == "0.0% of 4 points, 2 without value"
+    assert result.failure is None
+    lifted = stability_map(p, {"F": [-10.0, -5.0], "mu": [0.1, 0.5]})
+    assert lifted.rows()[-1].value == "no point has a value"
+    assert lifted.failure is not None

@@ -16,7 +16,7 @@ from fivtui.cli import commands
 
 # Slow commands, and the server, always get an invalid argument.
 SLOW = {
-    "attractors", "claims", "compare", "extremes", "figures", "serve", "tradeoff", "build",
+    "attractors", "claims", "compare", "extremes", "figures", "serve", "tradeoff", "tui", "build",
     "system", "accuracy", "methods", "uncertainty", "animate",
 }  # fmt: skip
 INVALID_OPTIONS = ("--colour", "--colour=red", "-q", "--force=3", "--\x00")

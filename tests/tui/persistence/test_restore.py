@@ -212,6 +212,8 @@ async def test_a_damaged_result_is_renamed_and_all_others_are_restored(
         await until_shown(pilot, "not kept")
         # A scene on the command line replaces the edited scene only.
         assert app_of(pilot).session.name == "linear"
+        assert app_of(pilot).session.undo()
+        assert app_of(pilot).session.texts["t_end"] == "5"
     assert first_file.with_name(f"{first_file.stem}.damaged-1.npz").is_file()
     assert second_file.is_file()
 
