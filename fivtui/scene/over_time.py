@@ -65,15 +65,19 @@ def read_over_time(
     table = read_csv(path)
     if columns is None:
         allowed = (time, *TIME_DEPENDENT)
-        for name in table:
-            if time in table and name not in allowed:
-                raise InputError(f"{path}: column {name}: must be one of {', '.join(allowed)}")
         columns = {name: ScaledColumn(name) for name in TIME_DEPENDENT if name in table}
-        if not columns:
-            raise InputError(f"{path}: must have a column of {', '.join(TIME_DEPENDENT)}")
+    else:
+        allowed = tuple(table)
     for name in (time, *(column.name for column in columns.values())):
         if name not in table:
-            raise InputError(f"{path}: there is no column {name}; it has {', '.join(table)}")
+            raise InputError(
+                f"{path}: there is no column {name}; it has {', '.join(table) or 'none'}"
+            )
+    for name in table:
+        if name not in allowed:
+            raise InputError(f"{path}: column {name}: must be one of {', '.join(allowed)}")
+    if not columns:
+        raise InputError(f"{path}: must have a column of {', '.join(TIME_DEPENDENT)}")
     if table[time].size > _MAX_ROWS:
         raise InputError(f"{path}: {table[time].size} rows: must be at most {_MAX_ROWS}")
     tables = []
