@@ -63,16 +63,14 @@ def read_over_time(
     but that of time have the name of a parameter.
     """
     table = read_csv(path)
+    allowed = list(table)
     if columns is None:
-        allowed = (time, *TIME_DEPENDENT)
+        allowed = [time, *TIME_DEPENDENT]
         columns = {name: ScaledColumn(name) for name in TIME_DEPENDENT if name in table}
-    else:
-        allowed = tuple(table)
     for name in (time, *(column.name for column in columns.values())):
         if name not in table:
-            raise InputError(
-                f"{path}: there is no column {name}; it has {', '.join(table) or 'none'}"
-            )
+            names = ", ".join(table) or "none"
+            raise InputError(f"{path}: there is no column {name}; it has {names}")
     for name in table:
         if name not in allowed:
             raise InputError(f"{path}: column {name}: must be one of {', '.join(allowed)}")
