@@ -9,7 +9,7 @@ import click
 
 from fivtui.model import ALL_PARAMETERS, InputError, parameter_spec
 from fivtui.options import SCENE, Option, declared_options, declared_settings
-from fivtui.transient import SET_BY_ACCURACY, SETTINGS, uses_step
+from fivtui.transient import SET_BY_ACCURACY, SETTINGS
 
 from .arguments import WholeNumber, name_completer, option
 from .deliver import Outputs
@@ -121,9 +121,12 @@ def scene_with_settings(scene: "Scene", options: Any) -> "Scene":
         changes["accuracy"] = tuple(targets.items())
     if ignores_separation:
         changes["separation"] = False
-    method = changes.get("method", scene.method)
-    if "tol" in changes and uses_step(method):
-        raise InputError(f"--tol: must be given without method {method}, which has a --step")
+    if "tol" in changes:
+        from fivtui.transient import uses_step
+
+        method = changes.get("method", scene.method)
+        if uses_step(method):
+            raise InputError(f"--tol: must be given without method {method}, which has a --step")
     # The scene's step may not suit the new method: use its default if the command has no --step.
     if "method" in changes and "step" not in declared_settings(options):
         changes["step"] = None

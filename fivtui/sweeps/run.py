@@ -8,7 +8,7 @@ import threading
 from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from contextlib import closing
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import islice
 from pathlib import Path
 from types import MappingProxyType
@@ -153,7 +153,7 @@ class WriteSummary:
     members: int
     failed: int | None
     stored_before: int
-    reason: str = ""
+    reason: str = field(default="", compare=False)
 
     @property
     def failure(self) -> ComputationError | None:
