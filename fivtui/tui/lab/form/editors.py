@@ -56,17 +56,8 @@ class TextEditor(TextInput, Editor):
         Binding("shift+down,ctrl+down", "step(-1, True)", "Decrease slightly", show=False),
     ]
 
-    def __init__(self, field: FormField, text: str) -> None:
-        super().__init__(
-            text,
-            replace_commas=field.replace_commas,
-            compact=True,
-            placeholder=field.when_empty,
-            validate_on=(),
-        )
-        self.field = field
-        # The text of the session that was displayed last.
-        self._shown_text = text
+    # The text of the session that was displayed last.
+    _shown_text: str | None = None
 
     def refresh(
         self,
@@ -110,18 +101,9 @@ class TextEditor(TextInput, Editor):
 class ChoiceEditor(Select[str], Editor):
     """Edits a field that has a fixed set of choices."""
 
-    def __init__(self, field: FormField, text: str) -> None:
-        choices = [(name, name) for name in field.choices or {}]
-        super().__init__(choices, value=text, allow_blank=False, compact=True)
-        self.field = field
-
 
 class SeparationEditor(Checkbox, Editor):
     """A check box: whether the slider may leave the belt; labelled "considered" or "ignored"."""
-
-    def __init__(self, field: FormField, text: str) -> None:
-        super().__init__(text, value=text == WITH_SEPARATION, compact=True)
-        self.field = field
 
     @property
     def text(self) -> str:
@@ -139,7 +121,20 @@ class SeparationEditor(Checkbox, Editor):
 
 
 def editor_of(field: FormField, text: str) -> Editor:
-    """The editor of a field."""
+    """The editor of a field, with its text."""
+    editor: Editor
     if field.name == "separation":
-        return SeparationEditor(field, text)
-    return (TextEditor if field.choices is None else ChoiceEditor)(field, text)
+        editor = SeparationEditor(text, value=text == WITH_SEPARATION, compact=True)
+    elif field.choices is not None:
+        choices = [(name, name) for name in field.choices]
+        editor = ChoiceEditor(choices, value=text, allow_blank=False, compact=True)
+    else:
+        editor = TextEditor(
+            text,
+            replace_commas=field.replace_commas,
+            compact=True,
+            placeholder=field.when_empty,
+            validate_on=(),
+        )
+    editor.field = field
+    return editor
