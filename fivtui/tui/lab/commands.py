@@ -27,7 +27,6 @@ from fivtui.tui.session import FIELDS
 from fivtui.tui.tabs import (
     EXPORT_KINDS,
     TABS,
-    FieldEdited,
     Pane,
     RunActionRequested,
     SceneLoaded,
@@ -288,7 +287,7 @@ def _field_entries(lab: LabScreen) -> Iterator[PaletteEntry]:
         yield PaletteEntry(f"Edit {field.symbol or field.name}", field.meaning, focus, field.name)
         for text, meaning in (field.choices or {}).items():
             if text != lab.session.texts[field.name]:
-                choose = partial(lab.post_message, FieldEdited(field.name, text, from_editor=False))
+                choose = partial(lab.set_text, field.name, text)
                 yield PaletteEntry(f"{field.name.capitalize()}: {text}", meaning, choose)
 
 

@@ -18,11 +18,14 @@ class EditActions(LabActions):
 
     @on(FieldEdited)
     def _edit_field(self, event: FieldEdited) -> None:
-        # The message of a newer text in the editor follows.
-        editor = self.query_one(Form).editor(event.name)
-        is_current = not event.from_editor or editor.text == event.text
-        if is_current and self.session.texts[event.name] != event.text:
-            self.session.set_text(event.name, event.text)
+        # If the editor has a newer text, the message of that one follows.
+        if self.query_one(Form).editor(event.name).text == event.text:
+            self.set_text(event.name, event.text)
+
+    def set_text(self, name: str, text: str) -> None:
+        """Edit a field's text."""
+        if self.session.texts[name] != text:
+            self.session.set_text(name, text)
             self.show_inputs()
 
     @on(FieldStepped)

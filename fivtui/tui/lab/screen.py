@@ -259,8 +259,10 @@ class LabScreen(EditorActions):
 
     def action_switch_live(self) -> None:
         """Switch the live curve on or off."""
-        self._live.toggle()
-        state = "follows every edit" if self.session.live_enabled else "off"
+        session = self.session
+        session.live_enabled = not session.live_enabled
+        self._live.reset()
+        state = "follows every edit" if session.live_enabled else "off"
         self.report(f"live curve {state}")
         self._show_run_status()
         self.tab_book.update_pane_from_session()

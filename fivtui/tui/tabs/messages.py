@@ -12,11 +12,10 @@ from fivtui.scene import Scene
 
 @dataclass
 class FieldEdited(Message):
-    """The user changed the text of a field; unless `from_editor`, the form does not show it yet."""
+    """The user changed the text of a field in its editor."""
 
     name: str
     text: str
-    from_editor: bool = True
 
 
 @dataclass

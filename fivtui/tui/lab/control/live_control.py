@@ -130,18 +130,13 @@ class LiveController(Controller[LiveJob]):
         if runs.displayed is not self._displayed:
             self._displayed = runs.displayed
             # A displayed run stays visible until the next edit.
-            self._requested_scene = None if self._displayed is None else self._edited_scene()
-            self.stop()
-            self._session.live.clear()
+            self.reset(None if self._displayed is None else self._edited_scene())
 
-    def toggle(self) -> None:
-        """Switch the live curve on or off."""
-        session = self._session
-        session.live_enabled = not session.live_enabled
+    def reset(self, requested_scene: Scene | None = None) -> None:
+        """Clear the curve; the next `update` runs a valid scene that is not `requested_scene`."""
         self.stop()
-        session.live.clear()
-        # A valid scene differs from None, so the next `update` runs it.
-        self._requested_scene = None
+        self._session.live.clear()
+        self._requested_scene = requested_scene
 
     def stop(self) -> None:
         """Stop the live run and discard the queued scene."""
