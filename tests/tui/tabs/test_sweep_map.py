@@ -7,6 +7,7 @@ import pytest
 from textual.pilot import Pilot
 from textual.widgets import Input
 
+from fivtui.charts import NearestPoint
 from fivtui.charts.axis import Axis
 from fivtui.charts.chart import Cursors, View
 from fivtui.charts.readout import points_at
@@ -96,6 +97,12 @@ def test_failed_members_of_a_sweep_leave_a_gap_and_a_reason() -> None:
     assert result.table.failed > 0
     assert "failed: " in SweepPane(Session()).details_text(result)
     assert np.isnan(sweep_chart(result).traces[2].y[-1])
+
+
+def test_a_sweep_may_vary_the_start() -> None:
+    study = SweepPane.parse(BASE, "y0=-1:0:3")
+    scene = point_scene(study, NearestPoint(trace=0, x=-0.5, y=1.0), edited_separation=False)
+    assert scene.start[2] == -0.5
 
 
 def test_a_sweep_can_be_cancelled() -> None:

@@ -407,10 +407,8 @@ class SweepStudyPane(StudyPane):
         request = result.study
         axes = request.design.axes
         names = ["t_end", "method", "over_time", "accuracy"]
-        if not request.accuracy:
-            names.append("tol")
-        if axes.keys().isdisjoint(START_SPECS):
-            names.append("start")
+        names += [] if request.accuracy else ["tol"]
+        names += ["start"] if axes.keys().isdisjoint(START_SPECS) else []
         settings = {name: getattr(request, name) for name in names}
         if len(request.cases) == 1:
             settings["separation"] = request.cases[0]
