@@ -69,11 +69,6 @@ def verdict_kind(result: Stability, attractors: Attractors | None) -> str:
     return "stable" if attractors.searched else "searching"
 
 
-def _mode_order(mode: VibrationMode) -> tuple[float, float]:
-    # By falling frequency, then growth rate: rounding separates the frequencies of coalesced modes.
-    return -float(f"{mode.angular_frequency:.9g}"), -mode.growth_rate
-
-
 def _mode_text(mode: VibrationMode) -> str:
     frequency = f"{mode.frequency:.4g} Hz" if mode.frequency else "aperiodic"
     return f"{frequency} {mode.growth_rate:+.3g} 1/s"
@@ -115,7 +110,7 @@ def stability_summary(result: Stability, attractors: Attractors = NO_ATTRACTORS)
         f"μ_c {critical_mu}{_safe_mu_text(attractors.safe)}",
         f"x_e {quantity_text(point.x, 'm')}  y_e {quantity_text(point.y, 'm')}  "
         f"P_e {quantity_text(point.P, 'N')}",
-        "modes " + " · ".join(map(_mode_text, sorted(result.modes, key=_mode_order))),
+        "modes " + " · ".join(map(_mode_text, result.modes)),
     ]
 
 
