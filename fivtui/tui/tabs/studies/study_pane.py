@@ -364,9 +364,8 @@ class StudyPane(JobPane):
 
     def heading(self, result: Any) -> Heading:
         """The heading of an exported figure: the parameters that do not vary."""
-        inputs = self.inputs_of(result)
-        ignores_separation = inputs.settings.get("separation") is False
-        return Heading([inputs.parameters], inputs.varied, ignores_separation)
+        parameters, varied, settings = self.inputs_of(result)
+        return Heading([parameters], varied, ignores_separation=settings.get("separation") is False)
 
     def required_result(self) -> DisplayedStudy[Any]:
         """The displayed result; raises `InputError` if there is none."""

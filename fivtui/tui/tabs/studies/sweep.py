@@ -134,15 +134,12 @@ class SweepPane(SweepStudyPane):
     def start_text(self) -> str:
         """The number of runs, and their duration from that of a run of the edited scene."""
         try:
-            study: Study = self.request()
+            runs = self.request().members
         except InputError:
             return "runs the scene with each value"
         run_s = self.session.live.expected_duration(self.session.scene())
-        if run_s is None:
-            duration = about_here(study.members * _TYPICAL_RUN_S)
-        else:
-            duration = about(study.members * run_s)
-        return f"computes {study.members} runs, {duration}"
+        duration = about_here(runs * _TYPICAL_RUN_S) if run_s is None else about(runs * run_s)
+        return f"computes {runs} runs, {duration}"
 
     def compute(self, request: "Study", job: Job) -> "Sweep":
         """Compute a sweep in parts, and display each part."""
