@@ -29,9 +29,8 @@ class ScreenResponse:
     Without the pause, computing Python threads would double its response time.
     """
 
-    def __init__(self) -> None:
-        # End of the pause by the monotonic clock, s.
-        self._pause_end = 0.0
+    # End of the pause by the monotonic clock, s.
+    _pause_end = 0.0
 
     def begin(self) -> None:
         """Pause computing threads after a key press."""

@@ -153,9 +153,7 @@ def _separation_text(run: Transient) -> str:
 
 def late_separation_warning(run: Transient, result: Stability) -> str:
     """A warning if a run still separates although the equilibrium is stable; else empty."""
-    last_separation = run.events.last
-    if result.stable and last_separation is not None and last_separation > 0.5 * run.t_end:
-        return (
-            f"stable equilibrium, but still separating at t = {quantity_text(last_separation, 's')}"
-        )
+    time = run.events.last
+    if result.stable and time is not None and time > 0.5 * run.t_end:
+        return f"stable equilibrium, but still separating at t = {quantity_text(time, 's')}"
     return ""

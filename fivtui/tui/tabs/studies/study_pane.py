@@ -377,14 +377,9 @@ class StudyPane(JobPane):
     def export(self, kind: str) -> Export:
         """Figure or data of the result; the figure is the displayed charts, if there are any."""
         displayed = self.required_result()
-        return scene_study_export(
-            kind,
-            self.kind,
-            displayed.value,
-            displayed.name or self.session.name,
-            charts=self.visible_charts(),
-            heading=self.heading(displayed.value),
-        )
+        result, name = displayed.value, displayed.name or self.session.name
+        charts, heading = self.visible_charts(), self.heading(result)
+        return scene_study_export(kind, self.kind, result, name, charts=charts, heading=heading)
 
     def command_line(self) -> str:
         """The command that computes the displayed result; without result, the edited scene."""
