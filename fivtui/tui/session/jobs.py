@@ -140,6 +140,8 @@ class Job:
     """A computation in a thread; its completed fraction (0 to 1) is written by that thread."""
 
     fraction: float = 0.0
+    # What is known of the result so far, in words.
+    note: str = ""
     # Whether the job was asked to stop.
     stopped: bool = False
     _start_time: float = field(default_factory=time.monotonic)

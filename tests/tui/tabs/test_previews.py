@@ -80,9 +80,13 @@ async def test_the_key_of_a_computation_that_runs_without_result_stops_it(
     released = Event()
     pane.start(lambda _: released.wait())
     await until_shown(pilot, "F10 stops the computation.")
+    assert pane.job is not None
+    pane.job.note = "half of it is safe"
+    await until_shown(pilot, pane.job.note)
     await pilot.press("f10")
     released.set()
     await until_shown(pilot, "F10 maps")
+    await until_hidden(pilot, "half of it is safe")
 
 
 async def test_previews_follow_keys_inputs_and_views(pilot: Pilot[None]) -> None:

@@ -45,7 +45,7 @@ class IdentificationPane(StudyPane):
     REQUEST: ClassVar[str] = "request"
     # Index of the measured signal that is shown, beyond the last from the first again.
     _signal_index = 0
-    notes = (f"To fit a record, enter rig.csv --signal y --fit μ. {FILE_FORMAT}",)
+    NOTE: ClassVar[str] = f"To fit a record, enter rig.csv --signal y --fit μ. {FILE_FORMAT}"
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("enter", "apply_values", "Apply", key_display="⏎", tooltip="Run the fitted values"),
         Binding("s", "next_signal", "Next signal"),

@@ -69,7 +69,7 @@ class StudyPane(JobPane):
     START, TYPICAL_S : str, float
         What starting the study does, as a verb with objects, and its usual duration, s, as
         measured where `relative_duration` is 1.
-    notes : sequence of str
+    NOTE : str
         Further sentences before the first result.
     REQUEST : str
         Attribute of a result that is its request; if empty, the result itself says its command.
@@ -82,7 +82,7 @@ class StudyPane(JobPane):
     SKETCH: ClassVar[Sketch | None] = None
     START: ClassVar[str] = ""
     TYPICAL_S: ClassVar[float] = 0.0
-    notes: Sequence[str] = ()
+    NOTE: ClassVar[str] = ""
     REQUEST: ClassVar[str] = ""
 
     def __init__(self, session: Session) -> None:
@@ -198,10 +198,12 @@ class StudyPane(JobPane):
         if sketch is not None:
             keys = self.session.key_names
             edit = [(keys["go-bar"], "goes to the input above.")] if self.EXAMPLE else []
-            notes = [("", note) for note in self.notes]
-            action = self.start_text() if self.job is None else "stops the computation"
-            start = keys["compute"], f"{action}."
-            self.query_one(Preview).show(sketch, start, *edit, *notes)
+            if self.job is None:
+                action, note = self.start_text(), self.NOTE
+            else:
+                action, note = "stops the computation", self.job.note
+            notes = [(keys["compute"], f"{action}."), *edit, *([("", note)] if note else [])]
+            self.query_one(Preview).show(sketch, *notes)
 
     def start_text(self) -> str:
         """What the key of the computation does, and how long it usually takes."""

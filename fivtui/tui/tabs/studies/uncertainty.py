@@ -127,14 +127,13 @@ class UncertaintyPane(SweepStudyPane):
         from fivtui.reliability import compute_uncertainty
         from fivtui.sweeps import local_engine
 
+        def store_estimate(_members: int, estimate: str) -> None:
+            job.note = estimate
+
         # The engine computes the samples, here in threads of this process.
         return compute_uncertainty(
-            request, local_engine(), progress=job.report, on_estimates=self._store_estimate
+            request, local_engine(), progress=job.report, on_estimates=store_estimate
         )
-
-    def _store_estimate(self, _members: int, estimate: str) -> None:
-        # Called by the computing thread; displayed with the progress before the first result.
-        self.notes = (estimate,) if estimate else ()
 
     def answer_text(self, result: "Uncertainty") -> str:
         """The probabilities."""
