@@ -32,7 +32,7 @@ from fivtui.transient.charts import (
 from fivtui.transient.errors import Deviation
 from fivtui.transient.result import Transient
 from fivtui.tui.chart.picture import draw
-from fivtui.tui.tabs.studies.map import point_texts
+from fivtui.tui.tabs.studies.map import MapPane
 from fivtui.tui.tabs.studies.sweep import point_scene
 from tests.support import paper_model
 from tests.support.reading_charts import Reading
@@ -306,7 +306,7 @@ def test_a_map_shows_values_boundary_and_point_at_their_coordinates() -> None:
         "1/s",
     ]
     # -1 is the backdrop, which is no trace.
-    texts, _ = point_texts(result, NearestPoint(trace=-1, x=0.65, y=85.0))
+    texts, _ = MapPane.read_point(result, NearestPoint(trace=-1, x=0.65, y=85.0))
     assert (texts["mu"], texts["F"], texts["k1"]) == ("0.65", "85", "100")
     modes = map_chart(stability_map(Parameters(), {"mu": mu, "F": force}, "unstable-modes"), None)
     assert modes.note == "unstable modes"

@@ -20,7 +20,7 @@ from fivtui.sweeps import Sweep, grid_chart, sweep_chart
 from fivtui.sweeps.rows import compute_rows
 from fivtui.tui.chart.picture import draw
 from fivtui.tui.session import Session, scene_texts
-from fivtui.tui.tabs.studies.map import map_ranges, mapped_values, point_texts
+from fivtui.tui.tabs.studies.map import MapPane, map_ranges, mapped_values
 from fivtui.tui.tabs.studies.sweep import SweepPane, partial_sweeps, point_scene
 from tests.support.laboratory import app_of, chart_of, endless_simulate, until, until_shown
 
@@ -144,7 +144,7 @@ def test_a_map_is_drawn_with_its_boundary_and_point() -> None:
     view = View(cursors=Cursors((80.0, 0.7)))
     (point,) = points_at(swapped_chart, view, view.cursors.first)
     result = stability_map(Parameters(), swapped_axes)
-    texts, description = point_texts(result, point)
+    texts, description = MapPane.read_point(result, point)
     assert (texts["F"], texts["mu"], texts["k1"]) == ("80", "0.7", "100")
     assert description == "F = 80, μ = 0.7"
 

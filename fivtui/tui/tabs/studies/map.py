@@ -181,19 +181,16 @@ class _MapStudy(StudyPane):
         self.query_one(".study-input", Input).value = self.initial_text
         self.check_input()
 
-    def read_point(self, result: "StabilityMap", point: NearestPoint) -> tuple[dict[str, str], str]:
-        """Parameters and separation at a point of the map."""
-        return point_texts(result, point)
-
-
-def point_texts(result: "StabilityMap", point: NearestPoint) -> tuple[dict[str, str], str]:
-    """Texts of the parameters and of separation at a point of a map, and its coordinates."""
-    coordinates = [float(f"{value:.{_DIGITS}g}") for value in (point.x, point.y)]
-    parameters = result.parameters.with_values(dict(zip(result.names, coordinates, strict=True)))
-    scene = replace(base_scene(), parameters=parameters, separation=result.separation)
-    texts = scene_texts(scene)
-    description = ", ".join(f"{symbol_of(name)} = {texts[name]}" for name in result.names)
-    return {name: texts[name] for name in (*ALL_PARAMETERS, "separation")}, description
+    @staticmethod
+    def read_point(result: "StabilityMap", point: NearestPoint) -> tuple[dict[str, str], str]:
+        """Texts of the parameters and of separation at a point of the map, and its coordinates."""
+        coordinates = [float(f"{value:.{_DIGITS}g}") for value in (point.x, point.y)]
+        values = dict(zip(result.names, coordinates, strict=True))
+        parameters = result.parameters.with_values(values)
+        scene = replace(base_scene(), parameters=parameters, separation=result.separation)
+        texts = scene_texts(scene)
+        description = ", ".join(f"{symbol_of(name)} = {texts[name]}" for name in result.names)
+        return {name: texts[name] for name in (*ALL_PARAMETERS, "separation")}, description
 
 
 class SafeFrictionPane(_MapStudy):
