@@ -67,6 +67,8 @@ class SearchController(Controller[Job]):
 
     def _store(self, job: Job, key: CacheKey, attractors: Attractors) -> None:
         if job is self._job:
+            # An LRUCache keeps the first value of a key.
+            self._cache.discard(key)
             self._cache[key] = attractors
             self._screen.show_search_result()
 
