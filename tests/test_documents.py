@@ -125,7 +125,7 @@ def test_the_layers_in_contributing_are_those_of_the_contracts() -> None:
     # The line of tui ends with its layers: "the laboratory: start | browser / app / lab / …".
     (tui_text,) = (text for _, name, text in rows if name == "tui")
     drawn_tui_layers = tui_text.partition(": ")[2].split(" / ")
-    assert [["__main__"], *(layer.split(" | ") for layer in drawn_tui_layers)] == tui_layers
+    assert [layer.split(" | ") for layer in drawn_tui_layers] == tui_layers
 
 
 def test_every_marker_is_explained() -> None:

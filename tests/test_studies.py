@@ -150,7 +150,7 @@ def test_a_new_study_is_exported_stored_and_shown_by_the_laboratory(tmp_path: Pa
     store = ResultStore(tmp_path / "kept")
     files, notes = store.save({"bounce": DisplayedStudy(BOUNCE_RESULT, "mine", "here")})
     assert notes == {}
-    reread = ResultStore(tmp_path / "kept").read("bounce", files["bounce"])
+    reread = ResultStore(tmp_path / "kept").read(files)[0]["bounce"]
     assert (reread.value, reread.name, reread.source) == (BOUNCE_RESULT, "mine", "here")
     store.remove_unused({})
     assert list((tmp_path / "kept").iterdir()) == []

@@ -42,7 +42,7 @@ if TYPE_CHECKING:
     )
     from .native import check_taylor_options, integrate, later_amplitude
     from .recorder import Recorder
-    from .report import print_transient, transient_rows
+    from .report import QUANTITY_ROWS, print_transient, transient_rows
     from .request import (
         DEFAULT_TOL,
         MAX_STEPS,

@@ -3,6 +3,7 @@
 The command line prints them, the laboratory (the terminal program) displays them.
 """
 
+from operator import attrgetter
 from typing import Final
 
 from fivtui.console import number, parameter_line, print_list, print_rows
@@ -15,20 +16,20 @@ from .errors import Deviation
 from .native import later_amplitude
 from .result import Transient
 
-# Rows of the printed sensitivities: label, part of a `Sensitivity`, and field of the part.
-_SENSITIVITY_ROWS: Final = (
-    ("peak |y|, m", "peak", "y_abs"),
-    ("greatest y, m", "peak", "y_max"),
-    ("least y, m", "peak", "y_min"),
-    ("peak |x|, m", "peak", "x_abs"),
-    ("max ẋ, m/s", "peak", "vx_max"),
-    ("half peak-to-peak of y, m", "steady", "y_half_range"),
-    ("least contact force, N", "contact_force", "min"),
-    ("greatest contact force, N", "contact_force", "max"),
-    ("final x, m", "final", "x"),
-    ("final ẋ, m/s", "final", "vx"),
-    ("final y, m", "final", "y"),
-    ("final ẏ, m/s", "final", "vy"),
+# Quantities of a transient and of its sensitivities: label, unit and attribute.
+QUANTITY_ROWS: Final = (
+    ("peak |y|", "m", "peak.y_abs"),
+    ("greatest y", "m", "peak.y_max"),
+    ("least y", "m", "peak.y_min"),
+    ("peak |x|", "m", "peak.x_abs"),
+    ("max ẋ", "m/s", "peak.vx_max"),
+    ("half peak-to-peak of y", "m", "steady.y_half_range"),
+    ("least contact force", "N", "contact_force.min"),
+    ("greatest contact force", "N", "contact_force.max"),
+    ("final x", "m", "final.x"),
+    ("final ẋ", "m/s", "final.vx"),
+    ("final y", "m", "final.y"),
+    ("final ẏ", "m/s", "final.vy"),
 )
 
 
@@ -174,14 +175,8 @@ def _print_sensitivities(sensitivities: Sensitivities, tol: float) -> None:
         f"{name}, {unit}" if unit else name for name, unit in zip(sensitivities, units, strict=True)
     ]
     rows = [
-        [
-            label,
-            *(
-                number(getattr(getattr(sensitivity, part), name))
-                for sensitivity in sensitivities.values()
-            ),
-        ]
-        for label, part, name in _SENSITIVITY_ROWS
+        [f"{label}, {unit}", *map(number, map(attrgetter(attribute), sensitivities.values()))]
+        for label, unit, attribute in QUANTITY_ROWS
     ]
     growth_text = f"small deviations grow {number(sensitivities.growth, 3)} times until the end"
     digits = sensitivities.digits(tol)

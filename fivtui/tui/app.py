@@ -157,7 +157,7 @@ class FivtuiApp(App[None]):
     def _restore(self, scene: Scene | None, source: str) -> None:
         session = self.autosave.load()
         self._is_first_start = (
-            self.autosave.enabled and session is None and not self.autosave.other_slots
+            bool(self.autosave.number) and session is None and not self.autosave.other_slots
         )
         self._reports += [Reported(text, error=True) for text in self.autosave.notices]
         if session is not None:
@@ -296,7 +296,7 @@ class FivtuiApp(App[None]):
 
     def on_mount(self) -> None:
         """Start saving the session at intervals, and report what was restored."""
-        if self.autosave.enabled:
+        if self.autosave.number:
             self.set_interval(_SAVE_INTERVAL_S, self._save_session)
         if not self.is_headless and self._driver is not None:
             self._install_signal_handlers()
@@ -312,12 +312,12 @@ class FivtuiApp(App[None]):
         # After the first frame, because loading the kernel is slow.
         self.call_after_refresh(self._report_interpreted_kernel)
         if self.session.unread_results:
-            autosave, unread = self.autosave, dict(self.session.unread_results)
+            store, unread = self.autosave.store, dict(self.session.unread_results)
             # After the first frame, because reading files may be slow.
             self.call_after_refresh(
                 lab.run_in_thread,
                 "restoring",
-                lambda: lab.call_later(lab.restore_results, *autosave.read_results(unread)),
+                lambda: lab.call_later(lab.restore_results, *store.read(unread)),
             )
 
     def _report_interpreted_kernel(self) -> None:

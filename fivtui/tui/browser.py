@@ -1,6 +1,5 @@
 """The terminal UI in a browser on this machine, by textual-serve."""
 
-import os
 import re
 import secrets
 import shlex
@@ -22,8 +21,6 @@ if TYPE_CHECKING:
 
 HOST: Final = "127.0.0.1"
 DEFAULT_PORT: Final = 8000
-_HOST_NAME: Final = "localhost"
-_DEFAULT_HTTP_PORT: Final = 80
 # Title, fonts and pictures of the page; inserted before the scripts of textual-serve.
 _PAGE_HEAD: Final = Path(__file__).with_name("page.html")
 # The page of textual-serve requests its font from elsewhere.
@@ -78,7 +75,8 @@ def serve(port: int = DEFAULT_PORT, *, report: Callable[[str], None]) -> None:
             server = copy(self)
             server.public_url = f"http://{request.host}"
             page = cast("Response", await Server.handle_index(server, request))
-            page.text = _complete_page(page.text or "")
+            head = _PAGE_HEAD.read_text(encoding="utf-8")
+            page.text = _FOREIGN_FONT.sub("", page.text or "").replace("<head>", f"<head>{head}", 1)
             return page
 
         async def on_startup(self, app: "Application") -> None:  # noqa: ARG002
@@ -94,26 +92,20 @@ class _AccessControl:
     # Accepts requests that come from this server's page and carry the token.
 
     def __init__(self, port: int) -> None:
-        self.hosts = {f"{name}:{port}" for name in (HOST, _HOST_NAME)}
-        if port == _DEFAULT_HTTP_PORT:
-            # Browsers omit the usual port.
-            self.hosts |= {HOST, _HOST_NAME}
+        self._port_suffix = f":{port}"
         self.token = secrets.token_urlsafe()
         self.cookie = f"fivtui-{port}"
 
     def refusal_reason(self, request: "Request") -> str:
         """Why a request is refused; empty if it is accepted."""
-        origin = request.headers.get("Origin")
-        is_own_page = origin is None or origin in {f"http://{host}" for host in self.hosts}
-        if request.host not in self.hosts or not is_own_page:
+        # Browsers omit the usual port 80. A page of this server has its host, with the port.
+        is_own_host = request.host.removesuffix(self._port_suffix) in (HOST, "localhost")
+        is_own_page = request.headers.get("Origin") in (None, f"http://{request.host}")
+        if not is_own_host or not is_own_page:
             return "fivtui answers requests from its own page only"
+        has_token = self.has_token(request.query) or self.has_token(request.cookies, self.cookie)
         # Style sheets and scripts contain no secrets.
-        is_public = request.path.startswith("/static/")
-        if (
-            is_public
-            or self.has_token(request.query)
-            or self.has_token(request.cookies, self.cookie)
-        ):
+        if has_token or request.path.startswith("/static/"):
             return ""
         return "open the address that fivtui serve has printed"
 
@@ -122,22 +114,13 @@ class _AccessControl:
         return secrets.compare_digest(values.get(name, "").encode(), self.token.encode())
 
 
-def _complete_page(page: str) -> str:
-    head = _PAGE_HEAD.read_text(encoding="utf-8")
-    return _FOREIGN_FONT.sub("", page).replace("<head>", f"<head>{head}", 1)
-
-
 def _check_port(port: int) -> None:
     try:
-        with socket.socket() as probe:
-            if os.name == "posix":
-                # The server sets this option, too: a recently closed port can be used again.
-                probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-            probe.bind((HOST, port))
+        socket.create_server((HOST, port)).close()
     except OSError as error:
         raise InputError(f"--port {port}: cannot be used: {error.strerror or error}") from None
 
 
 def _start_command() -> str:
-    arguments = [sys.executable, "-m", "fivtui.tui"]
+    arguments = [sys.executable, "-c", "from fivtui.tui import run; run()"]
     return subprocess.list2cmdline(arguments) if sys.platform == "win32" else shlex.join(arguments)

@@ -8,15 +8,10 @@ from typing import TYPE_CHECKING, Final
 if TYPE_CHECKING:
     from fivtui.scene import Scene
 
-# Time after which a computing thread lets the screen's thread run, s.
+# Time after which a computing thread lets the screen's thread run, s: the screen responds quickly.
 _SWITCH_INTERVAL_S: Final = 1e-3
 # Exit status of a program that Ctrl+C ended.
 _INTERRUPTED_STATUS: Final = 130
-
-
-def shorten_switch_interval() -> None:
-    """Shorten the thread switch interval so that the screen responds quickly."""
-    sys.setswitchinterval(_SWITCH_INTERVAL_S)
 
 
 def run(scene: "Scene | None" = None, source: str = "") -> None:
@@ -28,16 +23,16 @@ def run(scene: "Scene | None" = None, source: str = "") -> None:
     # Garbage collection would delay the first frame.
     gc.disable()
     from .app import SIGNAL_STATUS_BASE, FivtuiApp
-    from .persistence import config_path, state_path
+    from .persistence import user_files
     from .session import FILE_WRITES, ComputingThreads
 
-    shorten_switch_interval()
-    threads = ComputingThreads()
+    sys.setswitchinterval(_SWITCH_INTERVAL_S)
+    threads, (state, config) = ComputingThreads(), user_files()
     app = FivtuiApp(
         scene,
         source,
-        state=state_path(),
-        config=config_path(),
+        state=state,
+        config=config,
         on_first_frame=_enable_garbage_collection,
         threads=threads,
     )
@@ -47,21 +42,14 @@ def run(scene: "Scene | None" = None, source: str = "") -> None:
         # After a signal, do not wait for threads; the terminal may be closed.
         os._exit(status)
     try:
-        FILE_WRITES.wait(_report_pending_writes)
+        FILE_WRITES.wait(lambda names: sys.stderr.write(f"writing {names}; Ctrl+C stops it\n"))
     except KeyboardInterrupt:
         os._exit(_INTERRUPTED_STATUS)
     if app.autosave.save_error:
         sys.stderr.write(f"{app.autosave.save_error}\n")
     if threads.busy:
         # A normal exit of Python would stop threads inside compiled code, which may crash.
-        sys.stdout.flush()
-        sys.stderr.flush()
         os._exit(status)
-
-
-def _report_pending_writes(names: str) -> None:
-    sys.stderr.write(f"writing {names}; Ctrl+C stops it\n")
-    sys.stderr.flush()
 
 
 def _enable_garbage_collection() -> None:

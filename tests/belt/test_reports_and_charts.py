@@ -23,6 +23,7 @@ from fivtui.transient.charts import (
 )
 from fivtui.tui.chart.picture import draw
 from fivtui.tui.session.session import Session
+from tests.support.laboratory import command_line
 from tests.support.reading import transient_figure
 
 START = (-2.0, -4.0, 0.3, 1.0)
@@ -185,7 +186,7 @@ def test_scenes_and_the_form_keep_belt_parameters(tmp_path: pytest.TempPathFacto
     assert session.scene().parameters == Parameters()
     session = Session(scene, path)
     session.set_text("v_belt", "")
-    assert "--set v_belt=none" in session.command_line()
+    assert "--set v_belt=none" in command_line(session)
 
 
 def test_the_axis_of_the_belt_speed_has_its_name_symbol_and_unit() -> None:

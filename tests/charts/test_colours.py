@@ -16,7 +16,8 @@ from fivtui.charts.colours import SERIES_COUNT, Ink
 from fivtui.film import Timing, belt_chart, layout_of
 from fivtui.simulation import simulate
 from fivtui.tui.chart import with_chart_colours
-from fivtui.tui.session.runs import MARKERS, default_style
+from fivtui.tui.session import base_scene
+from fivtui.tui.session.runs import MARKERS, Run
 from tests.support.colour import VISIONS, contrast, difference, seen_lab
 
 MEANINGS = ("danger", "warning", "safe")
@@ -64,8 +65,8 @@ def test_meanings_stay_distinct_in_16_colours_and_series_have_marks(background: 
         trace_mark(Trace("", np.zeros(1), np.zeros(1)), index) for index in range(SERIES_COUNT)
     }
     assert len(marks) == SERIES_COUNT
-    styles = [default_style(number) for number in range(1, SERIES_COUNT * len(MARKERS) + 1)]
-    assert len({(style.colour_role, style.marker_sign) for style in styles}) == len(styles)
+    runs = [Run(number, base_scene()) for number in range(1, SERIES_COUNT * len(MARKERS) + 1)]
+    assert len({run.look for run in runs}) == len(runs)
 
 
 def test_lines_contrast_with_the_background_of_every_theme() -> None:

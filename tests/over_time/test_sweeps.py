@@ -18,6 +18,7 @@ from fivtui.sweeps.files import read_sweep
 from fivtui.tui.session import Session
 from fivtui.tui.session.command_lines import study_command
 from fivtui.tui.tabs.studies.sweep import SweepPane
+from tests.support.laboratory import command_line
 
 BRAKE_STOP = PRESETS["brake-stop"]
 TABLES = {"F": [(0.0, 20.0), (4.0, 90.0)], "v_belt": [(0.0, 1.0), (6.0, 0.0)]}
@@ -114,13 +115,13 @@ def test_the_laboratory_sweeps_a_brake_stop() -> None:
 def test_command_lines_reproduce_scenes_with_tables_or_are_refused() -> None:
     session = Session(BRAKE_STOP, "brake-stop")
     session.set_text("k1", "120")
-    assert session.command_line() == "fivtui simulate brake-stop --set k1=120"
+    assert command_line(session) == "fivtui simulate brake-stop --set k1=120"
     # Stability is evaluated at t = 0.
     line = study_command("stability", session.stability(), session.origin)
     assert line.startswith("fivtui stability --set")
     assert "--set F=10" in line
     with pytest.raises(InputError, match="no option sets over_time; save the scene"):
-        Session(BRAKE_STOP).command_line()
+        command_line(Session(BRAKE_STOP))
 
 
 def test_sticks_are_outputs_of_sweeps_without_tables() -> None:

@@ -29,6 +29,7 @@ from fivtui.tui.chart import ChartView
 from fivtui.tui.lab.form.rows import FieldRow
 from fivtui.tui.lab.notices import NoticeView
 from fivtui.tui.lab.screen import LabScreen
+from fivtui.tui.session import Session, study_command
 from fivtui.tui.tabs.tab_book import TabBook
 from fivtui.tui.tabs.transient import TransientPane
 from fivtui.tui.tabs.views_pane import ViewsPane
@@ -227,6 +228,11 @@ async def until_notice(pilot: Pilot[None], phrase: str) -> None:
     await until(pilot, lambda: any(phrase in n.text for n in notices_of(pilot).notices))
     first_word, *_ = phrase.split(maxsplit=1)
     await until_shown(pilot, first_word)
+
+
+def command_line(session: Session) -> str:
+    """The command for the edited transient; raises `InputError` if a field is invalid."""
+    return study_command("run", session.scene(), session.origin)
 
 
 def app_of(pilot: Pilot[None]) -> FivtuiApp:

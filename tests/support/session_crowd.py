@@ -26,7 +26,7 @@ import aiohttp
 from fivtui.tui.persistence.autosave import Autosave
 from fivtui.tui.persistence.slots import saved_slots
 from fivtui.tui.persistence.state_file import session_state
-from fivtui.tui.session.runs import MAX_RUNS
+from fivtui.tui.session.runs import MAX_RUNS, Run
 from tests.support.pseudo_terminal import start_laboratory
 
 SEED: Final = 5
@@ -179,14 +179,14 @@ class Observer:
         """Record the stored runs; fail if an earlier one is lost."""
         for slot in saved_slots(self._first):
             state: dict[str, Any] = json.loads(slot.path.read_bytes())
-            stored = {int(key.removeprefix("run-")) for key in state["results"] if "run-" in key}
+            stored = {int(key.removeprefix("run ")) for key in state["results"] if "run " in key}
             for number in stored:
-                name = state["results"][f"run-{number}"]["file"]
+                name = state["results"][f"run {number}"]["file"]
                 missing = not (slot.results_folder / name).is_file()
                 # A state that was replaced meanwhile may have lost its files.
                 assert not missing or json.loads(slot.path.read_bytes()) != state, (slot, name)
             previous = self.stored_runs.get(slot.number, set())
-            count = state["runs"]["count"]
+            count = state["run_count"]
             expected = {number for number in previous if number > count - MAX_RUNS}
             assert expected <= stored, (slot.number, expected - stored)
             self.stored_runs[slot.number] = stored
@@ -202,15 +202,10 @@ class Observer:
                 assert session is not None
                 assert not autosave.notices, autosave.notices
                 opened.callback(autosave.close, session_state(session))
-                runs = {
-                    key: stored
-                    for key, stored in session.unread_results.items()
-                    if key.startswith("run-")
-                }
-                assert {int(key.removeprefix("run-")) for key in runs} == self.stored_runs[
-                    autosave.number
-                ]
-                results, errors = autosave.read_results(runs)
+                runs = session.unread_results
+                numbers = {key.number for key in runs if isinstance(key, Run)}
+                assert numbers == self.stored_runs[autosave.number]
+                results, errors = autosave.store.read(runs)
                 assert not errors, errors
                 read += len(results)
         return read

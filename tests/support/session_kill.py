@@ -46,7 +46,7 @@ def restored(autosave: Autosave) -> Session:
     assert not autosave.notices, autosave.notices
     # Session 1 was opened, not a second one beside it.
     assert autosave.number == 1, autosave.number
-    results, errors = autosave.read_results(session.unread_results)
+    results, errors = autosave.store.read(session.unread_results)
     assert not errors, errors
     restore_results(session, results)
     return session

@@ -12,7 +12,7 @@ from textual.screen import Screen
 from fivtui.model import ComputationError, InputError
 from fivtui.results import Row
 from fivtui.scene import scene_file
-from fivtui.tui.session import Session, field_help, general_help
+from fivtui.tui.session import EQUATIONS, HINTS, Session, field_help
 from fivtui.tui.tabs import ActionPane, Pane, Reported, TabBook, TabLine
 
 from .dialogs import HelpDialog, PartKey
@@ -67,8 +67,8 @@ class LabActions(Screen[None]):
             "stop": is_running,
             "reset": field_of(self.focused) is not None,
             "reload_scene": scene_file(session.source) is not None,
-            "undo": session.can_undo,
-            "redo": session.can_redo,
+            "undo": bool(session.undo_steps),
+            "redo": bool(session.redo_steps),
             "set_belt": parameters != (session.belt_is_finite,),
             "drop_tables": bool(session.over_time),
         }
@@ -117,7 +117,7 @@ class LabActions(Screen[None]):
         if field is not None:
             heading = Row("", f"{field.name}: {field.meaning}")
             rows += [Row("", ""), heading, *field_help(field)]
-        self.app.push_screen(HelpDialog([*rows, Row("", ""), *general_help()]))
+        self.app.push_screen(HelpDialog([*rows, Row("", ""), *HINTS, Row("", ""), *EQUATIONS]))
 
     def action_focus_part(self, part: str) -> None:
         """Focus a part of the screen: fields, tabs, runs, or the bar or plot of the current tab."""

@@ -277,7 +277,7 @@ def _contents_text(slot: Slot) -> str:
     contents, run_count = [f"scene {session.name}"], len(list(session.runs))
     if run_count:
         contents.append(f"{run_count} run{'s' * (run_count > 1)}")
-    studies = [key for key in session.unread_results if not key.startswith("run-")]
+    studies = [key for key in session.unread_results if isinstance(key, str)]
     return ", ".join([*contents, *studies])
 
 

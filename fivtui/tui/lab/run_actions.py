@@ -152,9 +152,9 @@ class RunActions(LabActions):
         elif action == "overlay":
             run.overlaid = not run.overlaid
         elif action == "colour":
-            run.style.colour += 1
+            run.colour_shift += 1
         elif action == "marker":
-            run.style.marker += 1
+            run.marker_shift += 1
         elif run.result is None:
             self.report(f"run {run.number} has no result", error=True)
         elif action == "show":

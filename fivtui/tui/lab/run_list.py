@@ -18,7 +18,7 @@ from fivtui.tui.session import (
     Run,
     Session,
     base_scene,
-    differences,
+    difference_text,
     percent_text,
     quantity_text,
 )
@@ -114,10 +114,9 @@ class RunsTable(ListTable[str | Text]):
 
     def _cells(self, run: Run) -> Sequence[str | Text]:
         # The cells of a run in the order of `_COLUMNS`.
-        colour = self.app.theme_variables[run.style.colour_role]
-        name = Text.assemble((run.style.marker_sign, colour), f" {run.number}")
-        changes = ", ".join(map(str, differences(run.scene, base_scene()))) or "none"
-        description = run.source or changes
+        marker, colour = run.look
+        name = Text.assemble((marker, self.app.theme_variables[colour]), f" {run.number}")
+        description = run.source or difference_text(run.scene, base_scene()) or "none"
         result, baseline = run.result, self._session.runs.baseline
         if result is None:
             return (name, "", run.engine, run.state.value, "", "", "", "", "", description)

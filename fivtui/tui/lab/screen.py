@@ -21,6 +21,7 @@ from fivtui.model import ComputationError, InputError
 from fivtui.tui.persistence import Slot, restore_results
 from fivtui.tui.session import (
     SCREEN_RESPONSE,
+    ResultKey,
     Session,
     crash_message,
     stability_summary,
@@ -280,7 +281,7 @@ class LabScreen(EditorActions):
         self.show_live()
         self.refresh_bindings()
 
-    def restore_results(self, results: Mapping[str, Any], errors: Sequence[str]) -> None:
+    def restore_results(self, results: Mapping[ResultKey, Any], errors: Sequence[str]) -> None:
         """Display the results of the last session; `errors` lists those that could not be read."""
         restore_results(self.session, results)
         for error in errors:

@@ -4,14 +4,14 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from .autosave import Autosave
-    from .config import Config, config_path, load_config
+    from .config import Config, load_config
     from .slots import Slot
     from .state_file import (
         State,
         load_session,
         restore_results,
         session_state,
-        state_path,
+        user_files,
     )
 else:
     from fivtui.lazy import lazy_exports

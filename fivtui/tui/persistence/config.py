@@ -9,8 +9,6 @@ from typing import Any, Final
 
 from fivtui.model import InputError, check_known, unknown_name_error
 
-from .state_file import user_folder
-
 _COLOUR: Final = re.compile(r"#[0-9a-fA-F]{6}")
 # Colours of a theme; `primary` must be given.
 _COLOURS: Final = (
@@ -25,9 +23,9 @@ _COLOURS: Final = (
     "surface",
     "panel",
 )
-_ENTRIES: Final = ("theme", "live", "pictures", "keys", "themes")
-# One key starts a run and stops the active one: `stop` has the key configured for `run`.
-_RUN_ACTIONS: Final = ("run", "stop")
+# Types of the entries.
+_ENTRIES: Final = {"theme": str, "live": bool, "pictures": bool, "keys": dict, "themes": dict}
+_TYPE_TEXTS: Final = {str: "text in quotes", bool: "true or false", dict: "a table"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,15 +44,6 @@ class Config:
     themes: Mapping[str, Mapping[str, str | bool]] = field(default_factory=dict)
 
 
-def config_path(environment: Mapping[str, str] | None = None) -> Path:
-    """The default configuration file.
-
-    ``fivtui/config.toml`` in XDG_CONFIG_HOME, in APPDATA on Windows, or in ``~/.config``.
-    """
-    folder = user_folder("XDG_CONFIG_HOME", "APPDATA", "~/.config", environment)
-    return folder / "config.toml"
-
-
 def load_config(path: Path | None, actions: Collection[str]) -> Config:
     """Read keys for `actions`, theme and user themes; without a file, the defaults.
 
@@ -70,54 +59,34 @@ def load_config(path: Path | None, actions: Collection[str]) -> Config:
         raise InputError(f"not TOML: {error}") from None
     for name in data:
         check_known("key", name, _ENTRIES)
-    keys = {
-        name: _read_text(f"keys.{name}", key) for name, key in _read_table("keys", data).items()
-    }
-    for name in keys:
+    for name, value in data.items():
+        _check_type(name, value, _ENTRIES[name])
+    keys, themes = data.get("keys", {}), data.get("themes", {})
+    for name, key in keys.items():
         check_known("action", name, actions)
-    run, stop = _RUN_ACTIONS
-    if run in keys:
-        keys[stop] = keys[run]
-    themes = _read_table("themes", data)
-    return Config(
-        _read_text("theme", data.get("theme", "")),
-        _read_switch("live", data.get("live")),
-        _read_switch("pictures", data.get("pictures")) is not False,
-        keys,
-        {name: _read_theme(name, _read_table(name, themes)) for name in themes},
-    )
+        _check_type(f"keys.{name}", key, str)
+    for name, theme in themes.items():
+        _check_theme(name, theme)
+    if "run" in keys:
+        # One key starts a run and stops the active one.
+        keys["stop"] = keys["run"]
+    return Config(**data)
 
 
-def _read_table(name: str, data: Mapping[str, Any]) -> Mapping[str, Any]:
-    table = data.get(name, {})
-    if not isinstance(table, dict):
-        raise InputError(f"{name}: must be a table")
-    return table
+def _check_type(name: str, value: object, kind: type) -> None:
+    if not isinstance(value, kind):
+        raise InputError(f"{name} = {value!r}: must be {_TYPE_TEXTS[kind]}")
 
 
-def _read_text(name: str, value: object) -> str:
-    if not isinstance(value, str):
-        raise InputError(f"{name} = {value!r}: must be text in quotes")
-    return value
-
-
-def _read_switch(name: str, value: object) -> bool | None:
-    if value is not None and not isinstance(value, bool):
-        raise InputError(f"{name} = {value!r}: must be true or false")
-    return value
-
-
-def _read_theme(name: str, table: Mapping[str, Any]) -> Mapping[str, str | bool]:
-    colours: dict[str, str | bool] = {}
-    for key, value in table.items():
+def _check_theme(name: str, theme: Any) -> None:
+    _check_type(f"themes.{name}", theme, dict)
+    for key, value in theme.items():
+        path = f"themes.{name}.{key}"
         if key == "dark":
-            colours[key] = bool(value)
-            continue
-        if key not in _COLOURS:
+            _check_type(path, value, bool)
+        elif key not in _COLOURS:
             raise unknown_name_error(f"colour of theme {name}:", key, (*_COLOURS, "dark"))
-        if _COLOUR.fullmatch(_read_text(key, value)) is None:
-            raise InputError(f"themes.{name}.{key} = {value!r}: must be a colour such as '#E69F00'")
-        colours[key] = value
-    if "primary" not in colours:
+        elif not isinstance(value, str) or _COLOUR.fullmatch(value) is None:
+            raise InputError(f"{path} = {value!r}: must be a colour such as '#E69F00'")
+    if "primary" not in theme:
         raise InputError(f"themes.{name}: must have the colour primary")
-    return colours

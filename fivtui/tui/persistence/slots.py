@@ -1,18 +1,16 @@
 """Slots: numbered session files with locks and result folders. Imports no Textual."""
 
 import os
-import re
-from collections.abc import Iterator
 from contextlib import ExitStack, suppress
 from dataclasses import dataclass
-from itertools import chain, count
 from pathlib import Path
 from typing import Final
 
 from fivtui.io import TEMPORARY_GLOB, hold_lock
 from fivtui.model import InputError
 
-_LOCK_OWNER: Final = "another fivtui"
+# Maximum number of sessions.
+_MAX_SESSIONS: Final = 100
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,27 +26,12 @@ class Slot:
         return self.path.parent / "results"
 
     @property
-    def lock_path(self) -> Path:
-        """The lock file."""
-        return self.path.with_suffix(".lock")
-
-    @property
     def last_used(self) -> float:
-        """Time of the last use: seconds since the epoch."""
-        times = [0.0]
-        for path in (self.path, self.lock_path):
-            with suppress(OSError):
-                times.append(path.stat().st_mtime)
-        return max(times)
-
-    @property
-    def signature(self) -> tuple[int, int] | None:
-        """Modification time and size of the session file; None if it does not exist."""
+        """Time of the last use of its session, s since the epoch; 0 without a session."""
         try:
-            status = self.path.stat()
+            return self.path.stat().st_mtime
         except OSError:
-            return None
-        return status.st_mtime_ns, status.st_size
+            return 0.0
 
     def lock(self) -> ExitStack:
         """Lock the slot until the returned stack is closed or the process ends.
@@ -56,19 +39,23 @@ class Slot:
         Raises `LockedError` if another process has locked it, `InputError` if it cannot be locked.
         """
         folder = self.path.parent
-        try:
-            folder.mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            raise InputError(f"{folder}: cannot be made a folder: {error.strerror}") from None
+        make_folder(folder)
         stack = ExitStack()
-        stack.enter_context(hold_lock(self.lock_path, _LOCK_OWNER))
-        stack.callback(_touch, self.lock_path)
-        _touch(self.lock_path)
+        stack.enter_context(hold_lock(self.path.with_suffix(".lock"), "another fivtui"))
+        stack.callback(_touch, self.path)
         with suppress(OSError):
             # Killed processes leave temporary files; the lock excludes other writers.
             for path in (*folder.glob(TEMPORARY_GLOB), *self.results_folder.glob(TEMPORARY_GLOB)):
                 path.unlink(missing_ok=True)
         return stack
+
+
+def make_folder(folder: Path) -> None:
+    """Make a folder and its parents; raises `InputError` if that fails."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"{folder}: cannot be made a folder: {error.strerror}") from None
 
 
 def _touch(path: Path) -> None:
@@ -82,19 +69,12 @@ def slot_of(first_path: Path, number: int) -> Slot:
     return Slot(number, folder / first_path.name)
 
 
+def all_slots(first_path: Path) -> list[Slot]:
+    """The slots that have a session file, last used first, then empty ones."""
+    slots = [slot_of(first_path, number) for number in range(1, _MAX_SESSIONS + 1)]
+    return sorted(slots, key=lambda slot: -slot.last_used)
+
+
 def saved_slots(first_path: Path) -> list[Slot]:
     """The slots that have a session file, last used first."""
-    numbers = {1}
-    with suppress(OSError):
-        for path in first_path.parent.iterdir():
-            match = re.fullmatch(rf"{re.escape(first_path.stem)}-([1-9][0-9]{{0,8}})", path.name)
-            if match:
-                numbers.add(int(match[1]))
-    slots = [slot_of(first_path, number) for number in sorted(numbers)]
-    return sorted((slot for slot in slots if slot.signature), key=lambda slot: -slot.last_used)
-
-
-def all_slots(first_path: Path) -> Iterator[Slot]:
-    """The slots that have a session file, last used first, then empty ones without end."""
-    slots = (slot_of(first_path, number) for number in count(1))
-    return chain(saved_slots(first_path), (slot for slot in slots if slot.signature is None))
+    return [slot for slot in all_slots(first_path) if slot.last_used]

@@ -6,9 +6,9 @@ if TYPE_CHECKING:
     from .command_lines import study_command
     from .comparison import change_rows, engine_difference_text, percent_text
     from .editing import EditState
-    from .equations import replace_symbols, symbol_of
+    from .equations import EQUATIONS, replace_symbols, symbol_of
     from .fields import FIELDS, FormField, scene_texts
-    from .help import equation_rows, field_help, general_help, welcome_text
+    from .help import HINTS, field_help, welcome_text
     from .jobs import (
         FILE_WRITES,
         SCREEN_RESPONSE,
@@ -33,22 +33,25 @@ if TYPE_CHECKING:
         MAX_RUNS,
         NATIVE_ENGINE,
         Run,
+        Runs,
         RunState,
-        RunStyle,
         compute_scene,
-        default_style,
         execute,
     )
-    from .scene_differences import base_scene, change_texts, differences, legend_names
+    from .scene_differences import (
+        base_scene,
+        change_texts,
+        difference_text,
+        legend_names,
+    )
     from .session import (
         SAFETY_MAPS,
         DisplayedStudy,
+        ResultKey,
         Session,
-        SessionResult,
         StoredResult,
         check_drawable,
         study_key,
-        study_kind,
     )
 else:
     from fivtui.lazy import lazy_exports

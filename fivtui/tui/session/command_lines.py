@@ -7,11 +7,11 @@ import dataclasses
 import shlex
 from typing import Any
 
-from fivtui.model import InputError
+from fivtui.model import NONE_TEXT, InputError
 from fivtui.results import Command
 from fivtui.scene import Scene
 from fivtui.studies import build_command
-from fivtui.transient import SET_BY_ACCURACY, uses_step
+from fivtui.transient import SET_BY_ACCURACY, SETTINGS, uses_step
 
 from .scene_differences import base_scene, differences
 
@@ -62,7 +62,10 @@ def study_command(kind: str, study: Any, origin: Origin) -> str:
         arguments += [base.source] if base.source else []
         fixed_step = ("tol",) if uses_step(scene.method) else ()
         ignored = SET_BY_ACCURACY if scene.accuracy else fixed_step
-        for difference in differences(scene, base.scene):
-            if difference.name in command.settable and difference.name not in ignored:
-                arguments += difference.arguments
+        for name, text in differences(scene, base.scene).items():
+            # No option sets tables over time.
+            if name in command.settable and name not in {*ignored, *dict(base.scene.over_time)}:
+                setting = SETTINGS.get(name)
+                assignment = ["--set", f"{name}={text or NONE_TEXT}"]
+                arguments += assignment if setting is None else setting.command_options(text)
     return shlex.join([*arguments, *command.arguments])

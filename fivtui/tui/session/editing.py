@@ -11,9 +11,8 @@ from fivtui.scene import OverTime, Scene
 from .fields import FIELDS, scene_texts
 from .scene_differences import base_scene
 
-# Maximum number of undo steps, and of those that are an `Action`.
+# Maximum number of undo steps.
 _MAX_STEPS: Final = 1000
-_MAX_ACTIONS: Final = 20
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,14 +51,10 @@ class Editing:
     """
 
     def __init__(self, scene: Scene | None = None, source: str = "") -> None:
-        self.begin(base_scene() if scene is None else scene, source)
-
-    def begin(self, scene: Scene, source: str = "") -> None:
-        """Begin with the texts of a scene and without undo steps."""
-        self._undo_steps: list[EditState | Action] = []
-        self._redo_steps: list[EditState | Action] = []
+        self.undo_steps: list[EditState | Action] = []
+        self.redo_steps: list[EditState | Action] = []
         self._step_kind = ""
-        self._apply(loaded_state(scene, source))
+        self._apply(loaded_state(scene or base_scene(), source))
 
     def _apply(self, state: EditState) -> None:
         self.texts, self.over_time = dict(state.texts), state.over_time
@@ -82,29 +77,19 @@ class Editing:
     def _begin_step(self, kind: str = "") -> None:
         # Record the state before an edit, unless the previous edit is of the same kind. An edit
         # without a kind is always a separate step.
-        self._redo_steps.clear()
+        self.redo_steps.clear()
         if not kind or kind != self._step_kind:
-            self._undo_steps.append(self.edit_state)
-            del self._undo_steps[:-_MAX_STEPS]
+            self.undo_steps.append(self.edit_state)
+            del self.undo_steps[:-_MAX_STEPS]
         self._step_kind = kind
-
-    @property
-    def can_undo(self) -> bool:
-        """Whether there is an edit to undo."""
-        return bool(self._undo_steps)
-
-    @property
-    def can_redo(self) -> bool:
-        """Whether there is an edit to redo."""
-        return bool(self._redo_steps)
 
     def undo(self) -> bool:
         """Undo the last edit. Returns False if there is nothing to undo."""
-        return self._move(self._undo_steps, self._redo_steps)
+        return self._move(self.undo_steps, self.redo_steps)
 
     def redo(self) -> bool:
         """Redo the last undone edit. Returns False if there is nothing to redo."""
-        return self._move(self._redo_steps, self._undo_steps)
+        return self._move(self.redo_steps, self.undo_steps)
 
     def _move(self, source: list[EditState | Action], target: list[EditState | Action]) -> bool:
         # Move the last step from `source` to `target`, and apply it.
@@ -115,7 +100,7 @@ class Editing:
         target.append(step if isinstance(step, Action) else self.edit_state)
         if isinstance(step, EditState):
             self._apply(step)
-        elif source is self._undo_steps:
+        elif source is self.undo_steps:
             step.undo()
         else:
             step.redo()
@@ -124,11 +109,8 @@ class Editing:
     def record(self, action: Action) -> None:
         """Record a completed action as an undo step."""
         self.close_undo_step()
-        self._redo_steps.clear()
-        self._undo_steps.append(action)
-        # Limit the number of actions, because they may hold results.
-        for step in [step for step in self._undo_steps if isinstance(step, Action)][:-_MAX_ACTIONS]:
-            self._undo_steps.remove(step)
+        self.redo_steps.clear()
+        self.undo_steps.append(action)
 
     def load(self, scene: Scene, source: str = "") -> None:
         """Replace all texts by those of a scene; `source` is its preset or file, or empty."""
@@ -138,7 +120,7 @@ class Editing:
         """Record that the edited scene was saved to a file; this is not an undo step."""
         # Undo and redo also restore the loaded scene and its file: for the edits of this scene,
         # these become the saved scene and its file.
-        for steps in (self._undo_steps, self._redo_steps):
+        for steps in (self.undo_steps, self.redo_steps):
             steps[:] = [
                 replace(step, loaded=scene, source=source)
                 if isinstance(step, EditState) and step.loaded is self.loaded

@@ -5,10 +5,10 @@ system".
 """
 
 import re
-from dataclasses import dataclass
 from typing import Final
 
 from fivtui.model import ALL_PARAMETERS, ParameterSpec
+from fivtui.results import Row
 
 
 def symbol_of(name: str) -> str:
@@ -27,25 +27,16 @@ def replace_symbols(text: str) -> str:
     return _SYMBOLS.sub(lambda match: _NAME_BY_SYMBOL[match[0]], text)
 
 
-@dataclass(frozen=True, slots=True)
-class Equation:
-    """An equation of the paper: its number, subject, and text with parameters by name."""
-
-    number: str
-    subject: str
-    text: str
-
-
 EQUATIONS: Final = (
-    Equation("1", "contact force", "P = −k2 y − k_nl y³"),
-    Equation("2", "horizontal motion", "m ẍ + c1 ẋ + (k1 + k3/2) x − (k3/2) y = μ P"),
-    Equation("2", "vertical motion", "m ÿ + c2 ẏ + (k3/2) y − (k3/2) x = P − F"),
-    Equation("4", "separated while", "y > 0, with P = 0 in the motion"),
+    Row("Eq. 1", "P = −k2 y − k_nl y³", "contact force"),
+    Row("Eq. 2", "m ẍ + c1 ẋ + (k1 + k3/2) x − (k3/2) y = μ P", "horizontal motion"),
+    Row("Eq. 2", "m ÿ + c2 ẏ + (k3/2) y − (k3/2) x = P − F", "vertical motion"),
+    Row("Eq. 4", "y > 0, with P = 0 in the motion", "separated while"),
 )
 
 
-def equations_with(spec: ParameterSpec) -> list[Equation]:
+def equations_with(spec: ParameterSpec) -> list[Row]:
     """The equations in which a parameter occurs, by name or symbol."""
     names = "|".join(map(re.escape, (spec.name, spec.symbol)))
     pattern = re.compile(rf"(?<!\w)({names})(?!\w)")
-    return [equation for equation in EQUATIONS if pattern.search(equation.text)]
+    return [equation for equation in EQUATIONS if pattern.search(equation.value)]

@@ -2,20 +2,19 @@
 
 import dataclasses
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from decimal import Decimal
 from typing import Final
 
 from fivtui.model import ALL_PARAMETERS, MODES, NONE_TEXT, ParameterSpec
 from fivtui.ranges import number_text, with_decimal_point
+from fivtui.results import Row
 from fivtui.scene import Scene
 from fivtui.transient import DEFAULT_T_END, SETTINGS, RunSetting
 
 from .equations import equations_with, symbol_of
 
-# Integration step from which the arrow keys start if the field is empty, s.
-_INITIAL_STEP: Final = 0.001
 # In a start state, a comma with a blank after it separates values; others are decimal commas.
 _START_SEPARATOR: Final = re.compile(r"(,\s+)")
 _START_SIZE: Final = 4
@@ -76,8 +75,8 @@ class FormField:
     when_empty: str = ""
     # The allowed texts and their meanings.
     choices: Mapping[str, str] | None = None
-    # Labels and texts of further rows of help.
-    details: tuple[tuple[str, str], ...] = ()
+    # Further rows of help.
+    details: Sequence[Row] = ()
 
     def accepts(self, before: str, character: str) -> bool:
         """Whether a character may be typed behind the text `before`; a number has few letters."""
@@ -92,7 +91,7 @@ class FormField:
 # Help on the parameters of a belt of finite speed, which are the optional ones: each mode of motion
 # with its friction.
 _MODE_ROWS: Final = tuple(
-    (mode.name.lower(), f"{row.meaning}; friction {row.friction}") for mode, row in MODES.items()
+    Row(mode.name.lower(), f"{row.meaning}; friction {row.friction}") for mode, row in MODES.items()
 )
 
 
@@ -105,10 +104,6 @@ def _parameter_field(spec: ParameterSpec) -> FormField:
     def read(text: str) -> float | None:
         return spec.read(text or NONE_TEXT) if spec.optional else spec.check(text)
 
-    equations = tuple(
-        (f"Eq. {equation.number}", f"{equation.text}  ({equation.subject})")
-        for equation in equations_with(spec)
-    )
     return FormField(
         name=spec.name,
         group="Parameters",
@@ -121,7 +116,7 @@ def _parameter_field(spec: ParameterSpec) -> FormField:
         text_of=text_of,
         step_rule=digit_step(spec.default),
         when_empty=NONE_TEXT if spec.optional else "",
-        details=_MODE_ROWS if spec.optional else equations,
+        details=_MODE_ROWS if spec.optional else equations_with(spec),
     )
 
 
@@ -146,7 +141,8 @@ _COMMA_FUNCTIONS: Final = {
 _STEP_RULES: Final = {
     "t_end": digit_step(DEFAULT_T_END),
     "tol": decade_step,
-    "step": digit_step(_INITIAL_STEP),
+    # The size of its steps from zero, s, is that of steps from 0.001.
+    "step": digit_step(0.001),
 }
 _DEFAULTS: Final = {field.name: field.default for field in dataclasses.fields(Scene)}
 
@@ -167,7 +163,7 @@ def _setting_field(setting: RunSetting) -> FormField:
         step_rule=_STEP_RULES.get(setting.name),
         when_empty=setting.when_empty,
         choices=choices,
-        details=setting.details or tuple((choices or {}).items()),
+        details=[Row(*texts) for texts in setting.details or (choices or {}).items()],
     )
 
 

@@ -1,17 +1,13 @@
-"""Rows of the help dialog.
-
-Imports no Textual, which draws the screen: a session, the state of the program, needs none.
-"""
+"""Rows of the help dialog, and the text of the first start. Imports no Textual."""
 
 from collections.abc import Mapping
 from typing import Final
 
 from fivtui.results import Row
 
-from .equations import EQUATIONS
 from .fields import FormField
 
-# Keys and what they do.
+# Keys and what they do, beside those that the list of keys has.
 HINTS: Final = (
     Row("↑ ↓", "in a number: increase or decrease by a step; with Shift: by a tenth of it"),
     Row(
@@ -49,19 +45,6 @@ def welcome_text(key_names: Mapping[str, str]) -> str:
     )
 
 
-def equation_rows() -> list[Row]:
-    """Rows of the equations."""
-    return [
-        Row(label=f"Eq. {equation.number}", value=equation.text, note=equation.subject)
-        for equation in EQUATIONS
-    ]
-
-
-def general_help() -> list[Row]:
-    """Rows of hints that the list of keys does not give, and of the equations."""
-    return [*HINTS, Row("", ""), *equation_rows()]
-
-
 def field_help(field: FormField) -> list[Row]:
     """Meaning, unit, range, default and details of a field."""
     return [
@@ -70,5 +53,5 @@ def field_help(field: FormField) -> list[Row]:
         Row("unit", field.unit or "none"),
         Row("allowed", field.allowed),
         Row("default", field.default or "none"),
-        *(Row(label, text) for label, text in field.details),
+        *field.details,
     ]

@@ -77,7 +77,7 @@ class FileWrites:
                 self._names.remove(name)
                 self._changed.notify_all()
 
-    def wait(self, show: Callable[[str], None]) -> None:
+    def wait(self, show: Callable[[str], object]) -> None:
         """Wait until all files are written; after a moment, `show` their names."""
         with self._changed:
             if not self._changed.wait_for(lambda: not self._names, _REPORT_DELAY_S):

@@ -102,21 +102,15 @@ class LiveCurve:
             return Pace.AT_ONCE
         return Pace.IDLE if seconds < MAX_LIVE_S else Pace.OFF
 
-    def show_result(self, run: LiveRun, displayed: Transient | None) -> None:
-        """Show a result; the ghost is the previous curve, or else the displayed run."""
-        self.ghost = self._next_ghost(displayed)
-        self.curve, self.error = run, ""
-        self.status = f"live in {_short_duration(run.duration)}; Run keeps it"
-
-    def show_failure(self, error: str, displayed: Transient | None) -> None:
-        """Show only the ghost, and the error."""
-        self.ghost, self.curve = self._next_ghost(displayed), None
-        self.status, self.error = "live: no result", error
-
-    def _next_ghost(self, displayed: Transient | None) -> Transient | None:
+    def show(self, run: LiveRun | None, displayed: Transient | None, error: str = "") -> None:
+        """Show a run, or an error; the ghost is the previous curve, or else the displayed run."""
         if self.curve is not None:
-            return self.curve.result
-        return displayed if self.ghost is None else self.ghost
+            self.ghost = self.curve.result
+        elif self.ghost is None:
+            self.ghost = displayed
+        self.curve, self.error, self.status = run, error, "live: no result"
+        if run is not None:
+            self.status = f"live in {_short_duration(run.duration)}; Run keeps it"
 
     def clear(self, status: str = "") -> None:
         """Remove the live curve and its ghost."""

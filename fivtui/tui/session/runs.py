@@ -8,7 +8,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from enum import Enum
 from fractions import Fraction
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -52,60 +52,6 @@ class RunState(Enum):
     NOT_KEPT = "not kept"
 
 
-# States without a result.
-_NO_RESULT: Final = (RunState.STOPPED, RunState.FAILED, RunState.NOT_KEPT)
-
-
-@dataclass(slots=True)
-class RunStyle:
-    """Colour and marker of a run: indices of a series and of `MARKERS`, modulo their numbers."""
-
-    colour: int
-    marker: int
-
-    @property
-    def colour_role(self) -> str:
-        """The role of the colour."""
-        return series_role(self.colour)
-
-    @property
-    def marker_sign(self) -> str:
-        """The marker character."""
-        return MARKERS[self.marker % len(MARKERS)]
-
-    @property
-    def look(self) -> tuple[str, str]:
-        """Marker and role of the colour."""
-        return self.marker_sign, self.colour_role
-
-
-def default_style(number: int) -> RunStyle:
-    """The default style of run `number`: seven colours and six markers repeat after 42 runs."""
-    return RunStyle(number - 1, number - 1)
-
-
-class PartialTrajectory:
-    """Collects parts of a trajectory from the computing thread; the screen's thread reads them."""
-
-    def __init__(self) -> None:
-        self._parts: list[Trajectory] = []
-
-    def append(self, part: Trajectory) -> None:
-        """Append a part; a part that overlaps the last one starts a new trajectory."""
-        if self._parts and part.t[0] <= self._parts[-1].t[-1]:
-            self._parts = []
-        self._parts.append(part)
-
-    def trajectory(self) -> Trajectory | None:
-        """The trajectory so far; None before the first part."""
-        # The computing thread may append to the list or replace it meanwhile.
-        parts = self._parts
-        count = len(parts)
-        if count > 1:
-            parts[:count] = [Trajectory.joined(parts[:count])]
-        return parts[0] if parts else None
-
-
 @dataclass(eq=False, slots=True)
 class Run(Job):
     """A transient of a session."""
@@ -123,12 +69,20 @@ class Run(Job):
     source: str = ""
     # Whether the run is plotted beside the displayed one.
     overlaid: bool = False
-    style: RunStyle = field(init=False)
-    # The trajectory so far.
-    partial: PartialTrajectory = field(default_factory=PartialTrajectory)
+    # Numbers of colours and of markers by which its style is beyond that of its number.
+    colour_shift: int = 0
+    marker_shift: int = 0
+    # Parts of the trajectory so far, from the computing thread.
+    _parts: list[Trajectory] = field(default_factory=list)
 
-    def __post_init__(self) -> None:
-        self.style = default_style(self.number)
+    @property
+    def look(self) -> tuple[str, str]:
+        """Marker and role of the colour; six markers and seven colours repeat after 42 runs."""
+        marker, colour = self.number - 1 + self.marker_shift, self.number - 1 + self.colour_shift
+        return MARKERS[marker % len(MARKERS)], series_role(colour)
+
+    def __str__(self) -> str:
+        return self.name
 
     @property
     def name(self) -> str:
@@ -144,6 +98,18 @@ class Run(Job):
     def form_scene(self) -> Scene:
         """The scene of the form when the run was started."""
         return self.edited_scene or self.scene
+
+    def add_part(self, part: Trajectory) -> None:
+        """Add a part of the trajectory; one that overlaps the last starts a new trajectory."""
+        if self._parts and part.t[0] <= self._parts[-1].t[-1]:
+            self._parts = []
+        self._parts.append(part)
+
+    @property
+    def trajectory_so_far(self) -> Trajectory | None:
+        """The trajectory of a run in progress; None before the first part."""
+        parts = self._parts.copy()
+        return Trajectory.joined(parts) if parts else None
 
     def report(self, fraction: float) -> bool:
         """As `Job.report`; progress starts again when a second run verifies the accuracy."""
@@ -165,44 +131,32 @@ class Run(Job):
         return f"tol {scene.tol:g}"
 
 
-def sample_interval(scene: Scene) -> Fraction:
-    """Sampling interval, s, of at most 1/64 of the shortest natural period.
+def sample_times(scene: Scene) -> NDArray[np.float64]:
+    """0, the multiples of an interval, and the end time, s: 1000 to 250 000 samples.
 
-    It is 1, 2 or 5 times a power of ten, and yields 1000 to 250 000 samples.
+    The interval, 1, 2 or 5 times a power of ten, is at most 1/64 of the shortest natural period.
     """
-    parameters = scene.parameters
     try:
         y = equilibrium(scene.system).y
     except ComputationError:
         y = 0.0
     # 1 / `time_scale` is an upper bound of the natural angular frequencies.
-    max_interval = math.tau * time_scale(parameters, y) / _SAMPLES_PER_PERIOD
-    interval = _round_interval(min(max_interval, scene.t_end / _MIN_SAMPLES), up=False)
-    min_interval = scene.t_end / _MAX_SAMPLES
-    return interval if interval >= min_interval else _round_interval(min_interval, up=True)
-
-
-def sample_times(scene: Scene) -> NDArray[np.float64]:
-    """0, the multiples of `sample_interval`, and the end time, s."""
-    interval = sample_interval(scene)
+    max_interval = math.tau * time_scale(scene.parameters, y) / _SAMPLES_PER_PERIOD
+    # Rounding divides an interval by less than 2.5.
+    min_interval = 2.5 * scene.t_end / _MAX_SAMPLES
+    limit = max(min(max_interval, scene.t_end / _MIN_SAMPLES), min_interval)
+    decade = Fraction(10) ** math.floor(math.log10(limit))
+    digits = (Fraction(1, 2), 1, 2, 5, 10)
+    interval = max(decade * digit for digit in digits if decade * digit <= limit)
     count = math.floor(scene.t_end / interval) + 1
     # Multiplying first gives exact decimal times.
     times = np.arange(count) * float(interval.numerator) / float(interval.denominator)
     return np.append(times[times < scene.t_end], scene.t_end)
 
 
-def _round_interval(value: float, *, up: bool) -> Fraction:
-    # Round to 1, 2 or 5 times a power of ten.
-    decade = Fraction(10) ** math.floor(math.log10(value))
-    intervals = [decade * digit for digit in (Fraction(1, 2), 1, 2, 5, 10, 20)]
-    if up:
-        return min(interval for interval in intervals if interval >= value)
-    return max(interval for interval in intervals if interval <= value)
-
-
 def execute(run: Run) -> Outcome[Transient]:
     """Compute a run in the calling thread; `Runs.finish` stores the outcome."""
-    return compute_scene(run.scene, run, run.partial.append)
+    return compute_scene(run.scene, run, run.add_part)
 
 
 def compute_scene(
@@ -220,14 +174,16 @@ def compute_scene(
 
 
 class Runs:
-    """The runs of a session, newest last; at most one is active."""
+    """The runs of a session, newest last; at most one is active.
 
-    def __init__(self) -> None:
+    `count` is the number of the newest run, even if it was deleted.
+    """
+
+    def __init__(self, runs: Iterable[Run] = (), count: int = 0) -> None:
         self.displayed: Run | None = None
         self.baseline: Run | None = None
-        self._runs: list[Run] = []
-        self._removed: dict[int, Run] = {}
-        self._count = 0
+        self.count = count
+        self._runs = list(runs)
 
     def __iter__(self) -> Iterator[Run]:
         return iter(self._runs)
@@ -242,41 +198,26 @@ class Runs:
         """The run in progress."""
         return next((run for run in self._runs if run.state is RunState.RUNNING), None)
 
-    @property
-    def count(self) -> int:
-        """The number of the newest run, even if it was deleted."""
-        return self._count
-
-    def restore(self, runs: Iterable[Run], count: int) -> None:
-        """Insert the runs of a saved session before all others; `count` is its `Runs.count`."""
-        self._runs[:0] = runs
-        self._count = max(count, self._count, *(run.number for run in self._runs), 0)
-
     def start(self, scene: Scene, edited_scene: Scene | None = None) -> Run:
         """Add a run, to be computed by `execute`; stops the active run."""
         self.stop()
-        run = self._add(scene)
-        run.edited_scene = edited_scene
-        return run
+        return self._add(scene, edited_scene=edited_scene)
 
-    def _add(self, scene: Scene) -> Run:
-        self._count += 1
-        run = Run(self._count, scene)
+    def _add(self, scene: Scene, **attributes: Any) -> Run:
+        self.count += 1
+        run = Run(self.count, scene, **attributes)
         self._runs.append(run)
         while len(self._runs) > MAX_RUNS:
             # Remove the oldest run without a result, or else the oldest.
             used_runs = (self.displayed, self.baseline, self.active, run)
             unused = [old_run for old_run in self._runs if old_run not in used_runs]
-            without_result = [old_run for old_run in unused if old_run.state in _NO_RESULT]
-            self.remove([*without_result, *unused][0])
+            self.remove(min(unused, key=lambda run: run.state is RunState.DONE))
         return run
 
     def add_loaded(self, scene: Scene, result: Transient, source: str) -> Run:
         """Add a run read from a file: overlaid, or displayed if no run is displayed."""
-        run = self._add(scene)
-        run.state, run.result, run.source, run.overlaid = RunState.DONE, result, source, True
-        if self.displayed is None:
-            self.displayed = run
+        run = self._add(scene, state=RunState.DONE, result=result, source=source, overlaid=True)
+        self.displayed = self.displayed or run
         return run
 
     def remove(self, run: Run) -> None:
@@ -287,33 +228,20 @@ class Runs:
         if self.baseline is run:
             self.baseline = None
         if self.displayed is run:
-            finished = [candidate for candidate in self._runs if candidate.result is not None]
-            self.displayed = finished[-1] if finished else None
-
-    def remove_restorably(self, run: Run) -> None:
-        """Delete a run so that `reinsert` can restore it."""
-        self.remove(run)
-        self._removed[run.number] = run
-        if len(self._removed) > MAX_RUNS:
-            del self._removed[next(iter(self._removed))]
+            finished = (run for run in reversed(self._runs) if run.result is not None)
+            self.displayed = next(finished, None)
 
     def reinsert(self, run: Run) -> None:
-        """Restore a deleted run at its place in the order of numbers."""
-        self._removed.pop(run.number, None)
+        """Restore a deleted run at its position in the order of numbers."""
         self._runs.append(run)
         self._runs.sort(key=lambda member: member.number)
 
     @property
     def plotted(self) -> list[Run]:
         """The runs to plot: overlaid runs with results, then the displayed one."""
-        overlaid = [
-            run
-            for run in self._runs
-            if run.overlaid and run.result is not None and run is not self.displayed
-        ]
-        if self.displayed is None or self.displayed.result is None:
-            return overlaid
-        return [*overlaid, self.displayed]
+        overlaid = [run for run in self._runs if run.overlaid and run is not self.displayed]
+        plotted = overlaid if self.displayed is None else [*overlaid, self.displayed]
+        return [run for run in plotted if run.result is not None]
 
     def stop(self) -> Run | None:
         """Stop the active run at once and return it."""
@@ -329,13 +257,9 @@ class Runs:
             return False
         run.result, run.message = outcome.result, outcome.error
         run.state = RunState.DONE if outcome.result is not None else RunState.FAILED
-        run.partial = PartialTrajectory()
+        run._parts = []
         return True
 
     def find(self, number: int) -> Run | None:
         """The run with this number; None if it was deleted."""
         return next((run for run in self._runs if run.number == number), None)
-
-    def find_with_removed(self, number: int) -> Run | None:
-        """The run with this number, including deleted runs that `reinsert` can restore."""
-        return self.find(number) or self._removed.get(number)

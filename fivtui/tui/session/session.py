@@ -14,16 +14,16 @@ from fivtui.model import (
     ComputationError,
     InputError,
     Parameters,
-    System,
     unused_parameters,
 )
 from fivtui.ranges import number_text
 from fivtui.scene import Scene
 from fivtui.transient import METHODS, SETTINGS, WITH_SEPARATION, uses_step
 
-from .editing import Action, Editing, initial_value_text, loaded_state
+from .command_lines import Origin
+from .editing import Action, Editing, EditState, initial_value_text, loaded_state
 from .equations import symbol_of
-from .fields import FIELDS
+from .fields import FIELDS, scene_texts
 from .live import LiveCurve
 from .report import NEXT_STEPS, Attractors, verdict_kind
 from .runs import FMU_ENGINES, Run, Runs, engine_of
@@ -32,13 +32,7 @@ from .scene_differences import base_scene, differences
 if TYPE_CHECKING:
     from fivtui.sweeps import Study
 
-    from .command_lines import Origin
-
 MAX_RECENT: Final = 10
-# Group and key of the stored setting of the live curve, and its values.
-_LIVE: Final = "live"
-_ON: Final = "on"
-_OFF: Final = "off"
 _FIRST_METHOD: Final = next(iter(METHODS))
 
 # By field, the fields that restrict its values: static friction is at least the sliding friction,
@@ -47,7 +41,6 @@ _RESTRICTING_FIELDS: Final = {"mu_s": ("mu",), "step": ("method", "t_end")}
 
 # Maps of safety by mapped value, with their titles: each is a result with a key of its own.
 SAFETY_MAPS: Final = {"safe-mu": "Safe μ", "coexistence": "Regions"}
-_RUN, _MAP = "run", "map"
 
 T = TypeVar("T")
 
@@ -61,14 +54,9 @@ class DisplayedStudy(Generic[T]):
     source: str = ""
 
 
-def study_kind(key: str) -> str:
-    """The kind of study of a stored result with this key."""
-    return _MAP if key in SAFETY_MAPS else _RUN if key.startswith(f"{_RUN}-") else key
-
-
 def study_key(kind: str, value: Any) -> str:
     """The key of a result of this kind."""
-    return str(value.value) if kind == _MAP and value.value in SAFETY_MAPS else kind
+    return str(value.value) if kind == "map" and value.value in SAFETY_MAPS else kind
 
 
 def check_drawable(study: "Study") -> None:
@@ -90,8 +78,8 @@ class StoredResult:
     source: str = ""
 
 
-# The result of a run, a displayed study, or a result that is not read yet.
-SessionResult = Run | DisplayedStudy[Any] | StoredResult
+# The run of a result, or the key of a study: its kind, or the mapped value of a map of safety.
+ResultKey = Run | str
 
 
 class Session(Editing):
@@ -107,40 +95,26 @@ class Session(Editing):
         self.recent: tuple[str, ...] = ()
         # Names of the displayed tab and of the theme; unknown names are ignored.
         self.tab = self.theme = ""
-        # Displayed results by kind of study; a sweep may be incomplete.
-        self.studies: dict[str, DisplayedStudy[Any]] = {}
+        # Whether a live curve follows edits.
+        self.live_enabled = True
+        # Displayed results of studies; a sweep may be incomplete.
+        self.studies: dict[ResultKey, DisplayedStudy[Any]] = {}
         # Stored settings of the tabs, by tab and key.
         self.settings: dict[str, dict[str, str]] = {}
         # Visible parts of the charts, by the identifiers of their widgets.
         self.views: dict[str, View] = {}
-        # Results of the saved session that are not read yet, by run or kind of study.
-        self.unread_results: dict[str, StoredResult] = {}
-        # Why results were not stored with the saved session, likewise.
+        # Results of the saved session that are not read yet.
+        self.unread_results: dict[ResultKey, StoredResult] = {}
+        # Why results were not stored with the saved session, by run or key of a study.
         self.not_stored: dict[str, str] = {}
         self.attractors: Attractors | None = None
-        # Last native and last FMU method, for `switch_engine` and `engine_pair`.
-        self._native_method, self._fmu_method = _FIRST_METHOD, next(iter(FMU_ENGINES))
-        # Cached, because several views need it after every key.
-        self._stability: Stability | None = None
-
-    @property
-    def live_enabled(self) -> bool:
-        """Whether a live curve follows edits; stored with the session."""
-        return self.settings.get(_LIVE, {}).get(_LIVE) != _OFF
-
-    @live_enabled.setter
-    def live_enabled(self, on: bool) -> None:
-        self.settings.setdefault(_LIVE, {})[_LIVE] = _ON if on else _OFF
+        # The last native method, and the last that runs an FMU (True).
+        self._last_methods = {False: _FIRST_METHOD, True: next(iter(FMU_ENGINES))}
 
     def add_recent(self, path: str) -> None:
-        """Add a scene file to the recent files, as the first."""
-        absolute_path = Path(path).absolute()
-        other_paths = [
-            recent_path
-            for recent_path in self.recent
-            if Path(recent_path).absolute() != absolute_path
-        ]
-        self.recent = (path, *other_paths)[:MAX_RECENT]
+        """Add a scene file to the recent files, as the first; the next start may be elsewhere."""
+        paths = dict.fromkeys((str(Path(path).absolute()), *self.recent))
+        self.recent = tuple(paths)[:MAX_RECENT]
 
     def field_error(self, name: str) -> str:
         """Error message of a field; empty if its text is valid."""
@@ -183,11 +157,9 @@ class Session(Editing):
         Returns False if the field is no number, or if the new number is not allowed.
         """
         field = FIELDS[name]
-        if field.step_rule is None:
-            return False
         try:
             value = field.check(self.texts[name] or field.default)
-            if not isinstance(value, float):
+            if field.step_rule is None or not isinstance(value, float):
                 return False
             text = number_text(field.step_rule(value, direction, fine))
             field.check(text)
@@ -204,13 +176,9 @@ class Session(Editing):
     def switch_engine(self) -> None:
         """Switch to the next engine: one FMU after the other, then the last native method."""
         method = self.texts["method"]
-        if method not in FMU_ENGINES:
-            self._native_method = method
-        methods = [self._native_method, *FMU_ENGINES, self._native_method]
-        next_method = methods[methods.index(method) + 1]
-        if next_method in FMU_ENGINES:
-            self._fmu_method = next_method
-        self._set_field("method", next_method, "engine")
+        self._last_methods[method in FMU_ENGINES] = method
+        methods = [*FMU_ENGINES, self._last_methods[False]]
+        self._set_field("method", methods[(methods.index(method) + 1) % len(methods)], "engine")
         self.close_undo_step()
 
     def engine_pair(self) -> tuple[Scene, Scene]:
@@ -219,9 +187,8 @@ class Session(Editing):
         Raises `InputError` if a field is invalid.
         """
         scene = self.scene()
-        is_fmu = scene.method in FMU_ENGINES
-        method = self._native_method if is_fmu else scene.method
-        fmu_method = scene.method if is_fmu else self._fmu_method
+        methods = self._last_methods | {scene.method in FMU_ENGINES: scene.method}
+        method, fmu_method = methods[False], methods[True]
         step = scene.step if uses_step(method) else None
         return (
             dataclasses.replace(scene, method=method, step=step),
@@ -230,8 +197,7 @@ class Session(Editing):
 
     def parameters(self) -> Parameters:
         """The edited parameter set; raises `InputError` if a parameter is invalid."""
-        values = {name: FIELDS[name].check(self.texts[name]) for name in ALL_PARAMETERS}
-        return Parameters().with_values(values)
+        return Parameters().with_values({name: self._value(name) for name in ALL_PARAMETERS})
 
     @property
     def notes(self) -> dict[str, str]:
@@ -259,10 +225,7 @@ class Session(Editing):
 
     def stability(self) -> Stability:
         """Stability of the edited parameter set."""
-        parameters, separation = self.parameters(), self.separation
-        if self._stability is None or self._stability.system != System(parameters, separation):
-            self._stability = stability(parameters, separation=separation)
-        return self._stability
+        return stability(self.parameters(), separation=self.separation)
 
     def scene(self) -> Scene:
         """The edited scene, named as the loaded one; raises `InputError` if a field is invalid."""
@@ -283,15 +246,10 @@ class Session(Editing):
 
         A scene that differs in more than fields of the form, such as its name, has no file.
         """
-        edited = self.scene()
-        settings: dict[str, Any] = {name: getattr(edited, name) for name in SETTINGS}
-        with_fields = dataclasses.replace(
-            scene, parameters=edited.parameters, over_time=edited.over_time, **settings
-        )
-        state = loaded_state(scene, "")
-        if with_fields == edited:
-            state = dataclasses.replace(state, loaded=self.loaded, source=self.source)
-        self.restore(state)
+        description = self.scene().description
+        self.restore(EditState(scene_texts(scene), scene.over_time, self.loaded, self.source))
+        if dataclasses.replace(self.scene(), description=description) != scene:
+            self._apply(loaded_state(scene, ""))
 
     @property
     def next_step(self) -> tuple[str, str]:
@@ -314,8 +272,8 @@ class Session(Editing):
             runs.reinsert(run)
             runs.displayed, runs.baseline = displayed, baseline
 
-        runs.remove_restorably(run)
-        self.record(Action(restore, lambda: runs.remove_restorably(run)))
+        runs.remove(run)
+        self.record(Action(restore, lambda: runs.remove(run)))
 
     def is_outdated(self, run: Run) -> bool:
         """Whether the fields differ from the scene of a run, or are invalid."""
@@ -325,14 +283,6 @@ class Session(Editing):
             return True
 
     @property
-    def origin(self) -> "Origin":
+    def origin(self) -> Origin:
         """The loaded scene, and its preset or file."""
-        from .command_lines import Origin
-
         return Origin(self.loaded, self.source)
-
-    def command_line(self) -> str:
-        """The command for the edited transient; raises `InputError` if a field is invalid."""
-        from .command_lines import study_command
-
-        return study_command("run", self.scene(), self.origin)

@@ -44,7 +44,6 @@ from fivtui.tui.session import (
     Session,
     change_rows,
     compute_outcome,
-    default_style,
     late_separation_warning,
     legend_names,
     result_summary,
@@ -179,7 +178,7 @@ class TransientPane(ActionPane):
         listed = [run for run in reversed(runs.plotted) if run.overlaid or not live.visible]
         names = legend_names({run.number: run.scene for run in listed})
         lines = [
-            (run.result, name, *run.style.look, run.number)
+            (run.result, name, *run.look, run.number)
             for run, name in zip(listed, names, strict=True)
             if run.result is not None
         ]
@@ -187,7 +186,7 @@ class TransientPane(ActionPane):
         if live.curve is not None:
             # It has the style of the next run.
             number = runs.count + 1
-            look = default_style(number).look
+            look = Run(number, live.curve.scene).look
             lines.insert(0, (live.curve.result, live.curve.name, *look, number))
         if live.ghost is not None and all(result is not live.ghost for result, *_ in lines):
             lines.append((live.ghost, *_GHOST, 0))
@@ -213,9 +212,9 @@ class TransientPane(ActionPane):
 
     def run_progressed(self, run: Run) -> None:
         """Display the part of a run computed so far."""
-        trajectory, system, t_end = run.partial.trajectory(), run.scene.system, run.scene.t_end
+        trajectory, system, t_end = run.trajectory_so_far, run.scene.system, run.scene.t_end
         if trajectory is not None:
-            mark, colour = run.style.look
+            mark, colour = run.look
             name = run.name
             plotted = partial_run(trajectory, system, t_end, name=name, mark=mark, colour=colour)
             self._show([plotted], run)

@@ -32,7 +32,7 @@ from fivtui.tui.chart.raster import Raster
 from fivtui.tui.chart.widget.chart_view import ChartView
 from fivtui.tui.chart.widget.drawn_chart import CHART_STYLES
 from fivtui.tui.lab.run_list import RunsTable
-from fivtui.tui.session.runs import PartialTrajectory
+from fivtui.tui.session import Run, base_scene
 from tests.support.laboratory import chart_of, run_to_end, until
 
 T = np.linspace(0.0, 10.0, 1001)
@@ -394,16 +394,16 @@ def test_a_trajectory_grows_by_parts_and_restarts() -> None:
         )
         for first in range(0, 1000, 100)
     ]
-    partial = PartialTrajectory()
-    assert partial.trajectory() is None
+    active = Run(1, base_scene())
+    assert active.trajectory_so_far is None
     for count, part in enumerate(parts, start=1):
-        partial.append(part)
+        active.add_part(part)
         if count % 3 == 0:
-            trajectory = partial.trajectory()
+            trajectory = active.trajectory_so_far
             assert trajectory is not None
             assert trajectory.t.size == 100 * count
-    partial.append(parts[0])
-    trajectory = partial.trajectory()
+    active.add_part(parts[0])
+    trajectory = active.trajectory_so_far
     assert trajectory is not None
     assert trajectory.t.size == 100
 

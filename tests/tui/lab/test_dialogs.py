@@ -19,6 +19,7 @@ from tests.support.laboratory import (
     chart_of,
     choose,
     click_view,
+    command_line,
     endless_simulate,
     flat_text_of,
     focus,
@@ -320,14 +321,14 @@ async def test_the_palette_lists_and_runs_applicable_commands(
     await choose(pilot, "stiff-c", "Preset stiff-contact")
     await until(pilot, lambda: session.texts["k_nl"] == "300")
     assert (await focus(pilot, "k_nl")).value == "300"
-    assert session.command_line() == "fivtui simulate stiff-contact"
+    assert command_line(session) == "fivtui simulate stiff-contact"
     await choose(pilot, "undo", "Undo")
     await until(pilot, lambda: session.texts["k_nl"] == "100")
 
     # The scene of a figure of the paper.
     await choose(pilot, "fig. 13", "Scene of Fig. 13")
     await until_shown(pilot, "scene fig-13")
-    assert session.command_line() == ("fivtui simulate --set k_nl=20 --set mu=0.5 --tol=1e-09")
+    assert command_line(session) == ("fivtui simulate --set k_nl=20 --set mu=0.5 --tol=1e-09")
     await choose(pilot, "undo", "Undo")
     await until(pilot, lambda: session.texts["k_nl"] == "100")
 

@@ -11,11 +11,12 @@ from fivtui.model import InputError, time_table
 from fivtui.scene import PRESETS
 from fivtui.tui.persistence.state_file import load_session, save_state, session_state
 from fivtui.tui.session import Session
-from fivtui.tui.session.scene_differences import differences, legend_names
+from fivtui.tui.session.scene_differences import difference_text, legend_names
 from tests.support.laboratory import (
     answer,
     app_of,
     choose,
+    command_line,
     until,
     until_hidden,
     until_notice,
@@ -78,7 +79,7 @@ async def test_tables_are_read_shown_in_the_form_and_removed(
     assert session.name == "base"
     await until_shown(pilot, "base (changed)")
     with pytest.raises(InputError, match="no option sets over_time"):
-        session.command_line()
+        command_line(session)
     await choose(pilot, "drop the", "Drop the tables over time")
     await until_notice(pilot, "tables over time dropped")
     # The gauge is shown again, with its mark.
@@ -111,10 +112,6 @@ async def test_tables_are_restored_and_distinguish_runs(tmp_path: Path) -> None:
     scene_with_table = restored_session.scene()
     restored_session.set_tables(())
     scene_without_table = restored_session.scene()
-    assert [
-        str(difference) for difference in differences(scene_with_table, scene_without_table)
-    ] == ["F over time"]
-    assert [
-        str(difference) for difference in differences(scene_without_table, scene_with_table)
-    ] == ["nothing over time"]
+    assert difference_text(scene_with_table, scene_without_table) == "F=over time"
+    assert difference_text(scene_without_table, scene_with_table) == "F=20"
     assert legend_names({1: scene_with_table, 2: scene_without_table}) == ["F over time", "F 20 N"]

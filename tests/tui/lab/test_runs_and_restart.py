@@ -58,7 +58,7 @@ async def test_runs_are_listed_drawn_compared_loaded_and_deleted(
     await until_shown(pilot, "from 10.50 m")
     await pilot.press("f3", "c", "m")
     await until_shown(pilot, "■ 1 on")
-    assert first.style.colour == 1
+    assert first.colour_shift == 1
 
     await pilot.press("enter")
     await until_shown(pilot, "1 shown")
@@ -220,4 +220,4 @@ async def test_a_damaged_session_is_renamed_and_a_scene_argument_keeps_the_store
     second_app = FivtuiApp(PRESETS["linear"], "linear", state=session_path)
     assert second_app.session.name == "linear"
     assert second_app.session.recent == (str(tmp_path / "old.toml"),)
-    assert json.loads(session_path.read_text())["scene"]["name"] == "base"
+    assert json.loads(session_path.read_text())["edits"]["loaded"]["name"] == "base"

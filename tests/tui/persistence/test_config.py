@@ -7,7 +7,7 @@ import pytest
 from fivtui.model.errors import InputError
 from fivtui.tui.app import FivtuiApp
 from fivtui.tui.lab.keys import KEY_IDS
-from fivtui.tui.persistence.config import config_path, load_config
+from fivtui.tui.persistence.config import load_config
 from fivtui.tui.session.help import welcome_text
 from tests.support.laboratory import (
     until,
@@ -35,14 +35,15 @@ def test_a_missing_file_changes_nothing(tmp_path: Path) -> None:
     for path in (None, tmp_path / "config.toml"):
         config = load_config(path, KEY_IDS)
         assert (config.theme, config.live, config.keys, config.themes) == ("", None, {}, {})
-    assert config_path({"XDG_CONFIG_HOME": "/x"}) == Path("/x/fivtui/config.toml")
 
 
 @pytest.mark.parametrize(
     ("text", "message"),
     [
         ("colour = 1", "unknown key 'colour'"),
-        ("keys = 1", "keys: must be a table"),
+        ("keys = 1", "keys = 1: must be a table"),
+        ("[themes]\na = 1", "themes.a = 1: must be a table"),
+        ("[themes.a]\nprimary = '#000000'\ndark = 1", "themes.a.dark = 1: must be true or false"),
         ("[keys]\nruns = 1", "keys.runs = 1: must be text"),
         ("[keys]\nrnu = 'f5'", "unknown action 'rnu'; did you mean run"),
         ("live = 'no'", "live = 'no': must be true or false"),

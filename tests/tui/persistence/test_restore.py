@@ -190,7 +190,7 @@ async def test_read_results_and_paper_figures_are_restored_and_incomplete_studie
         np.testing.assert_array_equal(restored_map.value.values, original_map.value.values)
 
 
-async def test_a_damaged_result_is_renamed_and_all_others_are_restored(
+async def test_a_damaged_result_stays_and_all_others_are_restored(
     tmp_path: Path,
 ) -> None:
     session_path = tmp_path / "session.json"
@@ -206,7 +206,7 @@ async def test_a_damaged_result_is_renamed_and_all_others_are_restored(
     first_file.write_bytes(first_file.read_bytes()[:100])
     app = FivtuiApp(PRESETS["linear"], "linear", state=session_path)
     async with app.run_test(size=SIZE) as pilot:
-        await until_notice(pilot, "the run 1 of the last session could not be restored (damaged)")
+        await until_notice(pilot, "the run 1 of the last session could not be restored")
         first_run, second_run = app_of(pilot).session.runs
         assert (first_run.state, second_run.state) == (RunState.NOT_KEPT, RunState.DONE)
         await until_shown(pilot, "not kept")
@@ -214,7 +214,7 @@ async def test_a_damaged_result_is_renamed_and_all_others_are_restored(
         assert app_of(pilot).session.name == "linear"
         assert app_of(pilot).session.undo()
         assert app_of(pilot).session.texts["t_end"] == "5"
-    assert first_file.with_name(f"{first_file.stem}.damaged-1.npz").is_file()
+    assert first_file.is_file()
     assert second_file.is_file()
 
 
@@ -257,11 +257,13 @@ def test_results_are_written_once_and_removed_when_unused(tmp_path: Path) -> Non
     write_time = path.stat().st_mtime_ns
     assert store.save({"map": study}) == (files, {})
     assert path.stat().st_mtime_ns == write_time
-    # Another program may have deleted the file as unused.
-    path.unlink()
+    # Without the map, its file is removed; undo may bring a result back.
+    store.remove_unused({})
+    assert not path.exists()
     new_files, _ = store.save({"map": study})
     second_store = ResultStore(tmp_path)
-    restored_study = second_store.read("map", new_files["map"])
+    second_store.adopt_files(new_files)
+    restored_study = second_store.read(new_files)[0]["map"]
     assert (restored_study.name, restored_study.source) == ("mine", "mine.csv")
     np.testing.assert_array_equal(restored_study.value.values, study.value.values)
     # Results that were not read yet keep their files.
@@ -285,7 +287,7 @@ def test_a_study_that_cannot_be_stored_keeps_the_previous_result(tmp_path: Path)
     store.remove_unused(new_files)
     assert new_files == files
     assert notes == {"sweep": "it is incomplete; the previous result is kept"}
-    restored_study = ResultStore(tmp_path).read("sweep", new_files["sweep"])
+    restored_study = ResultStore(tmp_path).read(new_files)[0]["sweep"]
     assert restored_study.value.table.members == study.members
 
 
@@ -298,15 +300,16 @@ def test_too_large_results_give_a_note_and_files_outside_the_folder_are_refused(
     assert not files
     assert "it takes" in notes["map"]
     save_result(displayed_map().value, tmp_path / "mine.npz")
-    with pytest.raises(InputError, match="not the name of a file of this session"):
-        store.read("map", StoredResult("../mine.npz"))
+    path = tmp_path / "results" / "mine.npz"
+    results, (error,) = store.read({"map": StoredResult("../mine.npz")})
+    assert results == {"map": None}
+    message = "the map of the last session could not be restored"
+    assert error == f"{message}: {path}: there is no such file"
     assert (tmp_path / "mine.npz").is_file()
     # An adopted file is removed when unused, but not outside the folder.
     store.adopt_files({"map": StoredResult("../mine.npz")})
     store.remove_unused({})
     assert (tmp_path / "mine.npz").is_file()
-    with pytest.raises(InputError, match="the map of the last session could not be restored"):
-        store.read("map", StoredResult("map-0123456789abcdef.npz"))
 
 
 async def test_verdicts_on_claims_of_the_paper_are_restored(tmp_path: Path) -> None:

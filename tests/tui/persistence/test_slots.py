@@ -23,7 +23,7 @@ from fivtui.tui.app import FivtuiApp
 from fivtui.tui.lab.run_actions import RunActions
 from fivtui.tui.persistence.autosave import Autosave
 from fivtui.tui.persistence.slots import slot_of
-from fivtui.tui.persistence.state_file import STATE_VERSION, State, session_state
+from fivtui.tui.persistence.state_file import State, session_state
 from fivtui.tui.session.runs import MAX_RUNS
 from fivtui.tui.session.session import DisplayedStudy, Session
 from tests.support.laboratory import (
@@ -67,7 +67,7 @@ def load_session(path: Path) -> tuple[Autosave, Session]:
 
 def check_map_and_read_preload(autosave: Autosave, session: Session) -> str:
     """The preload F of a session whose map agrees with it and is complete."""
-    results, errors = autosave.read_results(session.unread_results)
+    results, errors = autosave.store.read(session.unread_results)
     assert not errors
     study: Any = results["map"]
     assert study.value.values.shape == (3, 2)
@@ -96,8 +96,7 @@ def store_session(path: Path, preload: str, time: float) -> None:
     autosave.save(state_with_map(preload))
     slot = slot_of(path, autosave.number)
     autosave.close(state_with_map(preload))
-    for file in (slot.path, slot.lock_path):
-        os.utime(file, (time, time))
+    os.utime(slot.path, (time, time))
 
 
 def test_two_simultaneous_instances_have_separate_sessions(tmp_path: Path) -> None:
@@ -114,7 +113,6 @@ def test_two_simultaneous_instances_have_separate_sessions(tmp_path: Path) -> No
         process.send_signal(signal.SIGKILL)
         process.wait()
     os.utime(path, (1.0, 1.0))
-    os.utime(path.with_name("session.lock"), (1.0, 1.0))
     # The system has released the lock; the session used last comes first.
     latest_session, session = load_session(path)
     assert check_map_and_read_preload(latest_session, session) == "23"
@@ -135,8 +133,7 @@ def test_the_last_used_session_is_restored_and_all_others_can_be_opened(tmp_path
     for autosave, preload, time in ((first, "11", 100.0), (second, "22", 300.0)):
         slot = slot_of(path, autosave.number)
         autosave.close(state_with_map(preload))
-        for file in (slot.path, slot.lock_path):
-            os.utime(file, (time, time))
+        os.utime(slot.path, (time, time))
     autosave, session = load_session(path)
     assert check_map_and_read_preload(autosave, session) == "22"
     assert (autosave.number, [slot.number for slot in autosave.other_slots]) == (2, [1])
@@ -148,7 +145,7 @@ def test_the_last_used_session_is_restored_and_all_others_can_be_opened(tmp_path
 
 
 def stored_preload(path: Path) -> str:
-    return str(json.loads(path.read_text())["texts"]["F"])
+    return str(json.loads(path.read_text())["edits"]["texts"]["F"])
 
 
 def test_a_session_without_a_lock_file_is_restored_with_its_results(tmp_path: Path) -> None:
@@ -160,7 +157,7 @@ def test_a_session_without_a_lock_file_is_restored_with_its_results(tmp_path: Pa
     assert (autosave.number, check_map_and_read_preload(autosave, session)) == (1, "11")
 
 
-@pytest.mark.parametrize("content", ["{", '{"fivtui_session": 1}'])
+@pytest.mark.parametrize("content", ["{", '{"fivtui_session": 1}', '{"fivtui_session": 99}'])
 def test_the_results_of_a_renamed_session_stay(content: str, tmp_path: Path) -> None:
     path = tmp_path / "session.json"
     store_session(path, "11", 100.0)
@@ -178,60 +175,25 @@ def test_the_results_of_a_renamed_session_stay(content: str, tmp_path: Path) -> 
     assert check_map_and_read_preload(repaired_session, session) == "11"
 
 
-def test_a_session_of_a_newer_version_stays_unchanged(tmp_path: Path) -> None:
-    path = tmp_path / "session.json"
-    store_session(path, "11", 100.0)
-    version_entry = f'"fivtui_session": {STATE_VERSION}'
-    content = path.read_text()
-    newer_content = content.replace(version_entry, f'"fivtui_session": {STATE_VERSION + 1}')
-    path.write_text(newer_content)
-    autosave = Autosave(path)
-    assert autosave.load() is None
-    assert autosave.number == 2
-    (notice,) = autosave.notices
-    assert "written by a newer fivtui" in notice
-    assert f"it stays in {path}, its results stay in {tmp_path / 'results'}" in notice
-    autosave.save(state_with_map("22"))
-    autosave.close(state_with_map("23"))
-    assert path.read_text() == newer_content
-    # Later starts of this program use its own session.
-    second_session, session = load_session(path)
-    assert check_map_and_read_preload(second_session, session) == "23"
-    path.write_text(content)
-    newer_session = Autosave(path)
-    assert check_map_and_read_preload(newer_session, newer_session.open(1)) == "11"
-
-
-@pytest.mark.parametrize("number", [errno.EROFS, errno.ENOLCK])
-def test_without_a_lock_a_session_is_read_and_not_changed(
-    number: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+def test_without_a_lock_a_new_session_begins_that_is_not_saved(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     path = tmp_path / "session.json"
     store_session(path, "11", 100.0)
-    (result,) = (tmp_path / "results").iterdir()
-    contents = {file: file.read_bytes() for file in (path, result)}
+    content = path.read_bytes()
 
     def raise_os_error(*_: Any) -> int:
-        raise OSError(number, os.strerror(number))
+        raise OSError(errno.ENOLCK, os.strerror(errno.ENOLCK))
 
-    with monkeypatch.context() as patched:
-        patched.setattr(writing, "lock_file", raise_os_error)
-        autosave, session = load_session(path)
-        assert os.strerror(number) in autosave.save_error
-        assert check_map_and_read_preload(autosave, session) == "11"
-        result.write_bytes(b"PK")
-        _, (error,) = autosave.read_results(session.unread_results)
-        assert error.endswith("could not be restored (not a map: not an NPZ file, or damaged)")
-        result.write_bytes(contents[result])
-        autosave.save(state_with_map("22"))
-        assert os.strerror(number) in autosave.save_error
-        assert {file: file.read_bytes() for file in contents} == contents
-    # The session is written once the lock is available, unless another process used it meanwhile.
-    second, _ = load_session(path)
-    second.close(state_with_map("33"))
-    autosave.save(state_with_map("44"))
-    assert "another fivtui has written it since" in autosave.save_error
-    assert stored_preload(path) == "33"
+    monkeypatch.setattr(writing, "lock_file", raise_os_error)
+    autosave = Autosave(path)
+    assert autosave.load() is None
+    assert autosave.notices == [autosave.save_error]
+    assert os.strerror(errno.ENOLCK) in autosave.save_error
+    autosave.save(state_with_map("22"))
+    autosave.close(state_with_map("33"))
+    assert path.read_bytes() == content
+    assert [slot.number for slot in autosave.other_slots] == [1]
 
 
 def test_a_full_disk_is_reported_and_loses_nothing(
@@ -268,7 +230,7 @@ def test_a_result_that_cannot_be_written_is_reported_and_written_later(
     (tmp_path / "results").rename(tmp_path / "gone")
     (tmp_path / "results").write_text("in the way")
     autosave.save(state)
-    error = f"map is not saved: {tmp_path / 'results'}: cannot be made"
+    error = f"map is not saved: {tmp_path / 'results'}: cannot be made a folder"
     assert autosave.save_error.startswith(error)
     (tmp_path / "results").unlink()
     autosave.close(state)
@@ -295,7 +257,7 @@ def test_a_session_that_was_not_saved_is_reported_at_the_end(
     monkeypatch.setattr(FivtuiApp, "run", lambda _: None)
     # Settings of the whole process must not affect other tests.
     monkeypatch.setattr("gc.disable", lambda: None)
-    monkeypatch.setattr(start, "shorten_switch_interval", lambda: None)
+    monkeypatch.setattr("sys.setswitchinterval", lambda _: None)
     start.run()
     error_text = capsys.readouterr().err
     assert error_text.startswith(f"the session is not saved: {tmp_path / 'fivtui'}: cannot be made")

@@ -199,7 +199,7 @@ def test_a_run_with_a_baseline_shows_differences_of_the_same_quantities(
     quantities: Sequence[tuple[str, str, Callable[[NDArray[np.float64]], Any]]] = (
         ("peak |y|", "m", lambda motion: np.abs(motion[:, 2]).max()),
         ("peak |x|", "m", lambda motion: np.abs(motion[:, 0]).max()),
-        ("contact force max", "N", lambda motion: motion[:, 4].max()),
+        ("greatest contact force", "N", lambda motion: motion[:, 4].max()),
         ("max ẋ", "m/s", lambda motion: motion[:, 1].max()),
         ("final x", "m", lambda motion: motion[-1, 0]),
         ("final ẋ", "m/s", lambda motion: motion[-1, 1]),

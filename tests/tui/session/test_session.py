@@ -18,6 +18,7 @@ from fivtui.tui.session.equations import replace_symbols, symbol_of
 from fivtui.tui.session.fields import FIELDS, decade_step, digit_step
 from fivtui.tui.session.scene_differences import change_texts, legend_names
 from fivtui.tui.session.session import Session
+from tests.support.laboratory import command_line
 
 
 def test_headless_modules_import_neither_textual_nor_slow_libraries() -> None:
@@ -59,8 +60,8 @@ def test_fields_repeat_the_parameter_table() -> None:
 def test_every_parameter_occurs_in_an_equation() -> None:
     assert all(FIELDS[name].details for name in PARAMETERS)
     # Equations of the paper.
-    assert [label for label, _ in FIELDS["k_nl"].details] == ["Eq. 1"]
-    assert [label for label, _ in FIELDS["m"].details] == ["Eq. 2", "Eq. 2"]
+    assert [row.label for row in FIELDS["k_nl"].details] == ["Eq. 1"]
+    assert [row.label for row in FIELDS["m"].details] == ["Eq. 2", "Eq. 2"]
 
 
 @pytest.mark.parametrize("name", PRESETS)
@@ -205,7 +206,7 @@ def test_a_step_out_of_range_or_from_no_number_does_nothing() -> None:
 
 def test_the_command_line_has_only_the_differences() -> None:
     session = Session()
-    assert session.command_line() == "fivtui simulate"
+    assert command_line(session) == "fivtui simulate"
     for name, text in {
         "F": "90",
         "separation": "ignored",
@@ -215,7 +216,7 @@ def test_the_command_line_has_only_the_differences() -> None:
         "step": "0.001",
     }.items():
         session.set_text(name, text)
-    assert shlex.split(session.command_line()) == [
+    assert shlex.split(command_line(session)) == [
         "fivtui",
         "simulate",
         "--set",
@@ -231,23 +232,23 @@ def test_the_command_line_has_only_the_differences() -> None:
 def test_the_command_line_names_the_preset_or_file_of_the_scene() -> None:
     session = Session(PRESETS["stiff-contact"], "stiff-contact")
     session.set_text("mu", "1.1")
-    assert session.command_line() == "fivtui simulate stiff-contact --set mu=1.1"
+    assert command_line(session) == "fivtui simulate stiff-contact --set mu=1.1"
     scene = Scene(name="mine", description="", parameters=Parameters(F=90.0))
-    assert Session(scene, "my scene.toml").command_line() == "fivtui simulate 'my scene.toml'"
-    assert Session(scene).command_line() == "fivtui simulate --set F=90"
+    assert command_line(Session(scene, "my scene.toml")) == "fivtui simulate 'my scene.toml'"
+    assert command_line(Session(scene)) == "fivtui simulate --set F=90"
 
 
 def test_with_separation_considered_again_the_command_names_no_preset() -> None:
     session = Session(PRESETS["linear"], "linear")
     session.set_text("separation", "considered")
-    assert session.command_line() == "fivtui simulate --set k_nl=0"
+    assert command_line(session) == "fivtui simulate --set k_nl=0"
 
 
 def test_an_invalid_field_has_no_command_line() -> None:
     session = Session()
     session.set_text("F", "x")
     with pytest.raises(InputError, match="F = 'x'"):
-        session.command_line()
+        command_line(session)
 
 
 def test_the_fields_beside_the_parameters_have_descriptions_and_units() -> None:
@@ -269,7 +270,7 @@ def test_the_fields_beside_the_parameters_have_descriptions_and_units() -> None:
         "accuracy": ("", "", "error targets, in place of tol and step", "tol or step"),
         "step": ("step", "s", "step of rk4 or fmu", "default"),
     }
-    assert dict(FIELDS["accuracy"].details) == {
+    assert {row.label: row.value for row in FIELDS["accuracy"].details} == {
         "final": "state at the end, relative to its greatest component",
         "peak": "peak of |y|, relative",
         "half_range": (

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from fivtui.charts import Axis, View
+from fivtui.distributions import parse_distribution
 from fivtui.model.errors import InputError
 from fivtui.model.parameters import Parameters
 from fivtui.paper import PANELS
@@ -19,16 +20,15 @@ from fivtui.tui.lab.file_actions import load_run
 from fivtui.tui.persistence.autosave import Autosave
 from fivtui.tui.persistence.state_file import (
     STATE_VERSION,
-    DamagedSession,
     State,
     load_session,
     save_state,
     session_state,
-    state_path,
+    user_files,
 )
 from fivtui.tui.session.comparison import change_rows, engine_difference_text, percent_text
 from fivtui.tui.session.jobs import Outcome
-from fivtui.tui.session.runs import MAX_RUNS, Run, Runs, RunState, default_style, execute
+from fivtui.tui.session.runs import MAX_RUNS, Run, Runs, RunState, execute
 from fivtui.tui.session.scene_differences import base_scene
 from fivtui.tui.session.session import MAX_RECENT, Session
 from fivtui.tui.tabs.paper import panel_scene
@@ -81,7 +81,7 @@ def test_an_edit_after_undo_clears_redo() -> None:
     session.set_text("F", "90")
     session.undo()
     session.set_text("k1", "7")
-    assert not session.can_redo
+    assert not session.redo_steps
     session.undo()
     assert not session.changed_fields
 
@@ -222,11 +222,6 @@ def test_a_run_from_a_file_does_not_stop_the_active_run() -> None:
     assert not running.report(0.5)
 
 
-def test_styles_differ_in_colour_or_marker() -> None:
-    styles = [default_style(number) for number in range(1, MAX_RUNS + 1)]
-    assert len({(style.colour_role, style.marker_sign) for style in styles}) == MAX_RUNS
-
-
 # Runs from files
 
 
@@ -299,7 +294,7 @@ def loaded_state(path: Path) -> State:
 
 
 def test_a_stored_session_is_restored_unchanged(tmp_path: Path) -> None:
-    path = tmp_path / "new" / "session.json"
+    path = tmp_path / "session.json"
     session = Session(PRESETS["stiff-contact"], "stiff-contact")
     session.set_text("F", "not yet a number")
     session.add_recent(str(tmp_path / "a.toml"))
@@ -308,7 +303,7 @@ def test_a_stored_session_is_restored_unchanged(tmp_path: Path) -> None:
     session.views["plot-y"] = View(Axis(1.0, 2.0), Axis(0.1, 9.0, log=True), log_y=True, hidden={1})
     save_state(state_of(session), {}, {}, path)
     (stored_view,) = json.loads(path.read_text())["views"].values()
-    assert (stored_view["x"], stored_view["y"]) == ([1.0, 2.0, False], [0.1, 9.0, True])
+    assert (stored_view["x"]["high"], stored_view["y"]["log"]) == (2.0, True)
     # The result of the run was not stored.
     session.runs.displayed.state = RunState.NOT_KEPT
     assert loaded_state(path).data == state_of(session).data
@@ -339,7 +334,8 @@ def test_stored_paths_are_valid_in_another_folder(
         (b"\xff\xfe", "damaged"),
         (b"[]", "damaged"),
         (json.dumps({"fivtui_session": STATE_VERSION}).encode(), "damaged"),
-        (b'{"fivtui_session": 1}', "version 1, not 2"),
+        (b'{"fivtui_session": 2}', "version 2, not 3"),
+        (b'{"fivtui_session": 4}', "version 4, not 3"),
     ],
 )
 def test_an_unreadable_session_file_is_renamed(content: bytes, reason: str, tmp_path: Path) -> None:
@@ -358,27 +354,52 @@ def test_an_unreadable_session_file_is_renamed(content: bytes, reason: str, tmp_
         assert loaded_state(path) == state_of(Session())
 
 
+def test_a_session_with_a_wrong_value_is_damaged(tmp_path: Path) -> None:
+    path = tmp_path / "session.json"
+    save_state(state_of(Session()), {}, {}, path)
+    content = path.read_text()
+    assert '"run_count": 0' in content
+    path.write_text(content.replace('"run_count": 0', '"run_count": 1e999'))
+    with pytest.raises(InputError, match="damaged"):
+        load_session(path)
+
+
 @pytest.mark.parametrize(
-    ("text", "replacement"), [('"count": 0', '"count": 1e999'), ('"x": null', '"x": []')]
+    "changes",
+    [
+        {"x": []},
+        {"x": {"low": 2.0, "high": 1.0}},
+        {"x": {"low": 0.0, "high": float("inf")}},
+        {"x": {"low": 0.0, "high": 1.0, "log": True}, "log_x": True},
+        {"y": {"low": 1.0, "high": 2.0}, "log_y": True},
+    ],
 )
-def test_a_session_with_a_wrong_value_is_damaged(
-    text: str, replacement: str, tmp_path: Path
+def test_only_an_invalid_view_of_a_session_is_dropped(
+    changes: dict[str, object], tmp_path: Path
 ) -> None:
     path, session = tmp_path / "session.json", Session()
-    session.views["plot-y"] = View()
+    session.views = {"plot-x": View(Axis(0.0, 1.0)), "plot-y": View(Axis(0.0, 1.0))}
+    session.set_text("F", "90")
     save_state(state_of(session), {}, {}, path)
-    content = path.read_text()
-    assert text in content
-    path.write_text(content.replace(text, replacement))
-    with pytest.raises(DamagedSession, match="damaged"):
-        load_session(path)
+    data = json.loads(path.read_text())
+    data["views"]["plot-y"] |= changes
+    path.write_text(json.dumps(data))
+    del session.views["plot-y"]
+    assert loaded_state(path) == state_of(session)
+
+
+def test_a_scene_with_scattered_parameters_is_restored(tmp_path: Path) -> None:
+    path, scatter = tmp_path / "session.json", (("mu", parse_distribution("normal:0.4:0.04")),)
+    session = Session(dataclasses.replace(base_scene(), scatter=scatter))
+    save_state(state_of(session), {}, {}, path)
+    assert loaded_state(path) == state_of(session)
 
 
 def test_an_unknown_choice_of_a_session_is_replaced_by_that_of_its_scene(tmp_path: Path) -> None:
     path, session = tmp_path / "session.json", Session(PRESETS["linear"])
     save_state(state_of(session), {}, {}, path)
     data = json.loads(path.read_text())
-    data["texts"] |= {"method": "unknown", "F": "unknown"}
+    data["edits"]["texts"] |= {"method": "unknown", "F": "unknown"}
     path.write_text(json.dumps(data))
     restored = load_session(path)
     assert restored is not None
@@ -422,36 +443,18 @@ def test_recent_scenes_are_unique_and_limited() -> None:
     for number in range(MAX_RECENT + 5):
         session.add_recent(f"{number}.toml")
     session.add_recent("10.toml")
-    assert session.recent[0] == "10.toml"
+    assert session.recent[0] == str(Path("10.toml").absolute())
     assert len(session.recent) == MAX_RECENT == len(set(session.recent))
 
 
-def test_the_session_folder_follows_the_environment(monkeypatch: pytest.MonkeyPatch) -> None:
-    assert state_path({"XDG_STATE_HOME": "/s"}) == Path("/s/fivtui/session.json")
-    home = Path("~").expanduser()
-    assert state_path({"XDG_STATE_HOME": "relative"}).is_relative_to(home)
-    assert state_path({}).parts[-2:] == ("fivtui", "session.json")
+def test_files_of_the_user_follow_the_environment(monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in ("XDG_STATE_HOME", "XDG_CONFIG_HOME"):
+        monkeypatch.setenv(name, f"/{name}")
+    state, config = user_files()
+    assert state == Path("/XDG_STATE_HOME/fivtui/session.json")
+    assert config == Path("/XDG_CONFIG_HOME/fivtui/config.toml")
+    monkeypatch.setenv("XDG_STATE_HOME", "relative")
+    assert user_files()[0].is_relative_to(Path("~").expanduser())
     monkeypatch.setattr("os.path.expanduser", lambda path: path)
-    with pytest.raises(InputError, match="no home folder: set the variable HOME or XDG_STATE_HOME"):
-        state_path({})
-
-
-def test_tabs_of_earlier_sessions_are_restored_as_the_tabs_that_replaced_them(
-    tmp_path: Path,
-) -> None:
-    path = tmp_path / "session.json"
-
-    def restored_session(tab: str, settings: dict[str, dict[str, str]]) -> Session:
-        session = Session()
-        session.tab, session.settings = tab, settings
-        save_state(state_of(session), {}, {}, path)
-        restored = load_session(path)
-        assert restored is not None
-        return restored
-
-    session = restored_session("result", {})
-    assert (session.tab, session.settings) == ("transient", {"transient": {"view": "result"}})
-    session = restored_session("map", {"map": {"value": "safe-mu", "over": "mu=0:1:5 F=5:9:3"}})
-    assert session.tab == "safe-mu"
-    assert session.settings["safe-mu"] == {"value": "safe-mu"}
-    assert session.settings["map"] == {"over": "mu=0:1:5 F=5:9:3"}
+    with pytest.raises(InputError, match=r"home directory .* set an absolute HOME or XDG"):
+        user_files()

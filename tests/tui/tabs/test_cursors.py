@@ -171,7 +171,7 @@ async def test_chosen_limits_persist_are_marked_and_name_a_new_run_outside_of_th
     assert "zoom" not in "".join(chart_lines(pilot, "plot-x"))
     # The state stores the run since which the limits hold.
     state = session_state(app_of(pilot).session)
-    assert state.data["views"]["plot-y"]["since"] == 1
+    assert state.data["views"]["plot-y"].newest_run_when_zoomed == 1
     # Limits chosen while the run is visible give no notice, unless all of it is outside.
     chart_view.focus()
     await pilot.press("shift+up")

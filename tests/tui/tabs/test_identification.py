@@ -61,7 +61,7 @@ async def fit(pilot: Pilot[None], text: str) -> IdentificationPane:
 def stored_and_read(displayed: DisplayedStudy[Any]) -> DisplayedStudy[Any]:
     files, notes = ResultStore(Path("kept")).save({"identification": displayed})
     assert notes == {}
-    read = ResultStore(Path("kept")).read("identification", files["identification"])
+    read = ResultStore(Path("kept")).read(files)[0]["identification"]
     assert isinstance(read, DisplayedStudy)
     return read
 

@@ -17,7 +17,6 @@ from fivtui.tui.session import (
     Outcome,
     Pace,
     compute_scene,
-    differences,
 )
 from fivtui.tui.tabs import compute_in_thread
 
@@ -61,7 +60,7 @@ class LiveController(Controller[LiveJob]):
         if scene is None:
             self.stop()
             live.status = "live: waits for valid inputs"
-        elif run is not None and not differences(scene, run.form_scene):
+        elif run is not None and not session.is_outdated(run):
             self.stop()
             live.clear()
         else:
@@ -111,9 +110,9 @@ class LiveController(Controller[LiveJob]):
         displayed_result = None if displayed is None else displayed.result
         if outcome.result is not None:
             live.record_duration(job.scene, job.duration - job.setup_time)
-            live.show_result(LiveRun(job.scene, outcome.result, job.duration), displayed_result)
+            live.show(LiveRun(job.scene, outcome.result, job.duration), displayed_result)
         elif outcome.error:
-            live.show_failure(outcome.error, displayed_result)
+            live.show(None, displayed_result, outcome.error)
         else:
             # Neither result nor error: the run took too long and was stopped.
             live.record_duration(job.scene, job.estimated_duration)

@@ -15,7 +15,7 @@ from textual.widgets import Label, Static
 
 from fivtui.model import BELT_PARAMETERS
 from fivtui.results import Row
-from fivtui.tui.session import FIELDS, FormField, Session, equation_rows, field_help
+from fivtui.tui.session import EQUATIONS, FIELDS, FormField, Session, field_help
 from fivtui.tui.tabs import FieldFocused, FieldStepped, SearchableList, rows_table
 
 from .editors import Editor
@@ -149,10 +149,9 @@ class Form(Vertical):
         # All help on the field at the cursor if there is room, else its meaning and range.
         field, view = self.query_one(FieldList).row.field, self.query_one("#hint", Static)
         width, height = view.content_size
-        equations = equation_rows()
-        labels = {row.label for row in equations}
+        labels = {row.label for row in EQUATIONS}
         rows = [row for row in field_help(field) if row.label not in labels]
-        rows += [Row("", ""), *equations]
+        rows += [Row("", ""), *EQUATIONS]
         if height >= _LINES_PER_ROW * len(rows):
             view.update(rows_table(rows), layout=False)
             return
