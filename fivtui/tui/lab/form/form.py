@@ -45,7 +45,8 @@ class FieldList(VerticalScroll, SearchableList, can_focus=True):
     @property
     def row(self) -> FieldRow:
         """The row at the cursor."""
-        rows = self._visible_rows
+        # At the end of the laboratory, no row is visible.
+        rows = self._visible_rows or list(self.query(FieldRow))
         return next((row for row in rows if row.field.name == self._cursor), rows[0])
 
     @property
