@@ -3,7 +3,13 @@
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from .arrays import StabilityPoints, critical_mus, has_finite_speed, judge_stability
+    from .arrays import (
+        StabilityPoints,
+        critical_mus,
+        has_finite_speed,
+        judge_stability,
+        reasons_without_verdict,
+    )
     from .belt import critical_mu_on_belt, critical_speeds
     from .charts import frequency_chart, growth_chart, plane_chart
     from .critical import (

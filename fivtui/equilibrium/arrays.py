@@ -4,8 +4,9 @@ The equilibrium is that of `model.equilibrium`. Eigenvalues follow from the reso
 characteristic quartic, the stability boundary from the Routh–Hurwitz criterion.
 """
 
+import contextlib
 from collections.abc import Collection, Mapping
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,11 +17,12 @@ from fivtui.model import (
     InputError,
     Parameters,
     System,
+    check_has_verdict,
     coupling_stiffness,
-    equilibrium,
     flutter_boundary,
     flutter_boundary_slope,
     horizontal_stiffness,
+    is_on_edge,
     load,
     rest_coefficients,
     spring_force,
@@ -48,8 +50,8 @@ class StabilityPoints:
     Use it under ``np.errstate(all="ignore")`` and check for values that are not finite.
     `separation` is True where the slider may leave the belt. `h` = k3/2 and `a` = k1 + h are
     stiffnesses, N/m; `load` is the preload F, N. `lifted` is True where F < 0 lifts the slider off
-    the belt, `no_equilibrium` where moreover no spring holds it. `kt` is the tangent contact
-    stiffness, N/m, 0 where the slider is lifted.
+    the belt, `no_verdict` where moreover no spring holds it, and at F = 0 with separation. `kt` is
+    the tangent contact stiffness, N/m, 0 where the slider is lifted.
     """
 
     m: FloatArray
@@ -73,15 +75,14 @@ class StabilityPoints:
         self.lifted = (self.load < 0.0) & separation
         with np.errstate(all="ignore"):
             stiffness = suspension_stiffness(self)
-            self.no_equilibrium = self.lifted & (
-                (stiffness == 0.0) | ~np.isfinite(self.load / stiffness)
-            )
+            is_free = (stiffness == 0.0) | ~np.isfinite(self.load / stiffness)
+            self.no_verdict: BoolArray = (self.lifted & is_free) | is_on_edge(self, separation)
             self.kt = np.where(self.lifted, 0.0, self._tangent_stiffness(self.mu))
 
     def growth_rate(self) -> FloatArray:
         """Greatest real part of the eigenvalues, 1/s, shape (n,).
 
-        Undefined where `no_equilibrium`.
+        Undefined where `no_verdict`.
         """
         # The characteristic quartic is (s² + c1 s + a)(s² + c2 s + b) − d. With s in units of
         # √(stiffness/m) every coefficient is of order one.
@@ -110,14 +111,14 @@ class StabilityPoints:
     def excess(self) -> FloatArray:
         """Relative excess of μ h k_t over its value on the stability boundary, shape (n,).
 
-        Negative where stable, −1 without friction coupling, NaN where `no_equilibrium`.
+        Negative where stable, −1 without friction coupling, NaN where `no_verdict`.
         """
         coupling = self.mu * self.h * self.kt
         boundary = flutter_boundary(self, self.kt)
         relative = (
             np.divide(coupling, boundary, out=np.zeros_like(coupling), where=boundary > 0.0) - 1.0
         )
-        relative[self.no_equilibrium] = np.nan
+        relative[self.no_verdict] = np.nan
         return relative
 
     def _tangent_stiffness(self, mu: FloatArray) -> FloatArray:
@@ -128,7 +129,7 @@ class StabilityPoints:
         # Newton's method on the distance from the boundary, which grows with μ. A step that leaves
         # the bracket is replaced by bisection on a logarithmic scale.
         low, high = np.zeros_like(self.m), np.full_like(self.m, PARAMETERS["mu"].upper)
-        is_missing = self.lifted | (self.k3 == 0.0)
+        is_missing = self.lifted | self.no_verdict | (self.k3 == 0.0)
         is_missing |= (self._distance(low)[0] >= 0.0) | (self._distance(high)[0] < 0.0)
         with np.errstate(all="ignore"):
             # Start from the critical μ of the linear system, whose contact stiffness is k2.
@@ -169,6 +170,7 @@ def critical_mus(
 ) -> FloatArray:
     """Critical friction coefficients of n parameter sets, shape (n,); NaN where there is none.
 
+    NaN also where `reasons_without_verdict` has a reason.
     The equilibrium becomes unstable above it. On a belt of finite speed (with a value of `v_belt`;
     else the belt is always faster than the slider) there may be several; the least one counts.
     """
@@ -191,29 +193,45 @@ def _critical_mus_on_belt(
     critical = np.full(separation.size, np.nan)
     for index, separates in enumerate(separation.tolist()):
         values = {name: float(column[index]) for name, column in varied.items()}
-        changes = critical_mu_on_belt(System(p.with_values({**values, "mu": 0.0}), separates))
-        critical[index] = next(
-            (change.mu for change in changes if change.becomes == "unstable"), np.nan
-        )
+        system = System(p.with_values({**values, "mu": 0.0}), separates)
+        with contextlib.suppress(ComputationError):
+            critical[index] = next(
+                (c.mu for c in critical_mu_on_belt(system) if c.becomes == "unstable"), np.nan
+            )
     return critical
+
+
+def reasons_without_verdict(
+    p: Parameters, varied: Mapping[str, FloatArray], separation: BoolArray
+) -> dict[int, str]:
+    """Why eigenvalues decide nothing at any μ, by the index of a parameter set."""
+    columns: Any = p.replaced(**varied)
+    reasons: dict[int, str] = {}
+    for index in np.flatnonzero(is_on_edge(columns, separation) | (columns.v_belt == 0.0)).tolist():
+        values = {name: float(column[index]) for name, column in varied.items()}
+        try:
+            check_has_verdict(System(p.with_values({**values, "mu": 0.0}), bool(separation[index])))
+        except ComputationError as error:
+            reasons[index] = str(error)
+    return reasons
 
 
 def judge_stability(
     p: Parameters, varied: Mapping[str, FloatArray], separation: BoolArray
 ) -> tuple[FloatArray, BoolArray, dict[int, str]]:
-    """Growth rates and stability of n parameter sets, and why some have no equilibrium."""
+    """Growth rates and stability of n parameter sets, and why some have no verdict."""
     if has_finite_speed(p, varied):
         return _growths_on_belt(p, varied, separation)
     with np.errstate(all="ignore"):
         points = StabilityPoints(p, varied, separation)
         growth, stable = points.growth_and_stability()
     reasons: dict[int, str] = {}
-    for index in np.flatnonzero(points.no_equilibrium).tolist():
+    for index in np.flatnonzero(points.no_verdict).tolist():
         values = p.with_values({name: float(column[index]) for name, column in varied.items()})
         growth[index], stable[index] = np.nan, False
         try:
-            # The error says why there is no equilibrium.
-            equilibrium(System(values, bool(separation[index])))
+            # The error says why there is no verdict.
+            growth_and_stability(System(values, bool(separation[index])))
         except ComputationError as error:
             reasons[index] = str(error)
     return growth, stable, reasons

@@ -20,6 +20,8 @@ from fivtui.model import (
     Mode,
     Parameters,
     System,
+    check_has_verdict,
+    check_off_edge,
     depends_on_speed,
     friction_coefficient,
     jacobian,
@@ -72,14 +74,16 @@ class CriticalSpeed:
 def critical_mu_on_belt(system: System) -> tuple[CriticalMu, ...]:
     """Every μ > 0, at most `mu_s`, at which the stability of sliding changes, ascending.
 
-    Two changes are omitted if rounding hides the interval between them.
+    Two changes are omitted if rounding hides the interval between them. Raises
+    `ComputationError` on a belt at rest, and at F = 0 with separation.
     """
+    check_has_verdict(system)
     p = system.parameters
     # If friction depends on the speed at any μ, it does so at μ = 0, where it falls most.
     if p.v_belt is None or not depends_on_speed(p.replaced(mu=0.0)):
         return constant_critical_mu(system)
-    # No μ is critical without sliding: the slider sticks, or F < 0 lifts it off the belt.
-    if p.v_belt == 0.0 or (system.separation and load(p) < 0.0):
+    # No μ is critical without sliding: F < 0 lifts the slider off the belt.
+    if system.separation and load(p) < 0.0:
         return ()
     mu_max = PARAMETERS["mu"].upper if p.mu_s is None else p.mu_s
     # Chebyshev points, which are dense at both ends.
@@ -92,8 +96,9 @@ def critical_speeds(system: System) -> tuple[CriticalSpeed, ...]:
     """Every belt speed, in the direction of `v_belt`, at which the stability of sliding changes.
 
     They are listed from slow to fast belts. Two changes are omitted if rounding hides the interval
-    between them.
+    between them. Raises `ComputationError` at F = 0 with separation.
     """
+    check_off_edge(system)
     p, lifted = system.parameters, system.separation and load(system.parameters) < 0.0
     if p.v_belt is None or lifted or not depends_on_speed(p):
         return ()

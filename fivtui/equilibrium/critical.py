@@ -23,6 +23,8 @@ from fivtui.model import (
     Mode,
     Parameters,
     System,
+    check_has_verdict,
+    check_off_edge,
     coupling_stiffness,
     derivative,
     equilibrium,
@@ -59,11 +61,13 @@ def critical_mu(system: System) -> tuple[CriticalMu, ...]:
     Friction is constant. The boundary has a closed form for a given k_t, and F fixes k_t by one
     scalar equation. At most one μ is critical; none where F < 0 lifts the slider off the belt, with
     separation, and on a belt that runs backward, whose friction moves the frequencies apart.
+    Raises `ComputationError` on a belt at rest, and at F = 0 with separation.
     """
     # A critical μ solves μ h k_t = B, the boundary. With s = μ h/a and ε = −d ln k_t/d ln μ, the
     # balance of forces gives ε ≤ (3/4) s/(1 + s), where 3/4 is the maximum of 6u(u + 1)/(3u + 1)²
     # over u = k_nl y²/k2. By ln μ the left-hand side grows at the rate B (1 − ε), and B at most at
     # the rate (a/2) k_t ε. As s = B/(a k_t), the first is faster: there is one crossing at most.
+    check_has_verdict(system)
     p = system.parameters
     is_backward = p.v_belt is not None and p.v_belt < 0.0
     if p.k3 == 0.0 or is_backward or (system.separation and load(p) < 0.0):
@@ -88,8 +92,9 @@ def flutter_margin(system: System) -> float | None:
     """Distance of μ h k_t below the Hopf boundary, N²/m²; None for an equilibrium off the belt.
 
     Negative where the equilibrium is unstable, zero at a Hopf point. Raises `ComputationError` if
-    there is no equilibrium.
+    there is no equilibrium, or eigenvalues decide nothing.
     """
+    check_off_edge(system)
     p, point = system.parameters, equilibrium(system)
     if point.mode is Mode.SEPARATED:
         return None

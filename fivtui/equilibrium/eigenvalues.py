@@ -15,6 +15,7 @@ from fivtui.model import (
     Equilibrium,
     Parameters,
     System,
+    check_off_edge,
     equilibrium,
     jacobian,
     system_of,
@@ -170,7 +171,8 @@ def stability(parameters: Parameters | None = None, *, separation: bool = True) 
     parameters : Parameters, optional
         The parameter set; the base set of the paper, ``Parameters()``, if not given.
     separation : bool
-        Whether the slider can leave the belt; matters only for F < 0, a load that lifts it.
+        Whether the slider can leave the belt; matters only for F < 0, a load that lifts it, and
+        for F = 0.
 
     Returns
     -------
@@ -182,7 +184,8 @@ def stability(parameters: Parameters | None = None, *, separation: bool = True) 
     InputError
         If `parameters` is not a `Parameters`.
     ComputationError
-        If there is no equilibrium.
+        If there is no equilibrium; at F = 0 with separation, where the equilibrium is at y = 0 and
+        eigenvalues decide nothing.
 
     Examples
     --------
@@ -192,8 +195,7 @@ def stability(parameters: Parameters | None = None, *, separation: bool = True) 
     (True, 0.4394)
     """
     system = system_of(parameters, separation)
-    p, point = system.parameters, equilibrium(system)
-    values = _eigenvalues(p, point)
+    p, point, values = system.parameters, *_linearise(system)
     growth, stable = _judge_eigenvalues(values)
     critical = critical_mu_on_belt(system)
     modes = vibration_modes(p, point, values)
@@ -230,12 +232,12 @@ def _linear_critical_mu(p: Parameters) -> float | None:
 
 def growth_rate(system: System) -> float:
     """Greatest real part of the eigenvalues at the equilibrium, 1/s."""
-    return float(_eigenvalues(system.parameters, equilibrium(system)).real.max())
+    return float(_linearise(system)[1].real.max())
 
 
 def growth_and_stability(system: System) -> tuple[float, bool]:
     """Growth rate, 1/s, and whether the equilibrium is stable, as in `Stability`."""
-    return _judge_eigenvalues(_eigenvalues(system.parameters, equilibrium(system)))
+    return _judge_eigenvalues(_linearise(system)[1])
 
 
 def _judge_eigenvalues(values: NDArray[np.complex128]) -> tuple[float, bool]:
@@ -243,9 +245,12 @@ def _judge_eigenvalues(values: NDArray[np.complex128]) -> tuple[float, bool]:
     return growth, growth < -ROUNDING * float(np.abs(values).max())
 
 
-def _eigenvalues(p: Parameters, point: Equilibrium) -> NDArray[np.complex128]:
-    values = np.linalg.eigvals(np.array(jacobian(p, point.y, point.mode))).astype(np.complex128)
-    return in_order(values)
+def _linearise(system: System) -> tuple[Equilibrium, NDArray[np.complex128]]:
+    # The equilibrium and its eigenvalues.
+    check_off_edge(system)
+    point = equilibrium(system)
+    matrix = jacobian(system.parameters, point.y, point.mode)
+    return point, in_order(np.linalg.eigvals(np.array(matrix)).astype(np.complex128))
 
 
 def in_order(values: NDArray[np.complex128]) -> NDArray[np.complex128]:

@@ -16,6 +16,7 @@ from fivtui.model import (
     InputError,
     System,
     check_always_sliding,
+    check_has_verdict,
     check_known,
     equilibrium,
     jacobian,
@@ -81,6 +82,7 @@ def _critical_mu(system: System, names: Sequence[str]) -> Feature:
 def _eigenvalue(system: System, names: Sequence[str]) -> tuple[complex, NDArray[np.complex128]]:
     # The rightmost eigenvalue λ with Im λ ≥ 0, and its derivatives wᴴ J′ v/(wᴴ v), with the right
     # and left eigenvectors v and w of the Jacobian J.
+    check_has_verdict(system)
     p, point = system.parameters, equilibrium(system)
     if point.mode not in IN_CONTACT:
         raise ComputationError("the slider is lifted off the belt", "take F above 0")

@@ -223,8 +223,8 @@ def _grade(result: StabilityMap, values: FloatArray) -> tuple[Grading, Shades]:
     levels = np.where(missing, len(shades), grading.levels)
     levels = np.where(result.unknown, len(shades) + 1, levels).astype(np.intp)
     # Critical and safe μ do not depend on μ; they need not exist. Other values are missing only
-    # without an equilibrium.
-    name = "none" if result.value in MU_FREE_VALUES else "no equilibrium"
+    # without a verdict.
+    name = "none" if result.value in MU_FREE_VALUES else "no verdict"
     no_value = NO_VALUE._replace(text=result.missing, name=name)
     return grading._replace(levels=levels), (*shades, no_value, _NOT_KNOWN_SHADE)
 

@@ -111,10 +111,10 @@ class FoldSheets:
         for count, point in enumerate(points):
             self._work.report(_BRANCH_SHARE * count / len(points))
             system = self._system_at(point)
-            critical = lowest_critical_mu(system)
-            if critical is None:
-                continue
             try:
+                critical = lowest_critical_mu(system)
+                if critical is None:
+                    continue
                 cycles = branch(
                     system.parameters.with_values({"mu": critical}),
                     "mu",

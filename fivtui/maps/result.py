@@ -52,9 +52,11 @@ COLUMNS: Final = {
 }
 # Method for safe μ, as named in the data of a map.
 _CONTINUATION: Final = "continuation"
-# On a belt at rest the slider sticks; parameters with mu above mu_s are refused.
-_WHY_NO_EQUILIBRIUM: Final = (
-    "lifted and held by no spring, on a belt at rest, or with mu above mu_s"
+# At F = 0 the equilibrium is where contact ends. On a belt at rest the slider sticks; parameters
+# with mu above mu_s are refused.
+_WHY_NO_VERDICT: Final = (
+    "at F = 0 with separation, lifted and held by no spring, on a belt at rest, or with mu above "
+    "mu_s"
 )
 
 
@@ -76,7 +78,7 @@ class StabilityMap(GridResult, Plottable):
     excess : ndarray, shape (n, k)
         Relative excess of μ h k_t over its value on the stability boundary (Routh–Hurwitz), where
         h = k3/2 couples x and y, and k_t is the tangent contact stiffness. It is negative where the
-        equilibrium is stable, −1 for μ h = 0, NaN without equilibrium. On a belt of finite speed it
+        equilibrium is stable, −1 for μ h = 0, NaN without a verdict. On a belt of finite speed it
         is the growth rate times √(m/stiffness).
     searched : tuple of SearchedPoint
         The points at which a global search was made for safe μ: the corners and the centre.
@@ -95,8 +97,8 @@ class StabilityMap(GridResult, Plottable):
     def values(self) -> FloatArray:
         """The mapped quantity, shape (n, k); for coexistence the index in `REGIONS`.
 
-        NaN without a critical or safe μ, or without equilibrium (F < 0 lifts the slider, and k3 = 0
-        leaves it free).
+        NaN without a critical or safe μ, or without a verdict: F < 0 lifts the slider, and k3 = 0
+        leaves it free; F = 0 with separation; the belt is at rest.
         """
         return self.quantities[SHOWN_COLUMN[self.value]]
 
@@ -109,7 +111,7 @@ class StabilityMap(GridResult, Plottable):
     def safe_mu(self) -> FloatArray:
         """Least μ of the limit cycles that continuation found, else the critical μ, shape (n, k).
 
-        NaN without both, without equilibrium, and where it exceeds the μ up to which the nearest
+        NaN without both, without a verdict, and where it exceeds the μ up to which the nearest
         global search confirms the results of continuation. KeyError if it was not computed.
         """
         return self.quantities["safe_mu"]
@@ -146,7 +148,7 @@ class StabilityMap(GridResult, Plottable):
     @property
     def missing(self) -> str:
         """Label of points that have no value and are not `unknown`."""
-        return "no equilibrium" if self.value == "coexistence" else "none"
+        return "no verdict" if self.value == "coexistence" else "none"
 
     @property
     def basis(self) -> str:
@@ -183,15 +185,15 @@ class StabilityMap(GridResult, Plottable):
 
     def _stability_rows(self) -> list[Row]:
         without_value = np.count_nonzero(np.isnan(self.values))
-        without_equilibrium = np.count_nonzero(np.isnan(self.excess))
+        without_verdict = np.count_nonzero(np.isnan(self.excess))
         rows = [
             Row("points", str(self.grid.size)),
             Row(self.column.meaning, _range_text(self.values, self.column.unit)),
             Row("points without value", str(without_value)),
         ]
-        if without_equilibrium:
-            text = f"{without_equilibrium} of them, {_WHY_NO_EQUILIBRIUM}"
-            rows.append(Row("without equilibrium", text))
+        if without_verdict:
+            text = f"{without_verdict} of them, {_WHY_NO_VERDICT}"
+            rows.append(Row("without verdict", text))
         return [*rows, Row("unstable", _share(self.excess > 0.0, self.excess))]
 
     def _safety_rows(self) -> list[Row]:
@@ -213,8 +215,8 @@ class StabilityMap(GridResult, Plottable):
         if not np.isnan(self.excess).all():
             return None
         return ComputationError(
-            f"no value at any of the {self.grid.size} points, which have no equilibrium: "
-            f"{_WHY_NO_EQUILIBRIUM}",
+            f"no value at any of the {self.grid.size} points, which have no verdict: "
+            f"{_WHY_NO_VERDICT}",
             "change its parameters, or the ranges",
         )
 

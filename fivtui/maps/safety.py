@@ -5,7 +5,7 @@ critical μ, above which the equilibrium is unstable.
 
 At a fold a stable and an unstable cycle meet at the least μ of both; the folds of neighbouring
 points form sheets. The excess of a point is negative where its equilibrium is stable, NaN without
-an equilibrium.
+a verdict.
 """
 
 import contextlib

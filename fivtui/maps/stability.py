@@ -60,7 +60,8 @@ def stability_map(
         friction coefficient above which the equilibrium is unstable; ``"unstable-modes"``: how
         many modes grow, 0 or 1.
     separation : bool
-        Whether separation is considered; it matters only if the preload F < 0 lifts the slider.
+        Whether separation is considered; it matters only for F < 0, which lifts the slider, and
+        for F = 0.
     progress : callable, optional
         Called with the fraction done; cancels the map by returning False.
 
@@ -182,12 +183,12 @@ def check_points(count: int, limit: int) -> None:
 
 
 def _mapped_quantity(points: StabilityPoints, value: str, excess: FloatArray) -> FloatArray:
-    # The mapped quantity on a belt that is always faster; NaN without an equilibrium.
+    # The mapped quantity on a belt that is always faster; NaN without a verdict.
     if value == "critical-mu":
         values = points.critical_mu()
     elif value == "growth-rate":
         values = points.growth_rate()
     else:
         values = (excess > 0.0).astype(float)
-    values[points.no_equilibrium] = np.nan
+    values[points.no_verdict] = np.nan
     return values

@@ -8,7 +8,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from operator import add, sub
-from typing import Final
+from typing import Any, Final
 
 from . import field as equations
 from .errors import ComputationError
@@ -197,11 +197,7 @@ def equilibrium(system: System, *, mu: float | None = None) -> Equilibrium:
     p, separation = system.parameters, system.separation
     load = equations.load(p)
     is_lifted = separation and load < 0.0
-    if p.v_belt == 0.0 and not is_lifted:
-        raise ComputationError(
-            "no equilibrium of sliding: the belt is at rest, v_belt = 0, and the slider sticks",
-            "use another v_belt",
-        )
+    _check_belt_moves(system)
     if mu is None:
         mu = sliding_friction_ratio(p)
     alpha, beta, _ = equations.rest_coefficients(p, mu)
@@ -219,6 +215,40 @@ def equilibrium(system: System, *, mu: float | None = None) -> Equilibrium:
     mode = sliding_mode(p)
     force = contact_force(p, y, mode)
     return Equilibrium(equations.rest_position(p, y, mu * force), y, force, mode)
+
+
+def check_has_verdict(system: System) -> None:
+    """Raise `ComputationError` where eigenvalues of the equilibrium decide nothing at any μ."""
+    _check_belt_moves(system)
+    check_off_edge(system)
+
+
+def _check_belt_moves(system: System) -> None:
+    p = system.parameters
+    is_lifted = system.separation and equations.load(p) < 0.0
+    if p.v_belt == 0.0 and not is_lifted:
+        raise ComputationError(
+            "no equilibrium of sliding: the belt is at rest, v_belt = 0, and the slider sticks",
+            "use another v_belt",
+        )
+
+
+def check_off_edge(system: System) -> None:
+    """Raise `ComputationError` for an equilibrium at y = 0, where contact ends."""
+    if is_on_edge(system.parameters, system.separation):
+        raise ComputationError(
+            "no verdict at F = 0: the equilibrium is at y = 0, where contact ends, and "
+            "disturbances leave the belt",
+            "use F above 0, or ignore separation",
+        )
+
+
+def is_on_edge(p: Any, separation: Any) -> Any:
+    """Whether the equilibrium is at y = 0, where contact ends; arrays give an array.
+
+    The eigenvalues of contact decide nothing there.
+    """
+    return (equations.load(p) == 0.0) & separation
 
 
 def resting_height(system: System, mu: float) -> float:

@@ -9,7 +9,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any, Final
 
-from fivtui.model import OnProgress, Parameters, Progress, System, system_of
+from fivtui.model import OnProgress, Parameters, Progress, System, check_off_edge, system_of
 from fivtui.results import SystemResult, scene_text, to_data
 from fivtui.transient import Kernel
 
@@ -149,7 +149,8 @@ def attractors(
     Raises
     ------
     ComputationError
-        If there is no equilibrium, or a motion cannot be followed.
+        If there is no equilibrium, eigenvalues do not decide its stability (F = 0 with
+        separation), or a motion cannot be followed.
     Cancelled
         If `progress` returned False.
 
@@ -193,6 +194,7 @@ def find_attractors(
 
     The equilibrium comes first, then cycles by growing half peak-to-peak.
     """
+    check_off_edge(system)
     work = Progress(progress)
     explorer = Explorer(system, kernel=kernel, work=work)
     starts = standard_starts(explorer)

@@ -39,6 +39,7 @@ from fivtui.model import (
     friction_coefficient,
     friction_derivatives,
     friction_slope,
+    is_on_edge,
     jacobian,
     sliding_friction_ratio,
     tangent_stiffness,
@@ -56,8 +57,9 @@ class DecayRegion:
 
     With separation the slider stays on one side of y = 0, where contact ends. `radius` is zero
     without a proof, such as for an unstable equilibrium. `unstable` is True if an eigenvalue has a
-    positive real part beyond rounding. `growth` is the greatest real part of the eigenvalues, 1/s,
-    and `fastest` their greatest modulus; `rest` is the equilibrium as a state.
+    positive real part beyond rounding; False for an equilibrium at y = 0, where eigenvalues do not
+    decide. `growth` is the greatest real part of the eigenvalues, 1/s, and `fastest` their greatest
+    modulus; `rest` is the equilibrium as a state.
     """
 
     def __init__(self, system: System, point: Equilibrium) -> None:
@@ -67,7 +69,7 @@ class DecayRegion:
         self.growth = growth = float(values.real.max())
         self.fastest = float(np.abs(values).max())
         rounding = _ROUNDING * self.fastest
-        self.unstable = growth > rounding
+        self.unstable = growth > rounding and not is_on_edge(p, system.separation)
         self.radius = 0.0
         self.rest = np.array([point.x, 0.0, point.y, 0.0])
         self._modal = np.zeros((4, 4), dtype=complex)

@@ -38,7 +38,7 @@ def _equilibria(scenes: Iterable[Scene]) -> Columns:
 
 def _eigenvalues(scenes: Iterable[Scene]) -> Columns:
     """The two modes (Eq. 8), and the critical friction coefficient, the same for a whole line."""
-    verdicts = [stability(scene.parameters) for scene in scenes]
+    verdicts = [stability(scene.parameters, separation=False) for scene in scenes]
     lower, upper = np.array([modes(verdict) for verdict in verdicts]).T
     return {
         "omega_1": lower.imag,
@@ -67,7 +67,7 @@ def _critical(scenes: Iterable[Scene]) -> Columns:
 
 def critical_mu(p: Parameters) -> float:
     """The least μ_c; `ComputationError` if no friction destabilises the equilibrium."""
-    return _least_mu(all_critical_mu(System(p)))
+    return _least_mu(all_critical_mu(System(p, separation=False)))
 
 
 def _least_mu(critical: Sequence[CriticalMu]) -> float:
@@ -89,7 +89,7 @@ COLUMNS: Final[Mapping[Kind, Callable[[Iterable[Scene]], Columns]]] = {
 
 def amplitude_columns(scenes: Iterable[Scene], amplitudes: Sequence[Amplitude]) -> Columns:
     """Growth rates of the equilibria, and the fields of the amplitudes."""
-    growth = [growth_rate(System(scene.parameters)) for scene in scenes]
+    growth = [growth_rate(System(scene.parameters, separation=False)) for scene in scenes]
     names = [field.name for field in fields(Amplitude)]
     return {"growth_rate": growth} | {
         name: [getattr(amplitude, name) for amplitude in amplitudes] for name in names

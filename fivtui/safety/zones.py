@@ -25,10 +25,11 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float64]
 
 # Number of values of the parameter at which eigenvalues are computed, with a belt that is always
-# faster than the slider.
-_EIGENVALUE_POINTS: Final = 129
+# faster than the slider. It is even: a symmetric range of F has no value 0, at which eigenvalues
+# decide nothing.
+_EIGENVALUE_POINTS: Final = 128
 # The same number with a belt of finite speed, on which eigenvalues take longer.
-_EIGENVALUE_POINTS_ON_BELT: Final = 33
+_EIGENVALUE_POINTS_ON_BELT: Final = 32
 # Number of values of the parameter at which branches of limit cycles are followed.
 _BRANCH_POINTS: Final = 25
 # Eigenvalues of many values are computed together. A refinement splits an interval into this many.
@@ -53,7 +54,7 @@ class Zone(StrEnum):
     KNOCK = "squeals after a knock"
     SQUEALS = "squeals by itself"
     SMALL = "small disturbances die out"
-    # There is no equilibrium.
+    # There is no equilibrium, or eigenvalues decide nothing.
     NONE = "not possible"
 
 

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fivtui.batch import Batch, Requirement, simulate_batch
-from fivtui.equilibrium import critical_mus, judge_stability
+from fivtui.equilibrium import critical_mus, judge_stability, reasons_without_verdict
 from fivtui.model import (
     ALL_PARAMETERS,
     ComputationError,
@@ -187,6 +187,8 @@ def compute_rows(study: Study, first: int, stop: int, progress: OnProgress | Non
         block.integrate(progress)
     if any(column.name in study.outputs for column in STABILITY_COLUMNS):
         block.find_stability(progress)
+    if not {CRITICAL_MU_COLUMN.name, SAFE_MU_COLUMN.name}.isdisjoint(study.outputs):
+        block.explain_missing_verdicts()
     if CRITICAL_MU_COLUMN.name in study.outputs:
         block.find_critical_mu(progress)
     if SAFE_MU_COLUMN.name in study.outputs:
@@ -467,6 +469,13 @@ class _MemberBlock:
         for column, values in zip(VIBRATION_COLUMNS, shares, strict=True):
             if column.name in self.results:
                 self.results[column.name][members] = values
+
+    def explain_missing_verdicts(self) -> None:
+        reasons = reasons_without_verdict(
+            self.study.parameters, self._varied_parameters, self.separation
+        )
+        for member, reason in reasons.items():
+            self.reasons[member] = self.reasons[member] or reason
 
     def find_critical_mu(self, progress: OnProgress | None) -> None:
         for chunk, parameters, _ in self._chunks(progress):

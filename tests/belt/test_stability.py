@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 
-from fivtui import Parameters, stability
+from fivtui import Parameters, stability, stability_map, sweep
 from fivtui.equilibrium import belt
 from fivtui.equilibrium.belt import critical_mu_on_belt, critical_speeds
 from fivtui.equilibrium.eigenvalues import growth_and_stability
@@ -209,8 +209,8 @@ def test_extreme_parameters_give_ascending_positive_critical_values(
 ) -> None:
     p = UNCOUPLED.with_values({"k3": 60.0, "mu": 0.2, **values})
     for result in (
-        [c.mu for c in critical_mu_on_belt(System(p))],
-        [c.v_belt for c in critical_speeds(System(p))],
+        [c.mu for c in critical_mu_on_belt(System(p, separation=False))],
+        [c.v_belt for c in critical_speeds(System(p, separation=False))],
     ):
         assert result == sorted(set(result))
         assert all(0.0 < value < math.inf for value in result)
@@ -281,5 +281,23 @@ def test_another_friction_law_gives_its_own_critical_speeds(
 
 def test_constant_friction_has_the_critical_mu_of_a_belt_that_is_always_faster() -> None:
     assert stability(Parameters(v_belt=1.0)).critical_mu == stability(Parameters()).critical_mu
+
+
+@pytest.mark.parametrize("friction", [{}, {"mu_s": 1.0, "v_s": 0.5}])
+def test_on_a_belt_at_rest_nothing_has_a_value_that_follows_from_sliding(
+    friction: dict[str, float],
+) -> None:
+    p = Parameters(v_belt=0.0, **friction)
     with pytest.raises(ComputationError, match="no equilibrium of sliding: the belt is at rest"):
-        stability(Parameters(v_belt=0.0))
+        stability(p)
+    with pytest.raises(ComputationError, match="no equilibrium of sliding: the belt is at rest"):
+        critical_mu_on_belt(System(p))
+    result = sweep(p, vary={"v_belt": [0.0, 0.5]}, outputs=["critical_mu", "stable"])
+    at_rest, moving = result.rows
+    assert at_rest[2:5] == [None, None, "failed"]
+    assert "the belt is at rest" in at_rest[5]
+    assert moving[4:] == ["done", ""]
+    over = {"v_belt": [0.0, 0.5], "F": [40.0, 80.0]}
+    assert np.isnan(stability_map(p, over, "critical-mu").values[0]).all()
+    growth = stability_map(p, over, "growth-rate").values
+    assert np.isnan(growth).tolist() == [[True, True], [False, False]]

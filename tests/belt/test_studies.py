@@ -99,17 +99,17 @@ def test_derivatives_of_the_critical_friction_are_those_of_constant_friction() -
     assert critical_mu_derivatives(System(FALLING)) is None
 
 
-def test_a_map_says_how_many_points_are_without_equilibrium(
+def test_a_map_says_how_many_points_are_without_verdict(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     assert run(["map", "--over", "v_belt=0:1:3", "--over", "mu=0.1:0.5:2"]) == 0
     message = " ".join(capsys.readouterr().out.split())
     assert (
-        "without equilibrium 2 of them, lifted and held by no spring, on a belt at rest, "
-        "or with mu above mu_s"
+        "without verdict 2 of them, at F = 0 with separation, lifted and held by no spring, on a "
+        "belt at rest, or with mu above mu_s"
     ) in message
     assert run(["map", "--over", "v_belt=1:2:2", "--over", "mu=0.1:0.5:2"]) == 0
-    assert "without equilibrium" not in capsys.readouterr().out
+    assert "without verdict" not in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(

@@ -123,7 +123,7 @@ def test_an_option_without_effect_is_refused(
         ),
         (
             "map --set v_belt=0 --over F=60:80:2 --over mu=0.1:0.5:2 --out",
-            "no value at any of the 4 points, which have no equilibrium",
+            "no value at any of the 4 points, which have no verdict",
         ),
     ],
 )

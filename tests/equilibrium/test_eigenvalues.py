@@ -7,10 +7,16 @@ import numpy as np
 import pytest
 from hypothesis import assume, example, given, strategies as st
 
-from fivtui import Parameters, stability
+from fivtui import Parameters, attractors, safe_friction, simulate, stability, sweep
+from fivtui.equilibrium import (
+    critical_mu,
+    critical_mu_derivatives,
+    critical_mu_on_belt,
+    flutter_margin,
+)
 from fivtui.equilibrium.critical import _least_nonnegative
 from fivtui.equilibrium.eigenvalues import growth_rate
-from fivtui.model import System
+from fivtui.model import ComputationError, System
 from fivtui.model.field import tangent_stiffness
 from fivtui.model.slider_belt import equilibrium, jacobian
 from tests.support.strategies import moderate_parameters, wide_parameters
@@ -63,7 +69,7 @@ def test_modes_of_the_same_frequency_are_in_the_order_of_growth() -> None:
 @example(Parameters(k_nl=1e9))
 @example(Parameters(m=1e-6))
 def test_eigenvalues_are_those_of_the_jacobian_at_the_equilibrium(p: Parameters) -> None:
-    verdict = stability(p)
+    verdict = stability(p, separation=False)
     point = equilibrium(System(p))
     matrix = np.array(jacobian(p, point.y, point.mode))
     size = np.abs(verdict.eigenvalues).max()
@@ -82,7 +88,7 @@ def test_eigenvalues_are_those_of_the_jacobian_at_the_equilibrium(p: Parameters)
 def scan_crossings(p: Parameters, highest: float) -> list[float]:
     # Eigenvalues on a grid, each change of sign bisected.
     def rate(mu: float) -> float:
-        return growth_rate(System(p.with_values({"mu": mu})))
+        return growth_rate(System(p.with_values({"mu": mu}), separation=False))
 
     grid = np.linspace(0.0, highest, 301)
     rates = [rate(mu) for mu in grid]
@@ -100,7 +106,9 @@ def scan_crossings(p: Parameters, highest: float) -> list[float]:
 @given(moderate_parameters())
 def test_the_closed_form_finds_every_crossing_of_an_eigenvalue_scan(p: Parameters) -> None:
     assume(p.c1 + p.c2 > 0.05)
-    closed = [critical.mu for critical in stability(p).critical_mu if critical.mu < 3.0]
+    closed = [
+        critical.mu for critical in stability(p, separation=False).critical_mu if critical.mu < 3.0
+    ]
     scanned = scan_crossings(p, 3.0)
     # The scan misses two crossings within one cell.
     for mu in scanned:
@@ -111,8 +119,8 @@ def test_the_closed_form_finds_every_crossing_of_an_eigenvalue_scan(p: Parameter
 
 @given(wide_parameters(damped_and_coupled=True))
 def test_the_growth_rate_vanishes_at_a_critical_friction_coefficient(p: Parameters) -> None:
-    for critical in stability(p).critical_mu:
-        verdict = stability(p.with_values({"mu": critical.mu}))
+    for critical in stability(p, separation=False).critical_mu:
+        verdict = stability(p.with_values({"mu": critical.mu}), separation=False)
         size = float(np.abs(verdict.eigenvalues).max())
         # Rounding moves the root; near coalescence it moves the growth rate by its square root.
         assert abs(verdict.growth_rate) < 1e-5 * size
@@ -142,14 +150,52 @@ def test_a_zero_of_an_increasing_function_is_found_to_the_last_bit(
 def test_along_mu_the_equilibrium_is_stable_below_the_crossing_and_unstable_above(
     p: Parameters,
 ) -> None:
-    (critical,) = stability(p).critical_mu or (None,)
+    (critical,) = stability(p, separation=False).critical_mu or (None,)
     highest = 100.0 if critical is None else critical.mu * 0.999
     for mu in np.geomspace(1e-4, 1.0, 8) * highest:
-        assert growth_rate(System(p.with_values({"mu": float(mu)}))) < 1e-9 * np.sqrt(p.k1 / p.m)
+        assert growth_rate(
+            System(p.with_values({"mu": float(mu)}), separation=False)
+        ) < 1e-9 * np.sqrt(p.k1 / p.m)
     if critical is not None:
         for mu in np.geomspace(min(critical.mu * 1.001, 100.0), 100.0, 8):
-            size = np.abs(stability(p.with_values({"mu": float(mu)})).eigenvalues).max()
-            assert growth_rate(System(p.with_values({"mu": float(mu)}))) > -1e-12 * size
+            size = np.abs(
+                stability(p.with_values({"mu": float(mu)}), separation=False).eigenvalues
+            ).max()
+            assert (
+                growth_rate(System(p.with_values({"mu": float(mu)}), separation=False))
+                > -1e-12 * size
+            )
+
+
+def test_at_no_preload_eigenvalues_give_no_verdict_unless_separation_is_ignored() -> None:
+    # Contact is stable there, but a small disturbance leaves the belt and grows.
+    p = Parameters(F=0.0)
+    run = simulate(p, t_end=200.0, start=(0.0, 0.0, -1e-4, 0.0))
+    assert run.peak.y_abs > 1e-3
+    system = System(p)
+    computations = (
+        lambda: stability(p),
+        lambda: growth_rate(system),
+        lambda: critical_mu(system),
+        lambda: critical_mu_on_belt(system),
+        lambda: critical_mu_derivatives(system),
+        lambda: flutter_margin(system),
+        lambda: safe_friction(p),
+        lambda: attractors(p),
+        lambda: stability(p.with_values({"v_belt": 1.0, "mu_s": 1.0, "v_s": 0.5})),
+    )
+    for compute in computations:
+        with pytest.raises(ComputationError, match=r"^no verdict at F = 0: .*; use F above 0"):
+            compute()
+    assert equilibrium(system).y == equilibrium(system).P == 0.0
+    ignored = stability(p, separation=False)
+    assert ignored.stable
+    assert ignored.critical_mu[0].mu == pytest.approx(1.0181, abs=5e-5)
+    table = sweep(p, vary={"F": [0.0, 10.0]}, outputs=["critical_mu", "safe_mu", "stable"]).table
+    assert table.reasons[0].startswith("no verdict at F = 0")
+    assert table.reasons[1] == ""
+    for name in ("critical_mu", "safe_mu", "stable"):
+        assert np.isnan(table.numbers[name]).tolist() == [True, False]
 
 
 def test_without_coupling_friction_cannot_destabilise() -> None:

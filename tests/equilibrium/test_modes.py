@@ -38,7 +38,7 @@ def eigenvector_residual(
 
 @given(moderate_parameters())
 def test_every_mode_is_an_eigenvector_of_the_jacobian(p: Parameters) -> None:
-    verdict = stability(p)
+    verdict = stability(p, separation=False)
     point = verdict.equilibrium
     for mode in verdict.modes:
         # An eigenvalue near another is accurate only to the square root of the rounding error.
@@ -48,7 +48,7 @@ def test_every_mode_is_an_eigenvector_of_the_jacobian(p: Parameters) -> None:
 
 @given(wide_parameters())
 def test_modes_and_their_conjugates_are_the_eigenvalues(p: Parameters) -> None:
-    verdict = stability(p)
+    verdict = stability(p, separation=False)
     values = [m.eigenvalue for m in verdict.modes]
     values += [v.conjugate() for v in values if v.imag > 0.0]
     assert sorted(values, key=lambda v: (v.real, v.imag)) == sorted(
@@ -90,10 +90,12 @@ def test_a_lifted_slider_has_the_modes_of_the_separated_field() -> None:
 
 @given(moderate_parameters())
 def test_the_margins_are_the_distances_to_the_boundary(p: Parameters) -> None:
-    verdict = stability(p)
+    verdict = stability(p, separation=False)
     assert verdict.margin.growth_rate == -verdict.growth_rate
     if verdict.margin.mu is not None:
-        critical = stability(p.with_values({"mu": max(p.mu + verdict.margin.mu, 0.0)}))
+        critical = stability(
+            p.with_values({"mu": max(p.mu + verdict.margin.mu, 0.0)}), separation=False
+        )
         size = float(np.abs(critical.eigenvalues).max())
         assert abs(critical.growth_rate) < 1e-5 * size
         # Without damping no equilibrium is stable; with tiny damping rounding decides.
@@ -103,17 +105,21 @@ def test_the_margins_are_the_distances_to_the_boundary(p: Parameters) -> None:
 
 @given(moderate_parameters())
 def test_at_coalescence_the_undamped_frequencies_meet(p: Parameters) -> None:
-    mu = stability(p).coalescence.mu
+    mu = stability(p, separation=False).coalescence.mu
     assume(mu is not None)
     assert mu is not None
     undamped = p.with_values({"c1": 0.0, "c2": 0.0})
-    coalesced, below = (stability(undamped.with_values({"mu": value})) for value in (mu, 0.9 * mu))
+    coalesced, below = (
+        stability(undamped.with_values({"mu": value}), separation=False) for value in (mu, 0.9 * mu)
+    )
     size = float(np.abs(coalesced.eigenvalues).max())
     # Roots that coalesce are accurate only to the square root of the rounding error.
     assert coalesced.coalescence.frequency_distance < 1e-5 * size
     assert below.coalescence.frequency_distance > 1e-5 * size
     assume(1.1 * mu <= PARAMETERS["mu"].upper)
-    assert growth_rate(System(undamped.with_values({"mu": 1.1 * mu}))) > 1e-5 * size
+    assert (
+        growth_rate(System(undamped.with_values({"mu": 1.1 * mu}), separation=False)) > 1e-5 * size
+    )
 
 
 def test_with_equal_damping_the_modes_coalesce_and_with_unequal_damping_they_do_not() -> None:

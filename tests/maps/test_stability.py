@@ -24,7 +24,9 @@ from tests.support.strategies import wide_parameters
 
 
 def value_at(p: Parameters, value: str, over: tuple[str, str] = ("F", "mu")) -> float:
-    result = stability_map(p, {name: [getattr(p, name)] for name in over}, value)
+    axes = {name: [getattr(p, name)] for name in over}
+    # Eigenvalues decide at F = 0, too.
+    result = stability_map(p, axes, value, separation=False)
     return float(result.values[0, 0])
 
 
@@ -32,7 +34,7 @@ def value_at(p: Parameters, value: str, over: tuple[str, str] = ("F", "mu")) -> 
 @example(Parameters(m=1e3, k1=1.0, k2=1.0, k3=0.0, c1=0.0, c2=0.01, F=0.0, k_nl=0.0, mu=0.0))
 @example(Parameters(m=1.0, k1=1.0, k2=1.0, k3=1.0, c1=0.0, c2=0.0, F=0.0, k_nl=0.0, mu=0.5))
 def test_a_map_agrees_with_the_eigenvalues_of_single_points(p: Parameters) -> None:
-    verdict = stability(p)
+    verdict = stability(p, separation=False)
     size = float(np.abs(verdict.eigenvalues).max())
     gaps = np.abs(np.subtract.outer(verdict.eigenvalues, verdict.eigenvalues))
     nearest = gaps[~np.eye(4, dtype=bool)].min()
@@ -129,7 +131,7 @@ def test_any_two_parameters_span_a_map(p: Parameters, names: list[str]) -> None:
     first_name, second_name = names[:2]
     axes = {first_name: [getattr(p, first_name)] * 2, second_name: [getattr(p, second_name)] * 3}
     for value in EIGENVALUE_VALUES:
-        values = stability_map(p, axes, value).values
+        values = stability_map(p, axes, value, separation=False).values
         assert values.shape == (2, 3)
         assert np.array_equal(values, np.full((2, 3), value_at(p, value)), equal_nan=True)
 
@@ -254,7 +256,7 @@ def test_known_critical_friction_coefficients(F: float, k_nl: float, expected: f
 
 def test_rows_follow_the_first_parameter_and_values_do_not_depend_on_chunks() -> None:
     # These are more points than a chunk has, 8192: they are computed in two chunks.
-    forces, frictions = np.linspace(0.0, 150.0, 123), np.linspace(0.0, 1.0, 97)
+    forces, frictions = np.linspace(1.0, 150.0, 123), np.linspace(0.0, 1.0, 97)
     result = stability_map(Parameters(), {"F": forces, "mu": frictions})
     swapped = stability_map(Parameters(), {"mu": frictions, "F": forces})
     assert result.values.shape == (123, 97)
@@ -278,6 +280,19 @@ def test_points_without_a_value_are_nan() -> None:
     assert np.isnan(critical).tolist() == [[True, True], [True, False]]
     values_in_contact = stability_map(Parameters(), over, separation=False).values
     assert not np.any(np.isnan(values_in_contact))
+
+
+@pytest.mark.parametrize("value", EIGENVALUE_VALUES)
+@pytest.mark.parametrize("belt", [{}, {"v_belt": 1.0}])
+def test_at_no_preload_a_map_has_values_only_where_separation_is_ignored(
+    value: str, belt: dict[str, float]
+) -> None:
+    p, over = Parameters(**belt), {"F": [0.0, 10.0], "k2": [50.0, 60.0]}
+    result = stability_map(p, over, value)
+    assert np.isnan(result.values).tolist() == [[True, True], [False, False]]
+    assert np.isnan(result.excess).tolist() == [[True, True], [False, False]]
+    assert ("without verdict", "2 of them") in [(row.label, row.value[:9]) for row in result.rows()]
+    assert not np.isnan(stability_map(p, over, value, separation=False).values).any()
 
 
 def test_progress_is_reported_and_can_cancel() -> None:

@@ -21,8 +21,10 @@ from fivtui.model import (
     Equilibrium,
     Parameters,
     System,
+    check_off_edge,
     equilibrium,
     friction_derivatives,
+    is_on_edge,
     jacobian,
     tangent_slope,
     tangent_stiffness,
@@ -66,7 +68,8 @@ def hopf_values(system: System, name: str, low: float, high: float) -> list[floa
     """Values of a parameter in a range at which the equilibrium has a Hopf point, ascending.
 
     All Hopf points are found for μ and for the belt speed. For other parameters 513 values are
-    compared: two Hopf points between neighbouring values are missed.
+    compared: two Hopf points between neighbouring values are missed. Values at which eigenvalues
+    decide nothing, such as F = 0 with separation, are left out.
     """
     p = system.parameters
     if name == "mu":
@@ -78,13 +81,17 @@ def hopf_values(system: System, name: str, low: float, high: float) -> list[floa
     from scipy.optimize import brentq
 
     def margin(value: float) -> float:
-        # A number that changes its sign at a Hopf point; NaN without an equilibrium.
+        # A number that changes its sign at a Hopf point; NaN without a verdict.
         system_at_value = system.with_values({name: value})
+        if is_on_edge(system_at_value.parameters, system.separation):
+            return math.nan
         if p.v_belt is not None:
             return -growth_rate(system_at_value)
         distance = flutter_margin(system_at_value)
         return math.nan if distance is None else distance
 
+    # F = 0 is an end of usual ranges; here all values are at F = 0.
+    check_off_edge(system.with_values({name: high}))
     logarithmic = low > 0.0 and high > _DECADE * low
     grid = (np.geomspace if logarithmic else np.linspace)(low, high, _INTERVALS + 1)
     grid[0], grid[-1] = low, high

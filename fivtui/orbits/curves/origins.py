@@ -59,10 +59,6 @@ def hopf_start(line: ParameterLine) -> BranchStart:
     system, value = line.system, line.value
     hopf, point = hopf_point(system, name), equilibrium(system)
     period = 2.0 * math.pi / hopf.omega
-    if point.y == 0.0 and system.separation:
-        raise ComputationError(
-            f"the equilibrium is at y = 0 at the Hopf point {name} = {value:g}", "change F"
-        )
     # The static deflection; if it is 0, the y at which linear and cubic contact force are equal.
     length = abs(point.y) or math.sqrt(system.parameters.k2 / system.parameters.k_nl)
     curve = line.curve(length, period)

@@ -167,7 +167,10 @@ def _one_real_part_passes_zero(paper: PaperResults) -> Finding:
 def _growth_test(name: str, *values: float) -> Test:
     # A test that the second of three values of a parameter is unstable, the others stable.
     return build_test(
-        lambda _: [growth_rate(System(_BASE.with_values({name: value}))) for value in values],
+        lambda _: [
+            growth_rate(System(_BASE.with_values({name: value}), separation=False))
+            for value in values
+        ],
         lambda before, between, after: before < 0.0 < between and after < 0.0,
     )
 

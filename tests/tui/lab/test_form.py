@@ -78,6 +78,13 @@ async def test_the_verdict_follows_valid_and_invalid_text(pilot: Pilot[None]) ->
     await type_into(pilot, "F", "-5")
     await until_shown(pilot, "NO VERDICT")
     await until_shown(pilot, "no equilibrium")
+    await type_into(pilot, "k3", "60")
+    await until_hidden(pilot, "NO VERDICT")
+    await type_into(pilot, "F", "0")
+    await until_shown(pilot, "NO VERDICT")
+    await until_shown(pilot, "no verdict at F = 0")
+    await type_into(pilot, "F", "80")
+    await until_shown(pilot, "UNSTABLE")
 
 
 async def test_values_change_by_keys_mouse_and_lists(pilot: Pilot[None]) -> None:

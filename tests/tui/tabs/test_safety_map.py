@@ -130,12 +130,12 @@ def test_a_map_distinguishes_missing_from_unknown_safe_friction(
         with_critical_mu, value="coexistence", quantities={**with_critical_mu.quantities, **region}
     )
     assert "not known" in scale_of(regions)
-    # `excess`, the distance from the stability boundary, is NaN without an equilibrium.
+    # `excess`, the distance from the stability boundary, is NaN without a verdict.
     no_values = np.full((2, 2), np.nan)
-    without_equilibrium = replace(
+    without_verdict = replace(
         regions, excess=no_values, quantities={**regions.quantities, "region": no_values}
     )
-    assert scale_of(without_equilibrium) == "? no equilibrium"
+    assert scale_of(without_verdict) == "? no verdict"
 
 
 async def test_safe_friction_is_mapped_by_two_keys_and_refused_over_friction(
