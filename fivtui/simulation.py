@@ -94,7 +94,7 @@ def simulate(
     Returns
     -------
     Transient
-        Final state, exact extremes, events, work done, and the trajectory if requested.
+        Final state, extremes (not sampled), events, work done, and the trajectory if requested.
 
     Raises
     ------

@@ -62,7 +62,7 @@ def stability_rows(result: Stability) -> list[Row]:
     coalescence_text = "nowhere" if coalescence.mu is None else f"at μ {number(coalescence.mu)}"
     rows = [
         Row("verdict", verdict(result), _CONSEQUENCE[verdict(result)]),
-        Row("growth rate", f"{result.growth_rate:+.6g} 1/s", _time_scale_text(result.growth_rate)),
+        Row("growth rate", f"{result.growth_rate:+.6g} 1/s", _time_scale_text(result)),
         Row("critical μ", critical_mu_text(result), margin),
         Row(
             "critical μ, linear",
@@ -130,9 +130,10 @@ def _eigenvalue_text(value: complex) -> str:
     return f"{value.real:+.6g}{imaginary} 1/s"
 
 
-def _time_scale_text(rate: float) -> str:
-    if rate == 0.0:
-        return ""
+def _time_scale_text(result: Stability) -> str:
+    rate = result.growth_rate
+    if verdict(result) == "NEUTRAL":
+        return "zero within rounding"
     change = "doubles" if rate > 0.0 else "halves"
     return f"amplitude {change} every {math.log(2.0) / abs(rate):.4g} s"
 

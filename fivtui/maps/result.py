@@ -211,7 +211,7 @@ class StabilityMap(GridResult, Plottable):
 
     @property
     def failure(self) -> ComputationError | None:
-        """The error of a map none of whose points has an equilibrium; None if one has."""
+        """The error of a map none of whose points has a verdict; None if one has."""
         if not np.isnan(self.excess).all():
             return None
         return ComputationError(

@@ -207,13 +207,14 @@ def equilibrium(system: System, *, mu: float | None = None) -> Equilibrium:
             "slider into it",
             "use a smaller mu or a smaller k3",
         )
-    y = resting_height(system, mu)
+    # Adding 0 turns -0 into 0.
+    y = resting_height(system, mu) + 0.0
     if not math.isfinite(y):
         raise no_equilibrium_error(load)
     if is_lifted:
         return Equilibrium(equations.rest_position(p, y, 0.0), y, 0.0, Mode.SEPARATED)
     mode = sliding_mode(p)
-    force = contact_force(p, y, mode)
+    force = contact_force(p, y, mode) + 0.0
     return Equilibrium(equations.rest_position(p, y, mu * force), y, force, mode)
 
 

@@ -184,10 +184,11 @@ def _output_label(name: str) -> Label:
 
 @lru_cache(maxsize=8)
 def _mu_guides(p: Parameters, cases: tuple[bool, ...]) -> tuple[Guide, ...]:
-    # Lines at the critical μ in each case and, without a finite belt speed, at the safe μ.
+    # Lines at the critical μ in each case and, without a finite belt speed, at the
+    # least μ of limit cycles on the branch from there.
     names = ("critical_mu", "safe_mu")[: 2 if p.v_belt is None else 1]
     rows = compute_rows(Study(Design({"mu": (0.0,)}), p, cases, outputs=names), 0, len(cases))
-    labels = Label("μ_c", math_symbol("μ_c")), Label("safe μ", "safe $μ$")
+    labels = Label("μ_c", math_symbol("μ_c")), Label("cycles from", "cycles from $μ$")
     return tuple(
         Guide(mu, Label(f"{label} {mu:.4g}", f"{label.math} = {mu:.4g}"), role=role)
         for name, label, role in zip(names, labels, ("critical", "safe"), strict=False)

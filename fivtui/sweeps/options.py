@@ -135,7 +135,8 @@ class SweepOptions:
         "y_half_range (second half of the run), x_end, y_end; in m/s: vx_max, vx_end, vy_end; in "
         "N: P_min, P_max; in s: separated_time (off the belt, summed over the run), stick_time, "
         "final_stick (its beginning); in 1/s: growth_rate; numbers: separations, reattachments, "
-        "sticks, critical_mu (below it small disturbances die out), safe_mu (large ones too), "
+        "sticks, critical_mu (below it small disturbances die out), safe_mu (least μ on the branch "
+        "of limit cycles from the Hopf point, without the search of stability and maps beside it), "
         "vibrates (share of starts that end in vibration), vibrates_low, vibrates_high (its 95 % "
         "interval), undecided (starts); yes or no: stable.",
         metavar="NAME",

@@ -13,7 +13,7 @@ from rich.console import Console
 from fivtui.console import ProgressBar, number, print_rows
 
 from .run import Sweep
-from .study import DEFAULT_OUTPUTS, ERROR_COLUMNS, SweepColumn
+from .study import DEFAULT_OUTPUTS, ERROR_COLUMNS, SAFE_MU_COLUMN, SweepColumn
 
 # Interval of the progress lines if stderr is not a terminal.
 _LINE_INTERVAL_S: Final = 30.0
@@ -24,6 +24,10 @@ _END_ROWS: Final = 20
 # Digits of outputs and parameters, and of the columns of their errors.
 _DIGITS: Final = 6
 _ERROR_DIGITS: Final = 2
+_SAFE_MU_REMARK: Final = (
+    "safe_mu is the least μ on the branch of limit cycles from the Hopf point; fivtui stability "
+    "and maps also search beside it, and may find a smaller one"
+)
 # Units of the time left and their lengths, s, the longest first.
 _UNITS_OF_TIME: Final = ((86400.0, "d"), (3600.0, "h"), (60.0, "min"))
 
@@ -93,6 +97,8 @@ def print_sweep(result: Sweep) -> None:
     keys = len(study.design.axes) + 1
     print_rows(f"Sweep: {len(rows)} members", header, cells, keys=keys)
     remarks = [_fast_belt_text(result, separation=separation) for separation in study.cases]
+    if SAFE_MU_COLUMN.name in study.outputs:
+        remarks.append(_SAFE_MU_REMARK)
     if len(printed) < len(rows):
         remarks.append(
             f"only the first and last {_END_ROWS} rows are printed; --out and --json give all"

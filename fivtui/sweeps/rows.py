@@ -1,7 +1,7 @@
 """Compute the rows of a sweep: transients in batches or run by run, stability, critical and safe μ.
 
 A member is one parameter set with its start and its case: separation considered or ignored. Above
-critical μ the equilibrium is unstable; below safe μ no disturbance was found to cause vibration.
+critical μ the equilibrium is unstable; safe μ is the least μ of the cycles that begin there.
 """
 
 import math

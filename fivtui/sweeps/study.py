@@ -80,10 +80,10 @@ STABILITY_COLUMNS: Final = (
     SweepColumn("growth_rate", "1/s", "greatest real part of the eigenvalues"),
     SweepColumn("stable", "", "whether the equilibrium is stable", "truth"),
 )
-# Small disturbances die out below the critical μ. Below the safe μ, the least μ of a stable limit
-# cycle on the branch from the Hopf point, large ones do so too, unless another attractor exists.
+# Small disturbances die out below the critical μ. Below the least μ on the branch of limit cycles
+# from the Hopf point large ones do so too, unless another attractor exists: none is searched for.
 CRITICAL_MU_COLUMN: Final = SweepColumn("critical_mu", "", "critical friction coefficient")
-SAFE_MU_COLUMN: Final = SweepColumn("safe_mu", "", "safe friction coefficient")
+SAFE_MU_COLUMN: Final = SweepColumn("safe_mu", "", "least μ on the branch from the Hopf point")
 # A motion ends in vibration (share 1), at rest (0), or is undecided.
 VIBRATES: Final = "vibrates"
 VIBRATION_COLUMNS: Final = (

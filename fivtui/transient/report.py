@@ -60,8 +60,8 @@ def transient_rows(
             for name, table in result.over_time.items()
         ),
         Row("separation", "considered" if result.separation else "ignored"),
-        # Exact: an extreme of the Taylor polynomials, not of samples.
-        Row("peak |y|", f"{number(peak.y_abs)} m", error_note("peak", default="exact")),
+        # An extreme of the solution between its steps too, as accurate as the run.
+        Row("peak |y|", f"{number(peak.y_abs)} m", error_note("peak", default="not sampled")),
         Row("range of y", f"{number(peak.y_min)} to {number(peak.y_max)} m", range_note),
         Row("peak |x|", f"{number(peak.x_abs)} m"),
         Row(

@@ -13,6 +13,7 @@ from fivtui.equilibrium import (
     critical_mu_derivatives,
     critical_mu_on_belt,
     flutter_margin,
+    stability_rows,
 )
 from fivtui.equilibrium.critical import _least_nonnegative
 from fivtui.equilibrium.eigenvalues import growth_rate
@@ -196,6 +197,21 @@ def test_at_no_preload_eigenvalues_give_no_verdict_unless_separation_is_ignored(
     assert table.reasons[1] == ""
     for name in ("critical_mu", "safe_mu", "stable"):
         assert np.isnan(table.numbers[name]).tolist() == [True, False]
+
+
+def test_a_growth_rate_that_counts_as_zero_has_no_doubling_time() -> None:
+    rows = {row.label: row for row in stability_rows(stability(Parameters(c1=0.0, c2=0.0, mu=0.2)))}
+    assert rows["verdict"].value == "NEUTRAL"
+    assert rows["growth rate"].note == "zero within rounding"
+    rows = {row.label: row for row in stability_rows(stability(Parameters(mu=0.2)))}
+    assert rows["growth rate"].note.startswith("amplitude halves every")
+
+
+def test_an_equilibrium_at_zero_is_printed_without_a_sign() -> None:
+    result = stability(Parameters(F=0.0), separation=False)
+    rows = {row.label: row.value for row in stability_rows(result)}
+    assert (rows["equilibrium x"], rows["equilibrium y"]) == ("0 m", "0 m")
+    assert rows["contact force"] == "0 N"
 
 
 def test_without_coupling_friction_cannot_destabilise() -> None:

@@ -411,6 +411,17 @@ def test_the_progress_of_safe_mu_does_not_fall_from_chunk_to_chunk(
         compute_rows(study, 0, 10, lambda fraction: fraction < 0.5)
 
 
+def test_the_safe_mu_of_a_sweep_says_that_nothing_beside_the_branch_was_searched(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    remark = "safe_mu is the least μ on the branch of limit cycles from the Hopf point"
+    assert run(["sweep", "--vary", "F=120", "--output", "safe_mu"]) == 0
+    assert remark in capsys.readouterr().err
+    assert run(["sweep", "--vary", "F=120", "--output", "critical_mu"]) == 0
+    assert remark not in capsys.readouterr().err
+    assert OUTPUTS["safe_mu"].meaning == "least μ on the branch from the Hopf point"
+
+
 def test_sweeps_too_large_for_memory_are_refused() -> None:
     study = Study(Design({"F": Range(1.0, 2.0, 1_000_001)}), Parameters())
     with pytest.raises(InputError, match="--out"):

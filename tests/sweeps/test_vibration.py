@@ -164,7 +164,7 @@ def test_the_chart_has_the_interval_and_lines_at_critical_and_safe_mu() -> None:
     for name, trace in zip(COLUMNS, chart.traces, strict=False):
         assert trace.y.tolist() == result.table.numbers[name].tolist()
     assert [guide.value for guide in chart.guides] == pytest.approx([CRITICAL_MU, SAFE_MU])
-    assert [guide.label for guide in chart.guides] == ["μ_c 0.4394", "safe μ 0.2779"]
+    assert [guide.label for guide in chart.guides] == ["μ_c 0.4394", "cycles from 0.2779"]
     # No lines at μ where another quantity varies, and none that do not exist.
     forces = sweep(vary={"F": (60.0, 80.0)}, outputs=["vibrates"], starts=2)
     assert sweep_chart(forces).guides == ()

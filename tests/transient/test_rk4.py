@@ -1,5 +1,6 @@
 """The reference method RK4: its order, its agreement with Taylor steps, and its refusals."""
 
+import re
 from functools import cache
 from itertools import pairwise
 
@@ -110,9 +111,17 @@ def test_random_scenes_agree_with_taylor(p: Parameters, start: State) -> None:
     assert integrator.state[:, 0] == pytest.approx(expected, abs=2e-4 * size)
 
 
-def test_a_step_too_large_for_the_stiffness_is_refused_with_an_upper_bound_for_it() -> None:
-    with pytest.raises(ComputationError, match=r"too large for RK4.*use a step below"):
-        simulate(Parameters(k2=1e8), t_end=1.0, method="rk4", step=1e-3)
+def test_a_step_too_large_for_the_stiffness_is_refused_with_a_bound_and_a_step_that_runs() -> None:
+    p = Parameters(k2=1e8)
+    with pytest.raises(ComputationError, match="too large for RK4 at t = 0 s") as caught:
+        simulate(p, t_end=1.0, method="rk4", step=1e-3)
+    bound = float(re.findall(r"up to about (\S+) s there", caught.value.why)[0])
+    advised = float(re.findall(r"a smaller step, such as (\S+) s", caught.value.advice)[0])
+    assert advised < bound < 1e-3
+    for step in (advised, 0.95 * bound):
+        simulate(p, t_end=0.01, method="rk4", step=step)
+    with pytest.raises(ComputationError, match="too large"):
+        simulate(p, t_end=0.01, method="rk4", step=1.05 * bound)
 
 
 @pytest.mark.parametrize("step", [0.0, -0.1, float("nan"), float("inf")])

@@ -12,6 +12,7 @@ from fivtui.model.errors import Cancelled, ComputationError, InputError
 from fivtui.model.modes import Mode
 from fivtui.model.slider_belt import State, contact_force
 from fivtui.transient.methods import METHODS
+from fivtui.transient.report import transient_rows
 from fivtui.transient.request import KernelChoice, Start
 from tests.support.strategies import moderate_parameters, states
 
@@ -236,3 +237,10 @@ def test_unbounded_growth_never_ends_in_nan(method: str, start: Start) -> None:
 def test_a_number_of_steps_below_one_is_refused_by_one_line(method: str, max_steps: Any) -> None:
     with pytest.raises(InputError, match=f"^max_steps = {max_steps}: must be a whole number, at"):
         simulate(t_end=1.0, method=method, max_steps=max_steps)
+
+
+@pytest.mark.parametrize("method", ["taylor", "scipy-lsoda"])
+def test_a_report_says_of_a_peak_that_it_is_not_sampled_not_that_it_is_exact(method: Any) -> None:
+    run = simulate(t_end=5.0, tol=1e-2, method=method)
+    notes = {row.label: row.note for row in transient_rows(run)}
+    assert notes["peak |y|"] == "not sampled"

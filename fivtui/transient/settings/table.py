@@ -249,6 +249,7 @@ SETTINGS: Final[Mapping[str, RunSetting]] = {
             details=(
                 ("use", "by methods with variable step, unless there are error targets"),
                 ("taylor, fmu", "the manual explains what a tolerance promises"),
+                ("scipy-…", "the relative error of a step, no promise for the run"),
             ),
             option=Option(
                 flag="--tol", group=ACCURACY, metavar="R", help="Relative tolerance, 1e-13 to 1e-2."

@@ -189,8 +189,9 @@ class RungeKutta4:
             cause = "damping" if decay_rate > frequency else "tangent contact stiffness"
             raise ComputationError(
                 f"step = {self.step:g} s is too large for RK4 at t = {self.t:.6g} s: the {cause} "
-                f"makes it unstable",
-                f"use a step below {_ADVISED_STEP / fastest_rate:.1g} s, or the taylor method",
+                f"allows steps up to about {_STABILITY_LIMIT / fastest_rate:.2g} s there",
+                f"use a smaller step, such as {_ADVISED_STEP / fastest_rate:.1g} s, "
+                "or the taylor method",
             )
 
 
