@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 from textual.screen import Screen
+from textual.widgets import Input
 
 from fivtui.model import ComputationError, InputError
 from fivtui.results import Row
@@ -61,14 +62,17 @@ class LabActions(Screen[None]):
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
         """Whether an action is available, such as stop during a run."""
         session, is_running = self.session, self.session.runs.active is not None
+        field = field_of(self.focused)
+        # Typing in an input of a tab does not edit the scene.
+        edits_scene = field is not None or not isinstance(self.focused, Input)
         conditions = {
             "run": not is_running,
             "compare_engines": not is_running,
             "stop": is_running,
-            "reset": field_of(self.focused) is not None,
+            "reset": field is not None,
             "reload_scene": scene_file(session.source) is not None,
-            "undo": bool(session.undo_steps),
-            "redo": bool(session.redo_steps),
+            "undo": bool(session.undo_steps) and edits_scene,
+            "redo": bool(session.redo_steps) and edits_scene,
             "set_belt": parameters != (session.belt_is_finite,),
             "drop_tables": bool(session.over_time),
         }

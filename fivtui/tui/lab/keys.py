@@ -75,6 +75,7 @@ LAB_KEYS: Final = (
         "ctrl+w",
         "ask_part",
         "Go to the fields (then h), the plot (l), the titles (k) or the runs (j)",
+        priority=True,
     ),
     *(
         _key(f"tab-{tab.id}", tab.key, f"show_tab('{tab.id}')", f"Tab {tab.title}", priority=True)

@@ -1,6 +1,6 @@
 """Panes with an action that the user starts, such as a computation."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from functools import partial
 from typing import Any, ClassVar, Final, TypeVar
 
@@ -21,6 +21,7 @@ from fivtui.tui.session import (
     Session,
     compute_outcome,
     crash_message,
+    duration_text,
 )
 
 from .messages import Reported
@@ -229,6 +230,11 @@ class JobPane(ActionPane):
             self.status, self.duration = "", job.elapsed
             self.show_result(outcome.result)
         self.show_bar()
+
+    def log_result(self, name: str, facts: Iterable[str]) -> None:
+        """List what was computed in the log, with its duration and the facts of its answer."""
+        report = f"{name} done in {duration_text(self.duration)}"
+        self.post_message(Reported("; ".join([report, *filter(None, facts)]), routine=True))
 
     def show_status(self, status: str, answer: str = "") -> None:
         """Display an answer and a status in the bar while no job is running."""

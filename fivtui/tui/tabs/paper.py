@@ -134,6 +134,7 @@ class PaperPane(JobPane):
         if isinstance(result, list):
             self.session.studies[_CLAIMS_STUDY] = DisplayedStudy(result, _CLAIMS_STUDY)
             self.scene_changed()
+            self.log_result(study(_CLAIMS_STUDY).contents_name, [verdict_counts(result)])
         else:
             self.show_status(f"figure {result} computed")
             self.draw()

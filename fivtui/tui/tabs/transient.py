@@ -274,12 +274,14 @@ class TransientPane(ActionPane):
         first, run, ghost = self._first, self.session.runs.baseline, self.session.live.ghost
         result, name = (ghost, _GHOST[0]) if run is None else (run.result, run.name)
         baseline = None if result is None or run is first else plotted_run(result, name)
-        for quantity in ("y", "P"):
-            chart, is_top = None, quantity == "y"
+        names = [name for name in ("y", "P") if self.query_one(f"#difference-{name}").display]
+        for name in names:
+            chart = None
             if first is not None and baseline is not None:
                 shown = replace(self._plotted[0], name=first.name)
-                chart = difference_chart(quantity, shown, baseline, strip=is_top, x_axis=not is_top)
-            self.query_one(f"#difference-{quantity}", ChartView).show(chart)
+                strip, x_axis = name == names[0], name == names[-1]
+                chart = difference_chart(name, shown, baseline, strip=strip, x_axis=x_axis)
+            self.query_one(f"#difference-{name}", ChartView).show(chart)
 
     def _draw_result(self, first: Run | LiveRun, result: Transient) -> None:
         # The numbers, with differences to the baseline if there is one.

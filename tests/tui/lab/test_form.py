@@ -151,6 +151,12 @@ async def test_edits_are_reset_undone_and_redone(pilot: Pilot[None]) -> None:
     await pilot.press("9", "ctrl+z")
     await pilot.pause()
     assert editor.value == session.texts["F"] == "90"
+    # Ctrl+Z in an input of a tab does not change the scene.
+    await pilot.press("alt+6", "alt+i")
+    await until(pilot, lambda: pilot.app.screen.query_one("#sweep-input").has_focus)
+    await pilot.press("ctrl+z")
+    await pilot.pause()
+    assert session.texts["F"] == "90"
 
 
 async def test_letters_select_and_change_fields_outside_an_editor(pilot: Pilot[None]) -> None:

@@ -96,6 +96,13 @@ async def test_every_step_is_drawn_over_the_previous_curve_and_no_run_is_stored(
     await until(pilot, lambda: trace_names(pilot, "plot-spectrum") == ["before", "live"])
     await click_view(pilot, "difference")
     await until_shown(pilot, "live − before")
+    # Where one chart is shown alone, it has the axis of time.
+    await pilot.resize_terminal(SIZE[0], 24)
+    await until(pilot, lambda: not chart_of(pilot, "difference-P").display)
+    chart = chart_of(pilot, "difference-y").chart
+    assert chart is not None
+    assert chart.x_axis
+    await pilot.resize_terminal(*SIZE)
     await click_view(pilot, "belt")
     await until_shown(pilot, "▬slider")
     await click_view(pilot, "time")

@@ -237,6 +237,7 @@ async def test_figures_and_claims_of_the_paper_are_exported_and_their_commands_g
     claims = CLAIMS[:2]
     checked = [check(claim, PaperResults(workers=1)) for claim in claims]
     pane.show_result(checked)
+    await until(pilot, lambda: "claims done in" in lab_of(pilot).session.reports[-1])
     exported_claims = {
         suffix: await export_file(pilot, "f7", f"claims{suffix}", "Export the data of the claims")
         for suffix in (".md", ".json", ".csv")

@@ -23,12 +23,11 @@ from fivtui.tui.session import (
     Job,
     Session,
     change_texts,
-    duration_text,
     study_command,
 )
 from fivtui.tui.tabs.export import Export, scene_study_export
 from fivtui.tui.tabs.job_pane import FACTS, JobPane
-from fivtui.tui.tabs.messages import PointRunRequested, Reported
+from fivtui.tui.tabs.messages import PointRunRequested
 from fivtui.tui.tabs.preview import Preview, Sketch, about_here
 
 # Identifier of the page that views of quantities share.
@@ -279,9 +278,7 @@ class StudyPane(JobPane):
         """Display a computed result, and log its answer."""
         self.session.studies[self.study_key] = DisplayedStudy(result, self.session.name)
         self.scene_changed()
-        report = f"{study(self.kind).contents_name} done in {duration_text(self.duration)}"
-        facts = filter(None, self.answer_text(result).split(FACTS))
-        self.post_message(Reported("; ".join([report, *facts]), routine=True))
+        self.log_result(study(self.kind).contents_name, self.answer_text(result).split(FACTS))
 
     def scene_changed(self) -> None:
         """Display the result beside the edited scene."""
