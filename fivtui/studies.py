@@ -88,7 +88,8 @@ def check_readable(path: Path) -> None:
     folders = (suffix for _, kind in studies() for suffix in kind.folders)
     suffixes = (*FORMATS, *folders, _JSON)
     if path.suffix.lower() not in suffixes:
-        raise InputError(f"{path}: a result has one of the suffixes {', '.join(suffixes)}")
+        names = ", ".join(suffixes)
+        raise InputError(f"{path}: a result has one of the suffixes {names}; a scene has .toml")
     if not is_folder(path):
         check_regular(path)
 
