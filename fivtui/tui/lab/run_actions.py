@@ -88,11 +88,11 @@ class RunActions(LabActions):
 
     @on(PointRunRequested)
     def _run_point(self, event: PointRunRequested) -> None:
-        for name, text in event.texts.items():
-            self.session.set_text(name, text)
-        self.show_inputs()
-        self.report(event.report, routine=True)
-        self.action_run()
+        with self.report_errors():
+            self.session.set_texts(event.texts)
+            self.show_inputs()
+            self.report(event.report, routine=True)
+            self.action_run()
 
     def _finish_run(
         self, run: Run, on_result: Callable[[Run, Transient], None], outcome: Outcome[Transient]

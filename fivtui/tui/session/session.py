@@ -119,12 +119,9 @@ class Session(Editing):
     def field_error(self, name: str) -> str:
         """Error message of a field; empty if its text is valid."""
         try:
-            FIELDS[name].check(self.texts[name])
+            self._value(name)
         except InputError as error:
             return str(error).replace(f"{name} =", f"{symbol_of(name)} =", 1)
-        table = dict(self.over_time).get(name)
-        if table is not None and self.texts[name] != initial_value_text(table):
-            return f"{name}: follows a table over time; must not be changed"
         return self._conflict(name)
 
     def _conflict(self, name: str) -> str:
@@ -142,8 +139,23 @@ class Session(Editing):
             return str(error)
         return ""
 
-    def _value(self, name: str) -> object:
-        return FIELDS[name].check(self.texts[name])
+    def _value(self, name: str) -> Any:
+        value = FIELDS[name].check(self.texts[name])
+        self._check_table(name, self.texts[name])
+        return value
+
+    def _check_table(self, name: str, text: str) -> None:
+        # A parameter that follows a table over time has the value of the table at t = 0.
+        table = dict(self.over_time).get(name)
+        if table is not None and text != initial_value_text(table):
+            raise InputError(f"{symbol_of(name)}: follows a table over time; must not be changed")
+
+    def set_texts(self, texts: Mapping[str, str]) -> None:
+        """Edit several fields; raises `InputError` before any edit if one follows a table."""
+        for name, text in texts.items():
+            self._check_table(name, text)
+        for name, text in texts.items():
+            self.set_text(name, text)
 
     @property
     def errors(self) -> dict[str, str]:

@@ -76,8 +76,20 @@ def test_a_value_that_follows_a_table_over_time_is_not_edited() -> None:
     session = Session(PRESETS["brake-stop"], "brake-stop")
     session.set_text("F", "20")
     session.set_text("c2", "3")
-    assert session.errors == {"F": "F: follows a table over time; must not be changed"}
+    refusal = "F: follows a table over time; must not be changed"
+    assert session.errors == {"F": refusal}
     session.reset("F")
+    # Undo restores the typed text, whose verdict would be that of another scene.
+    session.undo()
+    assert session.texts["F"] == "20"
+    for read in (session.parameters, session.stability, session.scene):
+        with pytest.raises(InputError, match=refusal):
+            read()
+    session.reset("F")
+    state = session.edit_state
+    with pytest.raises(InputError, match=refusal):
+        session.set_texts({"c2": "9", "F": "62.5"})
+    assert session.edit_state == state
     assert session.scene().over_time == PRESETS["brake-stop"].over_time
     assert session.scene().parameters.c2 == 3.0
 
