@@ -74,6 +74,8 @@ class LiveCurve:
         self.curve: LiveRun | None = None
         self.ghost: Transient | None = None
         self.status = self.error = ""
+        # Whether the plots will show another scene as soon as the inputs are valid and computed.
+        self.is_outdated = False
         # Computing time per simulated second, by `_scene_kind`.
         self._rates: dict[Hashable, float] = {}
 
@@ -108,17 +110,22 @@ class LiveCurve:
             self.ghost = self.curve.result
         elif self.ghost is None:
             self.ghost = displayed
-        self.curve, self.error, self.status = run, error, "live: no result"
+        self.curve, self.error, self.is_outdated = run, error, False
+        self.status = "live: no result"
         if run is not None:
             self.status = f"live in {_short_duration(run.duration)}; Run keeps it"
 
     def clear(self, status: str = "") -> None:
         """Remove the live curve and its ghost."""
         self.curve = self.ghost = None
-        self.status, self.error = status, ""
+        self.status, self.error, self.is_outdated = status, "", False
 
-    def announce_run(self, scene: Scene) -> None:
-        """Set the status: a run follows when the edits pause."""
+    def announce_run(self, scene: Scene | None) -> None:
+        """Set the status: a run follows when the edits pause, or when the inputs are valid."""
+        self.is_outdated = True
+        if scene is None:
+            self.status = "live: waits for valid inputs"
+            return
         seconds = self.expected_duration(scene)
         delay = " when idle" if seconds is None else f" in about {_short_duration(seconds)}"
         self.status = f"live: new curve{delay}"

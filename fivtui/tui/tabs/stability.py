@@ -31,6 +31,7 @@ class StabilityPane(ViewsPane):
     """Stability of the edited parameter set."""
 
     NAME: ClassVar[str] = "stability"
+    AT_START: ClassVar[bool] = True
     VIEWS: ClassVar[Mapping[str, str]] = {
         "over-mu": "Over μ",
         "plane": "Eigenvalues",
@@ -62,6 +63,7 @@ class StabilityPane(ViewsPane):
         if stability is not None and stability is not displayed:
             # This takes a few milliseconds.
             self._scan = compute_outcome(stability.modes_over_mu).result
+        self.mark_result()
         self.draw()
 
     def draw(self) -> None:

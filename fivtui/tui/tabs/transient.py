@@ -141,6 +141,7 @@ class TransientPane(ActionPane):
 
     def status_changed(self) -> None:
         """Display the status of the live curve, or else the progress or state of the newest run."""
+        self.mark_result(outdated=self.session.live.is_outdated)
         session, text = self.session, self.session.live.status
         active, newest = session.runs.active, session.runs.newest
         if newest is None:

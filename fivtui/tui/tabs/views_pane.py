@@ -30,6 +30,11 @@ _CORNERS: Final = 6
 _CURRENT_STYLE: Final = "reverse"
 _HIDDEN_STYLE: Final = "not bold $foreground 80%"
 _NOTE_STYLE: Final = "bold $text-warning"
+# Class of a pane whose result is not that of the edited scene, and the note after its titles.
+_OUTDATED: Final = "-outdated"
+OUTDATED_NOTE: Final = "another scene"
+# Note after the titles of a tab that computes with the values of tables over time at t = 0.
+_AT_START_NOTE: Final = "at t = 0"
 # Rows of each of several charts from which all can be shown, and from which all are shown at first.
 _MIN_CHART_ROWS: Final = 5
 _GOOD_CHART_ROWS: Final = 10
@@ -52,6 +57,8 @@ class ViewsPane(Pane):
     VIEWS: ClassVar[Mapping[str, str]] = {}
     # Key of the stored view.
     VIEW_SETTING: ClassVar[str] = "view"
+    # Whether the tab computes with the values of tables over time at t = 0.
+    AT_START: ClassVar[bool] = False
     # A note on the views after their titles, if the border has room.
     title_note = ""
     BINDINGS: ClassVar[list[BindingType]] = [
@@ -165,6 +172,15 @@ class ViewsPane(Pane):
         """Identifier of the current view."""
         stored = self.stored_setting(self.VIEW_SETTING, "")
         return stored if stored in self.VIEWS else self.default_view
+
+    def mark_result(self, *, outdated: bool = False) -> None:
+        """Dim and mark a result that is not of the edited scene, and note values at t = 0."""
+        self.set_class(outdated, _OUTDATED)
+        at_start = _AT_START_NOTE if self.AT_START and self.session.over_time else ""
+        note = OUTDATED_NOTE if outdated else at_start
+        if note != self.title_note:
+            self.title_note = note
+            self.show_titles()
 
     @property
     def default_view(self) -> str:

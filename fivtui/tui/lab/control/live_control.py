@@ -59,7 +59,7 @@ class LiveController(Controller[LiveJob]):
         run = session.runs.displayed
         if scene is None:
             self.stop()
-            live.status = "live: waits for valid inputs"
+            live.announce_run(None)
         elif run is not None and not session.is_outdated(run):
             self.stop()
             live.clear()

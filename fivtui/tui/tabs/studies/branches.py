@@ -41,6 +41,7 @@ class BranchesPane(StudyPane):
     """Branch of limit cycles of the edited scene along any parameter."""
 
     NAME: ClassVar[str] = "branch"
+    AT_START: ClassVar[bool] = True
     VERB: ClassVar[str] = "Follow"
     EXAMPLE: ClassVar[str] = "μ=0.2:1"
     INPUT_FORMAT: ClassVar[str] = "NAME=LOW:HIGH or NAME"

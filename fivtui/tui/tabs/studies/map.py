@@ -115,6 +115,7 @@ def mapped_values(named_range: NamedRange, axis: Axis | None) -> FloatArray:
 class _MapStudy(StudyPane):
     # What the tabs of maps have in common.
 
+    AT_START: ClassVar[bool] = True
     VERB: ClassVar[str] = "Map"
     EXAMPLE: ClassVar[str] = EXAMPLES["growth-rate"]
     INPUT_FORMAT: ClassVar[str] = "two ranges NAME=START:STOP:COUNT"
@@ -238,10 +239,6 @@ class MapPane(_MapStudy):
     def displayed(self) -> "DisplayedStudy[StabilityMap] | None":
         """A map read from a file, or else the computed map."""
         return super().displayed or self._computed
-
-    def computed_scene(self, result: "StabilityMap", edited: Scene) -> Scene:
-        """The edited scene, which a computed map follows; else the scene of a map that was read."""
-        return super().computed_scene(result, edited) if super().displayed else edited
 
     @on(ChartView.LimitsChanged)
     def scene_changed(self) -> None:

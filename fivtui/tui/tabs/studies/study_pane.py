@@ -29,14 +29,12 @@ from fivtui.tui.tabs.export import Export, scene_study_export
 from fivtui.tui.tabs.job_pane import FACTS, JobPane
 from fivtui.tui.tabs.messages import PointRunRequested
 from fivtui.tui.tabs.preview import Preview, Sketch, about_here
+from fivtui.tui.tabs.views_pane import OUTDATED_NOTE
 
 # Identifier of the page that views of quantities share.
 QUANTITY_PAGE: Final = "quantities"
 # Key of the quantity displayed last.
 _QUANTITY_SETTING: Final = "quantity"
-# Class of a pane whose result is not that of the edited scene, and the note after its titles.
-_OUTDATED: Final = "-outdated"
-_OUTDATED_NOTE: Final = "another scene"
 
 
 class ResultInputs(NamedTuple):
@@ -295,7 +293,7 @@ class StudyPane(JobPane):
             computed_scene = self.computed_scene(result, scene)
         except InputError:
             # Invalid fields, or an edited value that the result's parameters do not allow.
-            return f"of {_OUTDATED_NOTE}: {advice}"
+            return f"of {OUTDATED_NOTE}: {advice}"
         changes = change_texts(computed_scene, scene)
         if not changes:
             return ""
@@ -331,10 +329,7 @@ class StudyPane(JobPane):
                 self.show_status("; ".join(filter(None, texts)), self.answer)
         for scale in self.query(ShadeScale):
             scale.redraw()
-        if bool(outdated) is not self.has_class(_OUTDATED):
-            self.set_class(bool(outdated), _OUTDATED)
-            self.title_note = _OUTDATED_NOTE if outdated else ""
-            self.show_titles()
+        self.mark_result(outdated=bool(outdated))
 
     def draw_result(self, result: Any) -> None:
         """Draw the current view of a result."""
