@@ -2,6 +2,7 @@
 
 import dataclasses
 import threading
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -345,3 +346,34 @@ def test_the_expected_duration_decides_when_a_run_starts() -> None:
     job._start_time -= 0.5 * MAX_LIVE_S
     # MAX_LIVE_S after the setup the run stops.
     assert not job.report(0.6)
+
+
+async def test_the_live_curve_of_changed_inputs_returns_after_a_restart(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    session_path = tmp_path / "session.json"
+    async with FivtuiApp(state=session_path).run_test(size=SIZE) as pilot:
+        await run_to_end(pilot)
+        await focus(pilot, "m")
+        await pilot.press("up")
+        await until_live(pilot)
+        await show_tab(pilot, "alt+5")
+    async with FivtuiApp(state=session_path).run_test(size=SIZE) as pilot:
+        runs = app_of(pilot).session.runs
+        await until(pilot, lambda: runs.displayed is not None and runs.displayed.result is not None)
+        await show_tab(pilot, "alt+1")
+        await until_live(pilot)
+        await until(pilot, lambda: set(trace_names(pilot)) == {"live", "before"})
+
+
+async def test_curves_are_dimmed_until_their_inputs_are_valid(pilot: Pilot[None]) -> None:
+    await run_to_end(pilot)
+    pane = lab_of(pilot).query_one(TransientPane)
+    await type_into(pilot, "m", "-")
+    await until_shown(pilot, "live: waits for valid inputs")
+    assert pane.has_class("-outdated")
+    await type_into(pilot, "m", "6")
+    await until_live(pilot)
+    await until(pilot, lambda: not app_of(pilot).session.live.is_outdated)
+    assert not pane.has_class("-outdated")
