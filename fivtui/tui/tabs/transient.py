@@ -321,7 +321,8 @@ class TransientPane(ActionPane):
             return scene_study_export(
                 kind, "validation", validation, export.stem, charts=charts, heading=heading
             )
-        if kind == FIGURE or view in _POINT_VIEWS:
+        # The figure of the numbers is that of the run.
+        if (kind == FIGURE and view != "result") or view in _POINT_VIEWS:
             if charts is None:
                 raise InputError(_NO_BASELINE if view == "difference" else _NO_CHART)
             subject, stem = export.subject, export.stem

@@ -34,12 +34,14 @@ from fivtui.tui.session.command_lines import (
     Origin,
     study_command,
 )
+from fivtui.tui.tabs.transient import TransientPane
 from tests.support.laboratory import (
     answer,
     app_of,
     click_view,
     lab_of,
     palette,
+    run_to_end,
     show_tab,
     until,
     until_notice,
@@ -436,3 +438,11 @@ async def test_in_a_browser_an_export_is_downloaded_and_nothing_stays_on_the_ser
 def hint_of(pilot: Pilot[None]) -> str:
     """The hint of a dialog."""
     return str(pilot.app.screen.query_one("#dialog-hint", Static).render())
+
+
+async def test_the_numbers_of_a_run_are_exported_with_its_figure(pilot: Pilot[None]) -> None:
+    await run_to_end(pilot)
+    pane = lab_of(pilot).query_one(TransientPane)
+    pane.show_view("result")
+    export = pane.export("figure")
+    assert (export.subject, export.file_name) == ("run 1", "base-1.svg")

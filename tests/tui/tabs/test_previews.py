@@ -10,8 +10,10 @@ from textual.pilot import Pilot
 from fivtui.maps import safety
 from fivtui.reliability import means
 from fivtui.safety import verdict
+from fivtui.scene import PRESETS
 from fivtui.tradeoffs import measure
 from fivtui.tui.session.report import Attractors
+from fivtui.tui.tabs.messages import SceneLoaded
 from fivtui.tui.tabs.preview import Preview, about
 from fivtui.tui.tabs.studies import uncertainty
 from fivtui.tui.tabs.studies.map import EXAMPLES
@@ -150,3 +152,29 @@ def test_typical_durations_are_rounded() -> None:
         "usually in about 7 s",
         "usually in about 1 min 40 s",
     ]
+
+
+async def test_tables_over_time_change_examples_and_are_noted_or_refused_before_a_study(
+    pilot: Pilot[None],
+) -> None:
+    await show_tab(pilot, "alt+4")
+    pane: Any = lab_of(pilot).pane
+    assert pane.text == "μ=0.2:1"
+    lab_of(pilot).post_message(SceneLoaded(PRESETS["brake-stop"], "brake-stop", "loaded"))
+    # μ must not exceed μ_s.
+    await until(pilot, lambda: pane.text == "μ=0.2:0.9")
+    await until_shown(pilot, "Branch at t = 0")
+    for key, refusal in (
+        ("alt+7", "must be constant for an uncertainty study"),
+        ("alt+8", "must be constant for a trade-off"),
+        ("alt+9", "must be constant for a fit"),
+    ):
+        _, preview = await preview_of(pilot, key)
+        assert refusal in " ".join(preview.render().plain.split())
+    pane, preview = await preview_of(pilot, "alt+6")
+    assert pane.text == "μ=0.2:0.9:41"
+    assert "F10 computes 82 runs" in preview.render().plain.replace("\n", " ")
+    await preview_of(pilot, "alt+5")
+    await until_shown(pilot, "at t = 0")
+    lab_of(pilot).action_drop_tables()
+    await until_hidden(pilot, "at t = 0")

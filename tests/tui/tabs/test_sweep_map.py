@@ -1,6 +1,7 @@
 """The tabs of sweeps and maps: their results, and one run of the app for each tab."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -20,9 +21,19 @@ from fivtui.sweeps import Sweep, grid_chart, sweep_chart
 from fivtui.sweeps.rows import compute_rows
 from fivtui.tui.chart.picture import draw
 from fivtui.tui.session import Session, scene_texts
+from fivtui.tui.tabs import SceneLoaded
 from fivtui.tui.tabs.studies.map import MapPane, map_ranges, mapped_values
 from fivtui.tui.tabs.studies.sweep import SweepPane, partial_sweeps, point_scene
-from tests.support.laboratory import app_of, chart_of, endless_simulate, until, until_shown
+from tests.support.laboratory import (
+    app_of,
+    chart_of,
+    endless_simulate,
+    lab_of,
+    show_tab,
+    until,
+    until_notice,
+    until_shown,
+)
 
 BASE = PRESETS["base"]
 
@@ -247,3 +258,29 @@ async def test_a_map_follows_the_form_and_its_points_can_be_opened(pilot: Pilot[
     await until(pilot, lambda: session.runs.displayed is not None)
     assert session.texts["mu"] != "0.7"
     assert session.texts["F"] != "80"
+
+
+async def test_a_map_of_another_scene_is_marked_and_its_point_keeps_tables_over_time(
+    pilot: Pilot[None],
+) -> None:
+    session, lab = app_of(pilot).session, lab_of(pilot)
+    session.settings["map"] = {"over": "mu=0.1:0.8:8 F=5:120:8"}
+    await show_tab(pilot, "alt+3")
+    await until_shown(pilot, "64 points")
+    pane: Any = lab.pane
+    # A stopped map stays that of the scene before.
+    pane.start_from_inputs = lambda: None
+    lab.post_message(SceneLoaded(PRESETS["brake-stop"], "brake-stop", "loaded"))
+    await until_shown(pilot, "another scene")
+    assert pane.has_class("-outdated")
+    del pane.start_from_inputs
+    await pilot.press("f10")
+    await until_shown(pilot, "at t = 0")
+    await until(pilot, lambda: not pane.has_class("-outdated"))
+    assert "--set c2=2" in pane.command_line()
+    state = session.edit_state
+    chart_of(pilot, "map-chart").focus()
+    await pilot.press("c", "left", "enter")
+    await until_notice(pilot, "F: follows a table over time; must not be changed")
+    assert session.edit_state == state
+    assert not list(session.runs)

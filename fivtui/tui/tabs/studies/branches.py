@@ -56,6 +56,11 @@ class BranchesPane(StudyPane):
     )
     START: ClassVar[str] = "follows the limit cycles along this range"
 
+    @property
+    def example(self) -> str:
+        """A range of μ."""
+        return f"μ={self.friction_range}"
+
     def compose_bar(self) -> ComposeResult:
         """The parameter with its range, and the start of the branch."""
         yield from super().compose_bar()

@@ -71,6 +71,7 @@ class IdentificationPane(StudyPane):
     @staticmethod
     def parse(scene: Scene, text: str) -> tuple[Scene, IdentifyOptions]:
         """The scene, and the options of `fivtui identify` in a text; files may come first."""
+        scene.check_constant("a fit")
         options, files = read_option_text(IdentifyOptions, text)
         options = replace(
             options,

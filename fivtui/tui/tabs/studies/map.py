@@ -133,9 +133,9 @@ class _MapStudy(StudyPane):
         return _RANGES_WITHOUT_MU if self.view in MU_FREE_VALUES else _RANGES_SETTING
 
     @property
-    def initial_text(self) -> str:
-        """The stored ranges, or else the example for the mapped value."""
-        return self.stored_setting(self.input_setting, EXAMPLES[self.view])
+    def example(self) -> str:
+        """Usual ranges for the mapped value."""
+        return EXAMPLES[self.view]
 
     @property
     def axes(self) -> dict[str, FloatArray]:

@@ -12,7 +12,7 @@ from textual.widgets import Input
 
 from fivtui.charts import Heading, NearestPoint
 from fivtui.model import InputError, Parameters
-from fivtui.ranges import with_decimal_points
+from fivtui.ranges import number_text, with_decimal_points
 from fivtui.scene import Scene
 from fivtui.studies import study
 from fivtui.transient import START_SPECS
@@ -89,6 +89,8 @@ class StudyPane(JobPane):
         # Error message of the input.
         self._error = ""
         self.kind = "map" if self.NAME in SAFETY_MAPS else self.NAME
+        # The example for the last scene.
+        self._example = self.example
 
     def compose_preview(self) -> ComposeResult:
         """The preview of the first result."""
@@ -115,9 +117,21 @@ class StudyPane(JobPane):
         return "vary"
 
     @property
+    def example(self) -> str:
+        """The initial text of the input for the edited scene."""
+        return self.EXAMPLE
+
+    @property
     def initial_text(self) -> str:
         """The stored text of the input, or else the example."""
-        return self.stored_setting(self.input_setting, self.EXAMPLE)
+        return self.stored_setting(self.input_setting, self.example)
+
+    @property
+    def friction_range(self) -> str:
+        """Usual values of μ that the edited scene allows: μ must not exceed `mu_s`."""
+        mu_s = (self.edited or self.session.loaded).parameters.mu_s
+        high = min(1.0, mu_s or 1.0)
+        return f"{number_text(min(0.2, high / 2.0))}:{number_text(high)}"
 
     @property
     def text(self) -> str:
@@ -199,8 +213,18 @@ class StudyPane(JobPane):
                 action, note = self.start_text(), self.NOTE
             else:
                 action, note = "stops the computation", self.job.note
-            notes = [(keys["compute"], f"{action}."), *edit, *([("", note)] if note else [])]
-            self.query_one(Preview).show(sketch, *notes)
+            refusal = self._refusal()
+            start = ("", f"{refusal}.") if refusal else (keys["compute"], f"{action}.")
+            self.query_one(Preview).show(sketch, start, *edit, *([("", note)] if note else []))
+
+    def _refusal(self) -> str:
+        # Why a scene with tables over time cannot be studied; else empty.
+        if self.session.over_time:
+            try:
+                self.request()
+            except InputError as error:
+                return str(error)
+        return ""
 
     def start_text(self) -> str:
         """What the key of the computation does, and how long it usually takes."""
@@ -279,7 +303,12 @@ class StudyPane(JobPane):
         self.log_result(study(self.kind).contents_name, self.answer_text(result).split(FACTS))
 
     def scene_changed(self) -> None:
-        """Display the result beside the edited scene."""
+        """Display the result beside the edited scene; an unedited example follows the scene."""
+        if self.EXAMPLE:
+            text_input, old_example = self.query_one(".study-input", TextInput), self._example
+            self._example = self.example
+            if text_input.value == old_example:
+                text_input.value = self._example
         if self._error:
             # The input may be valid for the new scene.
             self.check_input()

@@ -107,6 +107,12 @@ class SweepPane(SweepStudyPane):
         labels={"separation considered": (0.22, 0.75), "ignored": (0.75, 0.2)},
     )
 
+    @property
+    def example(self) -> str:
+        """A range of F, or of μ if F follows a table over time."""
+        varies_mu = "F" in dict(self.session.over_time)
+        return f"μ={self.friction_range}:41" if varies_mu else self.EXAMPLE
+
     def compose_views(self) -> ComposeResult:
         """One chart."""
         with Vertical(id="amplitudes"):

@@ -128,6 +128,12 @@ class TradeoffPane(StudyPane):
         """What the key measures, and the CPU time that it takes on every machine."""
         return f"{self.START}, {about(QUICK_S)}"
 
+    @staticmethod
+    def parse(scene: Scene, text: str) -> Scene:  # noqa: ARG004
+        """The scene, which must not have tables over time."""
+        scene.check_constant("a trade-off")
+        return scene
+
     def compute(self, request: Scene, job: Job) -> "Tradeoff":
         """Measure a scene."""
         from fivtui.tradeoffs import measure_tradeoff

@@ -101,10 +101,10 @@ class UncertaintyPane(SweepStudyPane):
     TYPICAL_S: ClassVar[float] = 3.0
 
     @property
-    def initial_text(self) -> str:
-        """The stored text of the input, or else the distributions of the scene or the example."""
+    def example(self) -> str:
+        """The distributions of the scene, or else usual ones."""
         texts = [f"{symbol_of(name)}~{axis}" for name, axis in self.session.loaded.scatter]
-        return self.stored_setting(self.input_setting, " ".join(texts) or self.EXAMPLE)
+        return " ".join(texts) or self.EXAMPLE
 
     def compose_views(self) -> ComposeResult:
         """Histogram of a quantity; Sobol indices; samples by region."""
