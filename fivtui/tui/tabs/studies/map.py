@@ -237,8 +237,10 @@ class MapPane(_MapStudy):
 
     @property
     def displayed(self) -> "DisplayedStudy[StabilityMap] | None":
-        """A map read from a file, or else the computed map."""
-        return super().displayed or self._computed
+        """A map read from a file, or else the computed map of the current value."""
+        computed = self._computed
+        is_current = computed is not None and computed.value.value == self.view
+        return super().displayed or (computed if is_current else None)
 
     @on(ChartView.LimitsChanged)
     def scene_changed(self) -> None:
@@ -279,7 +281,3 @@ class MapPane(_MapStudy):
         """Map another value."""
         super().show_view(name)
         self.toggle_computation()
-        if self.job is None:
-            # The displayed map shows a different value.
-            self._computed = None
-            self.draw()
