@@ -26,6 +26,8 @@ class EditActions(LabActions):
         """Edit a field's text."""
         if self.session.texts[name] != text:
             self.session.set_text(name, text)
+            # A key that waits may change the text before all inputs are displayed.
+            self.query_one(Form).editor(name).show(text)
             self.show_inputs()
 
     @on(FieldStepped)

@@ -316,9 +316,13 @@ async def test_keys_in_one_burst_are_handled_in_order(pilot: Pilot[None]) -> Non
         for key, character in keys:
             pilot.app.post_message(Key(key, character))
 
-    await focus(pilot, "mu")
+    editor = await focus(pilot, "mu")
     texts = app_of(pilot).session.texts
-    post_keys(("ctrl+u", None), ("0", "0"), ("full_stop", "."), ("8", "8"), ("9", "9"))
+    # A step changes the text that was typed before it.
+    post_keys(("ctrl+u", None), ("0", "0"), ("full_stop", "."), ("6", "6"), ("down", None))
+    await until(pilot, lambda: texts["mu"] == editor.value == "0.59")
+    post_keys(("end", None), ("ctrl+u", None), ("0", "0"), ("full_stop", "."))
+    post_keys(("8", "8"), ("9", "9"))
     await until(pilot, lambda: texts["mu"] == "0.89")
     # The run uses text typed before F5; later keys go to the newly focused field.
     post_keys(("end", None), ("backspace", None), ("f5", None), ("shift+tab", None))
