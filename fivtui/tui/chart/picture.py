@@ -19,6 +19,7 @@ from fivtui.charts import (
     AxisTicks,
     Backdrop,
     Chart,
+    Position,
     Span,
     Trace,
     View,
@@ -86,11 +87,12 @@ class Picture:
         """The characters without styles, line by line."""
         return "\n".join("".join(text for text, _ in line) for line in self.lines)
 
-    def axis_positions(self, column: float, row: float) -> tuple[float, float]:
-        """Axis positions of the middle of a character cell; from 0 to 1 inside the plot area."""
+    def axis_positions(self, column: int, row: int) -> Position | None:
+        """Axis positions of the middle of a character cell; None outside the plot area."""
         area = self.plot_area
         x = (column - area.first_column + 0.5) / area.columns
-        return x, 1.0 - (row - area.top_row + 0.5) / area.rows
+        y = 1.0 - (row - area.top_row + 0.5) / area.rows
+        return (x, y) if 0.0 <= x <= 1.0 and 0.0 <= y <= 1.0 else None
 
 
 def draw(chart: Chart, view: View, width: int, height: int, *, reserved: int = 0) -> Picture:

@@ -30,7 +30,6 @@ from fivtui.tui.session import (
 )
 from fivtui.tui.tabs import (
     FieldFocused,
-    JobPane,
     LiveRequested,
     Reported,
     RunsChanged,
@@ -113,18 +112,12 @@ class LabScreen(EditorActions):
         self.app.theme_changed_signal.subscribe(self, lambda _: self.query_one(RunsTable).show())
 
     def on_unmount(self) -> None:
-        """Stop all computations."""
+        """Stop all computations but those of tabs, which stop their own."""
         self._progress_timer.stop()
-        self.stop_computing()
-
-    def stop_computing(self) -> None:
-        """Stop all computations of this session."""
         self._search.stop()
         self._live.stop()
         self._gauges.stop()
         self.session.runs.stop()
-        for pane in self.query(JobPane):
-            pane.stop()
 
     @on(Reported)
     def _show_report(self, event: Reported) -> None:

@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from .export import EXPORT_KINDS, Export, check_scene_path, copy_picture
-    from .job_pane import ActionPane, JobPane, compute_in_thread
+    from .job_pane import ActionPane, compute_in_thread
     from .messages import (
         FieldEdited,
         FieldFocused,

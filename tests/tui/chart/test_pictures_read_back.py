@@ -183,9 +183,8 @@ def test_a_cursor_is_drawn_at_the_sample_whose_values_it_displays() -> None:
     # The centre of the mark's cell maps back to the cursor's position.
     column = next(cells.index("◆") for cells in reading.cells if "◆" in cells)
     row = next(row for row, cells in enumerate(reading.cells) if "◆" in cells)
-    x_position, y_position = picture.axis_positions(
-        MARGIN + column, picture.plot_area.top_row + row
-    )
+    position = picture.axis_positions(MARGIN + column, picture.plot_area.top_row + row)
+    assert position is not None
     x, y = view.axes(chart)
-    assert x.value(x_position) == pytest.approx(16.0, abs=reading.x_per_column)
-    assert y.value(y_position) == pytest.approx(37.0, abs=reading.y_per_row)
+    assert x.value(position[0]) == pytest.approx(16.0, abs=reading.x_per_column)
+    assert y.value(position[1]) == pytest.approx(37.0, abs=reading.y_per_row)

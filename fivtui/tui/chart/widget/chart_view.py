@@ -215,8 +215,7 @@ class ChartView(DrawnChart, can_focus=True):
                 self.view.pan(self._chart, -right / area.columns, up)
                 self._handle_new_limits()
         elif not self.view.cursors.pinned:
-            position = picture.axis_positions(event.x, event.y)
-            if all(0.0 <= coordinate <= 1.0 for coordinate in position):
+            if position := picture.axis_positions(event.x, event.y):
                 self._move_cursor(position)
             elif self.view.cursors.active_position is not None:
                 self.action_cursor_off()
@@ -246,10 +245,9 @@ class ChartView(DrawnChart, can_focus=True):
         picture = self.current_picture()
         if picture is not None:
             event.stop()
-            factor = (
-                _WHEEL_FACTOR if isinstance(event, events.MouseScrollUp) else 1.0 / _WHEEL_FACTOR
-            )
-            self.view.zoom(self._chart, factor, picture.axis_positions(event.x, event.y))
+            direction = -1 if isinstance(event, events.MouseScrollDown) else 1
+            centre = picture.axis_positions(event.x, event.y) or (0.5, 0.5)
+            self.view.zoom(self._chart, _WHEEL_FACTOR**direction, centre)
             self._handle_new_limits()
 
     async def on_click(self, event: events.Click) -> None:
@@ -267,7 +265,7 @@ class ChartView(DrawnChart, can_focus=True):
             await self.app.run_action(action, owner)
             return
         position = picture.axis_positions(event.x, event.y)
-        if not all(0.0 <= coordinate <= 1.0 for coordinate in position):
+        if position is None:
             return
         cursors = self.view.cursors
         second = event.button == _RIGHT_BUTTON
