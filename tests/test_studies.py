@@ -44,7 +44,7 @@ from fivtui.studies import (
 from fivtui.tui.persistence.results import ResultStore
 from fivtui.tui.session.command_lines import Origin, study_command
 from fivtui.tui.session.session import DisplayedStudy
-from fivtui.tui.tabs.export import DATA, FIGURE, scene_study_export
+from fivtui.tui.tabs.export import DATA, FIGURE, study_export
 
 from .test_results import RESULTS, TABULAR, result_named
 
@@ -138,13 +138,13 @@ def test_a_new_study_is_written_drawn_and_printed_by_a_command(
 
 @pytest.mark.usefixtures("bounce")
 def test_a_new_study_is_exported_stored_and_shown_by_the_laboratory(tmp_path: Path) -> None:
-    data = scene_study_export(DATA, "bounce", BOUNCE_RESULT, "mine")
+    data = study_export(DATA, "bounce", BOUNCE_RESULT, "mine-bounce")
     assert (data.file_name, data.subject) == ("mine-bounce.csv", "the bounce")
     assert tuple(data.writers) == (".csv", ".npz", ".parquet", ".json")
     for suffix in data.writers:
         data.write(tmp_path / f"b{suffix}")
     assert json.loads((tmp_path / "b.json").read_text()) == BOUNCE_RESULT.to_dict()
-    figure = scene_study_export(FIGURE, "bounce", BOUNCE_RESULT, "mine")
+    figure = study_export(FIGURE, "bounce", BOUNCE_RESULT, "mine-bounce")
     figure.write(tmp_path / "b.png")
     assert (tmp_path / "b.png").is_file()
     store = ResultStore(tmp_path / "kept")

@@ -141,20 +141,6 @@ def study_export(
     return _figure_export(subject, stem, lambda: study_kind.figure(result))
 
 
-def scene_study_export(
-    export_kind: str,
-    kind: str,
-    result: Any,
-    name: str,
-    *,
-    charts: VisibleCharts | None = None,
-    heading: Heading | None = None,
-) -> Export:
-    """As `study_export`, of a study of the scene `name`."""
-    stem = f"{name}-{study(kind).stem(result)}"
-    return study_export(export_kind, kind, result, stem, charts=charts, heading=heading)
-
-
 def run_export(export_kind: str, run: Run | LiveRun | None) -> Export:
     """The figure or trajectory of a run or live curve; raises `InputError` without a result."""
     if run is None or run.result is None:

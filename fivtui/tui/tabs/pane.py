@@ -1,11 +1,9 @@
 """The base class of tabs."""
 
-from collections.abc import Callable
 from itertools import takewhile
 from typing import ClassVar, Final
 
 from textual.containers import Vertical
-from textual.timer import Timer
 from textual.widget import Widget
 from textual.widgets import Button, Input
 
@@ -30,13 +28,6 @@ class Pane(Vertical):
     def __init__(self, session: Session) -> None:
         super().__init__()
         self.session = session
-        self._pause_timer: Timer | None = None
-
-    def call_after_pause(self, seconds: float, callback: Callable[[], None]) -> None:
-        """Call a function after a delay; each call of this method restarts the delay."""
-        if self._pause_timer is not None:
-            self._pause_timer.stop()
-        self._pause_timer = self.set_timer(seconds, callback)
 
     def stored_setting(self, key: str, default: str) -> str:
         """A stored setting of this tab."""

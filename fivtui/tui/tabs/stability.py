@@ -18,10 +18,11 @@ from fivtui.equilibrium import (
     stability_rows,
 )
 from fivtui.model import InputError
+from fivtui.studies import study
 from fivtui.tui.chart import ChartView
 from fivtui.tui.session import Session, attractor_rows, base_scene, compute_outcome, study_command
 
-from .export import Export, scene_study_export
+from .export import Export, study_export
 from .messages import PointRunRequested
 from .tables import RowsView
 from .views_pane import ViewsPane
@@ -97,10 +98,8 @@ class StabilityPane(ViewsPane):
         if stability is None:
             raise InputError(f"no stability to export: {self._error}")
         heading = Heading([stability.parameters], ignores_separation=not self.session.separation)
-        name = self.session.name
-        return scene_study_export(
-            kind, "stability", stability, name, charts=charts, heading=heading
-        )
+        stem = f"{self.session.name}-{study('stability').stem(stability)}"
+        return study_export(kind, "stability", stability, stem, charts=charts, heading=heading)
 
     def command_line(self) -> str:
         """The command that computes the stability of the edited parameters."""

@@ -22,6 +22,7 @@ from fivtui.measured import describe_verdict
 from fivtui.model import ComputationError, InputError
 from fivtui.results import Row
 from fivtui.signals import spectrum_chart
+from fivtui.studies import study
 from fivtui.transient import (
     TIME_LABEL,
     PlottedRun,
@@ -56,7 +57,7 @@ from .export import (
     belt_export,
     charts_export,
     run_export,
-    scene_study_export,
+    study_export,
 )
 from .job_pane import ActionPane
 from .messages import LiveRequested, RunRequested
@@ -318,8 +319,9 @@ class TransientPane(ActionPane):
         if view == MEASURED:
             validation = self.query_one(MeasuredView).validation
             heading = replace(heading, text=describe_verdict(validation))
-            return scene_study_export(
-                kind, "validation", validation, export.stem, charts=charts, heading=heading
+            stem = f"{export.stem}-{study('validation').stem(validation)}"
+            return study_export(
+                kind, "validation", validation, stem, charts=charts, heading=heading
             )
         # The figure of the numbers is that of the run.
         if (kind == FIGURE and view != "result") or view in _POINT_VIEWS:

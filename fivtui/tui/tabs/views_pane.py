@@ -169,9 +169,9 @@ class ViewsPane(Pane):
 
     @property
     def view(self) -> str:
-        """Identifier of the current view."""
+        """Identifier of the current view; at first that of the first one."""
         stored = self.stored_setting(self.VIEW_SETTING, "")
-        return stored if stored in self.VIEWS else self.default_view
+        return stored if stored in self.VIEWS else next(iter(self.VIEWS))
 
     def mark_result(self, *, outdated: bool = False) -> None:
         """Dim and mark a result that is not of the edited scene, and note values at t = 0."""
@@ -181,11 +181,6 @@ class ViewsPane(Pane):
         if note != self.title_note:
             self.title_note = note
             self.show_titles()
-
-    @property
-    def default_view(self) -> str:
-        """Identifier of the view that is shown at first."""
-        return next(iter(self.VIEWS))
 
     @property
     def page(self) -> Widget:

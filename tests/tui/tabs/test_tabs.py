@@ -167,12 +167,12 @@ async def test_the_trade_off_is_measured_and_shown(
     await pilot.press("alt+8")
     await until_shown(pilot, "F10 measures all methods")
     # A running job stops at once.
-    monkeypatch.setattr("fivtui.tradeoffs.measure_tradeoff", measure_endlessly)
+    monkeypatch.setattr("fivtui.tui.tabs.studies.tradeoff.measure_tradeoff", measure_endlessly)
     await pilot.press("f10")
     await until_shown(pilot, "Stop")
     await pilot.press("f10")
     await until_shown(pilot, "stopped at 0 %")
-    monkeypatch.setattr("fivtui.tradeoffs.measure_tradeoff", measure)
+    monkeypatch.setattr("fivtui.tui.tabs.studies.tradeoff.measure_tradeoff", measure)
     await pilot.press("f10")
     await until_shown(pilot, "error of final state")
     assert measured_scenes == [app_of(pilot).session.scene()]

@@ -108,19 +108,14 @@ class MeasuredView(Vertical):
     @on(DescendantBlur)
     def _show_text(self) -> None:
         # The error of the input, the meaning of its last option while it is typed, or the verdict.
-        data_input, result, is_error = (
-            self.query_one(OptionInput),
-            self._validation,
-            bool(self._error),
-        )
+        data_input, result = self.query_one(OptionInput), self._validation
+        is_error = bool(self._error)
         data_input.set_class(is_error, "-invalid")
         answer = text = ""
         if result is not None:
             warnings = [f"WARNING: {result.warning}"] if result.warning else []
-            answer, text = (
-                FACTS.join([describe_verdict(result), *warnings]),
-                _comparison_text(result),
-            )
+            answer = FACTS.join([describe_verdict(result), *warnings])
+            text = _comparison_text(result)
         if data_input.has_focus:
             text = option_help(ValidateOptions, self._text, _FORMAT)
         status = self.query_one(StatusLine)

@@ -12,7 +12,6 @@ from typing import ClassVar, Final, Literal
 import numpy as np
 from textual import on
 from textual.app import ComposeResult
-from textual.containers import Vertical
 from textual.widgets import Button
 
 from fivtui.charts import NearestPoint
@@ -66,11 +65,6 @@ class BranchesPane(StudyPane):
         yield from super().compose_bar()
         yield Button(_ORIGINS[self._origin], id="branch-from", compact=True)
 
-    def compose_views(self) -> ComposeResult:
-        """One chart."""
-        with Vertical(id="branch"):
-            yield ChartView("branch-chart", runs_points=True)
-
     @property
     def _origin(self) -> Origin:
         return "cycle" if self.stored_setting(_ORIGIN_SETTING, "") == "cycle" else "hopf"
@@ -82,7 +76,7 @@ class BranchesPane(StudyPane):
         event.button.label = _ORIGINS[self._origin]
         event.button.refresh(layout=True)
 
-    def parse(self, scene: Scene, text: str) -> "partial[CycleBranch]":
+    def parse(self, scene: Scene, text: str) -> partial[CycleBranch]:
         """The computation of the branch along a parameter and its range, such as ``μ=0.2:1``."""
         name, ends = parse_ends(replace_symbols(text), self.EXAMPLE)
         low, high = ends or (None, None)

@@ -3,14 +3,20 @@
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, Final
+from typing import Any, ClassVar, Final
 
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import Vertical
 
 from fivtui.charts import Heading
-from fivtui.identification import IdentifyOptions, fit_charts, prepare_fit, unit_of
+from fivtui.identification import (
+    Identification,
+    IdentifyOptions,
+    fit_charts,
+    prepare_fit,
+    unit_of,
+)
 from fivtui.scene import Scene
 from fivtui.studies import study
 from fivtui.transient import START_SPECS
@@ -23,9 +29,6 @@ from fivtui.tui.tabs.preview import FILE_FORMAT, MEASURED_SKETCH, Sketch
 from fivtui.tui.tabs.tables import RowsView
 
 from .study_pane import ResultInputs, StudyPane
-
-if TYPE_CHECKING:
-    from fivtui.identification import Identification
 
 _NO_SIGNALS: Final = "Features have no signals over time: v shows the fitted values."
 
@@ -82,11 +85,11 @@ class IdentificationPane(StudyPane):
         prepare_fit(scene, options)
         return scene, options
 
-    def compute(self, request: tuple[Scene, IdentifyOptions], job: Job) -> "Identification":
+    def compute(self, request: tuple[Scene, IdentifyOptions], job: Job) -> Identification:
         """Fit the parameters of a scene."""
         return prepare_fit(*request)(progress=job.report)
 
-    def show_result(self, result: "Identification") -> None:
+    def show_result(self, result: Identification) -> None:
         """Display a fit."""
         self._signal_index = 0
         super().show_result(result)
@@ -94,14 +97,14 @@ class IdentificationPane(StudyPane):
             # Targets have no signals to draw.
             self.show_view("fitted-values")
 
-    def answer_text(self, result: "Identification") -> str:
+    def answer_text(self, result: Identification) -> str:
         """The fitted values with their units."""
         return FACTS.join(
             f"{symbol_of(key)} {value.value:.5g} {unit_of(key)}".rstrip()
             for key, value in result.fit.items()
         )
 
-    def inputs_of(self, result: "Identification") -> ResultInputs:
+    def inputs_of(self, result: Identification) -> ResultInputs:
         """The values that were not fitted."""
         # Names of fitted values may be followed by the number of a file.
         fitted = [key.partition(".")[0] for key in result.fit]
@@ -110,7 +113,7 @@ class IdentificationPane(StudyPane):
             settings["start"] = result.scene.start
         return ResultInputs(result.scene.parameters, fitted, settings)
 
-    def draw_result(self, result: "Identification") -> None:
+    def draw_result(self, result: Identification) -> None:
         """Draw both signals and the residuals of a record, or list the values."""
         if self.view != "fit":
             self.query_one(RowsView).show(study(self.NAME).rows(result), "")
@@ -133,6 +136,6 @@ class IdentificationPane(StudyPane):
             report = f"opened the fit; {result.warning or self.answer_text(result)}"
             self.post_message(PointRunRequested(scene_texts(result.scene), report))
 
-    def heading(self, result: "Identification") -> Heading:
+    def heading(self, result: Identification) -> Heading:
         """The fitted parameters."""
         return Heading([result.parameters], ignores_separation=not result.scene.separation)

@@ -7,22 +7,28 @@ import math
 from collections.abc import Mapping
 from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING, ClassVar, Final
+from typing import ClassVar, Final
 
 import numpy as np
 from numpy.typing import NDArray
 from textual import on
-from textual.app import ComposeResult
-from textual.containers import Vertical
+from textual.timer import Timer
 from textual.widgets import Input
 
 from fivtui.charts import Axis, NearestPoint
-from fivtui.maps import MU_FREE_VALUES, check_map, check_points, compute_map
+from fivtui.maps import (
+    MU_FREE_VALUES,
+    StabilityMap,
+    check_map,
+    check_points,
+    compute_map,
+    map_chart,
+)
 from fivtui.model import ALL_PARAMETERS, InputError
 from fivtui.ranges import NamedRange, parse_ranges
 from fivtui.scene import Scene
 from fivtui.studies import study
-from fivtui.tui.chart import ChartView, ShadeScale
+from fivtui.tui.chart import ChartView
 from fivtui.tui.session import (
     SAFETY_MAPS,
     DisplayedStudy,
@@ -34,10 +40,7 @@ from fivtui.tui.session import (
 from fivtui.tui.tabs.job_pane import FACTS
 from fivtui.tui.tabs.preview import Sketch, about_here
 
-from .study_pane import QUANTITY_PAGE, ResultInputs, StudyPane
-
-if TYPE_CHECKING:
-    from fivtui.maps import StabilityMap
+from .study_pane import ResultInputs, StudyPane
 
 FloatArray = NDArray[np.float64]
 
@@ -121,12 +124,6 @@ class _MapStudy(StudyPane):
     INPUT_FORMAT: ClassVar[str] = "two ranges NAME=START:STOP:COUNT"
     VIEW_SETTING: ClassVar[str] = "value"
 
-    def compose_views(self) -> ComposeResult:
-        """One chart, and the scale of its shades."""
-        with Vertical(id=QUANTITY_PAGE):
-            yield (chart := ChartView("map-chart", runs_points=True))
-            yield ShadeScale(chart)
-
     @property
     def input_setting(self) -> str:
         """The key of the stored ranges; maps of values that do not depend on μ have their own."""
@@ -144,7 +141,7 @@ class _MapStudy(StudyPane):
         ranges = zip(map_ranges(self.text, self.view), (view.x, view.y), strict=True)
         return {named_range.name: mapped_values(named_range, axis) for named_range, axis in ranges}
 
-    def parse(self, scene: Scene, text: str) -> "partial[StabilityMap]":  # noqa: ARG002
+    def parse(self, scene: Scene, text: str) -> partial[StabilityMap]:  # noqa: ARG002
         """The computation of the map within the limits of the plot."""
         separation = scene.separation
         return partial(compute_map, scene.parameters, self.axes, self.view, separation=separation)
@@ -153,24 +150,22 @@ class _MapStudy(StudyPane):
         """Map the edited scene within the limits of the plot."""
         self.start(partial(self.compute, self.request()))
 
-    def answer_text(self, result: "StabilityMap") -> str:
+    def answer_text(self, result: StabilityMap) -> str:
         """How much of the map is dangerous."""
         rows = study(self.kind).rows(result)
         return FACTS.join(f"{row.label} {row.value}" for row in rows if row.label in _ANSWER)
 
-    def details_text(self, result: "StabilityMap") -> str:
+    def details_text(self, result: StabilityMap) -> str:
         """Number of points of the map, and the key that runs one."""
         return f"{result.values.size} points; Enter: run one"
 
-    def inputs_of(self, result: "StabilityMap") -> ResultInputs:
+    def inputs_of(self, result: StabilityMap) -> ResultInputs:
         """The fixed parameters of a map."""
         varied = [*result.names, *(["mu"] if result.value in MU_FREE_VALUES else [])]
         return ResultInputs(result.parameters, varied, {"separation": result.separation})
 
-    def draw_result(self, result: "StabilityMap") -> None:
+    def draw_result(self, result: StabilityMap) -> None:
         """Draw the map with the edited point."""
-        from fivtui.maps import map_chart
-
         parameters = None if self.edited is None else self.edited.parameters
         self.query_one(ChartView).show(map_chart(result, parameters))
 
@@ -183,7 +178,7 @@ class _MapStudy(StudyPane):
         self.check_input()
 
     @staticmethod
-    def read_point(result: "StabilityMap", point: NearestPoint) -> tuple[dict[str, str], str]:
+    def read_point(result: StabilityMap, point: NearestPoint) -> tuple[dict[str, str], str]:
         """Texts of the parameters and of separation at a point of the map, and its coordinates."""
         coordinates = [float(f"{value:.{_DIGITS}g}") for value in (point.x, point.y)]
         values = dict(zip(result.names, coordinates, strict=True))
@@ -231,12 +226,14 @@ class MapPane(_MapStudy):
     VIEWS: ClassVar[Mapping[str, str]] = QUANTITIES
 
     # The computed map; not stored with the session, because it is recomputed quickly.
-    _computed: "DisplayedStudy[StabilityMap] | None" = None
+    _computed: DisplayedStudy[StabilityMap] | None = None
     # The inputs of that map, compared to find whether it is outdated.
     _inputs: object = None
+    # The pause after the last edit.
+    _pause: Timer | None = None
 
     @property
-    def displayed(self) -> "DisplayedStudy[StabilityMap] | None":
+    def displayed(self) -> DisplayedStudy[StabilityMap] | None:
         """A map read from a file, or else the computed map of the current value."""
         computed = self._computed
         is_current = computed is not None and computed.value.value == self.view
@@ -246,7 +243,9 @@ class MapPane(_MapStudy):
     def scene_changed(self) -> None:
         """Display the map, and compute it if its inputs or the limits of the plot have changed."""
         super().scene_changed()
-        self.call_after_pause(_MAP_DELAY, self._follow)
+        if self._pause is not None:
+            self._pause.stop()
+        self._pause = self.set_timer(_MAP_DELAY, self._follow)
 
     def _follow(self) -> None:
         # The bar displays the error of the input, or the status of a map that was read.
@@ -272,7 +271,7 @@ class MapPane(_MapStudy):
         super().start_from_inputs()
         self.session.studies.pop(self.NAME, None)
 
-    def show_result(self, result: "StabilityMap") -> None:
+    def show_result(self, result: StabilityMap) -> None:
         """Display a computed map."""
         self._computed = DisplayedStudy(result, "")
         self.scene_changed()

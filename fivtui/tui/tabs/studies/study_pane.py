@@ -7,6 +7,7 @@ from typing import Any, ClassVar, Final, NamedTuple
 
 from textual import on
 from textual.app import ComposeResult
+from textual.containers import Vertical
 from textual.events import DescendantBlur, DescendantFocus
 from textual.widgets import Input
 
@@ -25,7 +26,7 @@ from fivtui.tui.session import (
     change_texts,
     study_command,
 )
-from fivtui.tui.tabs.export import Export, scene_study_export
+from fivtui.tui.tabs.export import Export, study_export
 from fivtui.tui.tabs.job_pane import FACTS, JobPane
 from fivtui.tui.tabs.messages import PointRunRequested
 from fivtui.tui.tabs.preview import Preview, Sketch, about_here
@@ -50,36 +51,23 @@ class StudyPane(JobPane):
 
     From the edited scene and the text of the input, `parse` makes a request, from which `compute`
     makes the result. A displayed result may also come from a file or from the saved session.
-
-    Attributes
-    ----------
-    NAME : str
-        Identifier of the tab.
-    EXAMPLE : str
-        Initial text of the input; if empty, there is no input.
-    INPUT_FORMAT : str
-        Format of the input, displayed while it has the focus.
-    QUANTITIES : mapping of str to str
-        Identifiers and titles of the views that display a quantity each, in `QUANTITY_PAGE`.
-    SKETCH : Sketch or None
-        Shape of a typical result, displayed before the first result.
-    START, TYPICAL_S : str, float
-        What starting the study does, as a verb with objects, and its usual duration, s, as
-        measured where `relative_duration` is 1.
-    NOTE : str
-        Further sentences before the first result.
-    REQUEST : str
-        Attribute of a result that is its request; if empty, the result itself says its command.
     """
 
     STATUS_BELOW: ClassVar[bool] = True
+    # Initial text of the input; if empty, there is no input. Its format, displayed while it is
+    # focused.
     EXAMPLE: ClassVar[str] = ""
     INPUT_FORMAT: ClassVar[str] = ""
+    # Identifiers and titles of the views that display a quantity each, in `QUANTITY_PAGE`.
     QUANTITIES: ClassVar[Mapping[str, str]] = {}
+    # Shape of a typical result, displayed before the first result.
     SKETCH: ClassVar[Sketch | None] = None
+    # What starting the study does, as a verb with objects; its usual duration, s, as measured where
+    # `relative_duration` is 1; further sentences before the first result.
     START: ClassVar[str] = ""
     TYPICAL_S: ClassVar[float] = 0.0
     NOTE: ClassVar[str] = ""
+    # Attribute of a result that is its request; if empty, the result itself says its command.
     REQUEST: ClassVar[str] = ""
 
     def __init__(self, session: Session) -> None:
@@ -231,6 +219,12 @@ class StudyPane(JobPane):
         return f"{self.START}, {about_here(self.TYPICAL_S)}"
 
     # The views
+
+    def compose_views(self) -> ComposeResult:
+        """By default one chart, whose points can be opened, and the scale of its shades."""
+        with Vertical(id=self.page_of(self.view)):
+            yield (chart := ChartView(f"{self.kind}-chart", runs_points=True))
+            yield ShadeScale(chart)
 
     def page_of(self, view: str) -> str:
         """Identifier of the page that displays a view."""
@@ -401,8 +395,9 @@ class StudyPane(JobPane):
         """Figure or data of the result; the figure is the displayed charts, if there are any."""
         displayed = self.required_result()
         result, name = displayed.value, displayed.name or self.session.name
+        stem = f"{name}-{study(self.kind).stem(result)}"
         charts, heading = self.visible_charts(), self.heading(result)
-        return scene_study_export(kind, self.kind, result, name, charts=charts, heading=heading)
+        return study_export(kind, self.kind, result, stem, charts=charts, heading=heading)
 
     def command_line(self) -> str:
         """The command that computes the displayed result; without result, the edited scene."""

@@ -6,17 +6,28 @@ Case 1 considers separation, Case 2 ignores it.
 
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING, ClassVar, Final
+from typing import ClassVar, Final
 
 import numpy as np
-from textual.app import ComposeResult
-from textual.containers import Vertical
 
 from fivtui.charts import NearestPoint
 from fivtui.model import InputError, OnProgress, Progress, System
 from fivtui.scene import Scene
+from fivtui.sweeps import (
+    SWEEP_PRESETS,
+    Study,
+    Sweep,
+    check_memory_limit,
+    compute_rows,
+    concatenate,
+    grid_chart,
+    parse_design,
+    scene_study,
+    sweep_chart,
+    sweep_curves,
+)
 from fivtui.transient import START_SPECS, resolve_start
-from fivtui.tui.chart import ChartView, ShadeScale
+from fivtui.tui.chart import ChartView
 from fivtui.tui.session import (
     DisplayedStudy,
     Job,
@@ -32,9 +43,6 @@ from fivtui.tui.tabs.preview import Sketch, about, about_here
 
 from .study_pane import SweepStudyPane
 
-if TYPE_CHECKING:
-    from fivtui.sweeps import Study, Sweep
-
 # The chart displays a sweep in parts: minimum number of members of a part, and number of parts.
 _MIN_PART_SIZE: Final = 16
 _MAX_PARTS: Final = 500
@@ -44,10 +52,8 @@ _OUTPUTS: Final = ("y_abs", "y_half_range")
 _TYPICAL_RUN_S: Final = 1e-3
 
 
-def partial_sweeps(study: "Study", progress: OnProgress) -> Iterator["Sweep"]:
+def partial_sweeps(study: Study, progress: OnProgress) -> Iterator[Sweep]:
     """Compute a sweep in parts, each with the rows so far; raises `Cancelled` if stopped."""
-    from fivtui.sweeps import Sweep, compute_rows, concatenate
-
     members, monitor, parts = study.members, Progress(progress), []
     part_size = max(_MIN_PART_SIZE, members // _MAX_PARTS)
     for first in range(0, members, part_size):
@@ -57,14 +63,12 @@ def partial_sweeps(study: "Study", progress: OnProgress) -> Iterator["Sweep"]:
         yield Sweep(study, concatenate(parts))
 
 
-def point_scene(study: "Study", point: NearestPoint, edited_separation: bool) -> Scene:
+def point_scene(study: Study, point: NearestPoint, edited_separation: bool) -> Scene:
     """The scene at a point of a sweep's chart.
 
     A chart over one parameter shows both cases; one over two parameters shows that of the edited
     scene, `edited_separation`, if the sweep has it.
     """
-    from fivtui.sweeps import sweep_curves
-
     axes = study.design.axes
     if len(axes) == 1:
         _, separation = sweep_curves(study)[point.trace]
@@ -113,17 +117,9 @@ class SweepPane(SweepStudyPane):
         varies_mu = "F" in dict(self.session.over_time)
         return f"μ={self.friction_range}:41" if varies_mu else self.EXAMPLE
 
-    def compose_views(self) -> ComposeResult:
-        """One chart."""
-        with Vertical(id="amplitudes"):
-            yield (chart := ChartView("sweep-chart", runs_points=True))
-            yield ShadeScale(chart)
-
     @staticmethod
-    def parse(scene: Scene, text: str) -> "Study":
+    def parse(scene: Scene, text: str) -> Study:
         """The sweep of a scene, in both cases, over one or two ranges, or that of a preset."""
-        from fivtui.sweeps import SWEEP_PRESETS, check_memory_limit, parse_design, scene_study
-
         preset = SWEEP_PRESETS.get(text.strip())
         varied = replace_symbols(text).split() if preset is None else preset.varied
         try:
@@ -147,13 +143,13 @@ class SweepPane(SweepStudyPane):
         duration = about_here(runs * _TYPICAL_RUN_S) if run_s is None else about(runs * run_s)
         return f"computes {runs} runs, {duration}"
 
-    def compute(self, request: "Study", job: Job) -> "Sweep":
+    def compute(self, request: Study, job: Job) -> Sweep:
         """Compute a sweep in parts, and display each part."""
         for result in partial_sweeps(request, job.report):
             self.call_later(self._show_part, job, result)
         return result
 
-    def _show_part(self, job: Job, result: "Sweep") -> None:
+    def _show_part(self, job: Job, result: Sweep) -> None:
         if job is self.job:
             self.session.studies[self.NAME] = DisplayedStudy(result, self.session.name)
 
@@ -161,7 +157,7 @@ class SweepPane(SweepStudyPane):
         """Display the members computed so far."""
         self.draw()
 
-    def answer_text(self, result: "Sweep") -> str:
+    def answer_text(self, result: Sweep) -> str:
         """The range of the peak of y, and the number of members."""
         peaks = result.table.numbers.get("y_abs", np.array([]))
         peaks = peaks[np.isfinite(peaks)]
@@ -170,17 +166,15 @@ class SweepPane(SweepStudyPane):
         count = str(members) if computed == members else f"{computed} of {members}"
         return FACTS.join(filter(None, (extent, f"{count} transients")))
 
-    def details_text(self, result: "Sweep") -> str:
+    def details_text(self, result: Sweep) -> str:
         """How many members failed, and why the first one did; empty if none."""
         table = result.table
         # Members that did not fail have an empty reason.
         reason = next(filter(None, table.reasons), "")
         return f"{table.failed} failed: {reason}" if table.failed else ""
 
-    def draw_result(self, result: "Sweep") -> None:
+    def draw_result(self, result: Sweep) -> None:
         """Draw the computed members, with the edited values of the swept parameters."""
-        from fivtui.sweeps import grid_chart, sweep_chart
-
         values = {} if self.edited is None else self.edited.parameters.as_dict()
         x, *others = (values.get(name) for name in result.study.design.axes)
         if not others:
@@ -191,7 +185,7 @@ class SweepPane(SweepStudyPane):
             chart = grid_chart(result, self.session.separation, point)
         self.query_one(ChartView).show(chart)
 
-    def read_point(self, result: "Sweep", point: NearestPoint) -> tuple[dict[str, str], str]:
+    def read_point(self, result: Sweep, point: NearestPoint) -> tuple[dict[str, str], str]:
         """Field texts of a member."""
         study = result.study
         texts = scene_texts(point_scene(study, point, self.session.separation))

@@ -7,13 +7,21 @@ uncertainty of the errors themselves.
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, ClassVar, Final
+from typing import ClassVar, Final
 
 from textual.app import ComposeResult
 from textual.containers import Vertical
 
 from fivtui.scene import Scene
-from fivtui.tradeoffs import QUICK_S, MeasuredSetting, cheapest, settings_table, tradeoff_chart
+from fivtui.tradeoffs import (
+    QUICK_S,
+    MeasuredSetting,
+    Tradeoff,
+    cheapest,
+    measure_tradeoff,
+    settings_table,
+    tradeoff_chart,
+)
 from fivtui.transient import uses_step
 from fivtui.tui.chart import ChartView
 from fivtui.tui.session import Job
@@ -22,14 +30,11 @@ from fivtui.tui.tabs.tables import ListTable
 
 from .study_pane import QUANTITY_PAGE, ResultInputs, StudyPane
 
-if TYPE_CHECKING:
-    from fivtui.tradeoffs import Tradeoff
-
 # Settings whose values differ by fewer decades than this count as equal.
 _EQUAL_DECADES: Final = 0.3
 
 
-def current_setting(result: "Tradeoff", scene: Scene) -> MeasuredSetting | None:
+def current_setting(result: Tradeoff, scene: Scene) -> MeasuredSetting | None:
     """The measured setting nearest to that of a scene.
 
     None if its method was not measured, or if error targets or a default choose the setting.
@@ -52,7 +57,7 @@ def _decades(row: MeasuredSetting, scene: Scene) -> float:
     return abs(math.log10(row.setting.value / getattr(scene, row.setting.knob)))
 
 
-def setting_text(result: "Tradeoff", scene: Scene, quantity: str) -> str:
+def setting_text(result: Tradeoff, scene: Scene, quantity: str) -> str:
     """Error and time of a scene's setting, and the cheapest setting that is as accurate."""
     if scene.accuracy:
         return "; ".join(
@@ -134,24 +139,22 @@ class TradeoffPane(StudyPane):
         scene.check_constant("a trade-off")
         return scene
 
-    def compute(self, request: Scene, job: Job) -> "Tradeoff":
+    def compute(self, request: Scene, job: Job) -> Tradeoff:
         """Measure a scene."""
-        from fivtui.tradeoffs import measure_tradeoff
-
         return measure_tradeoff(request, progress=job.report)
 
-    def answer_text(self, result: "Tradeoff") -> str:
+    def answer_text(self, result: Tradeoff) -> str:
         """Error and time of the setting of the edited scene, and a faster setting."""
         edited = self.edited
         return "" if edited is None else setting_text(result, edited, self.quantity)
 
-    def inputs_of(self, result: "Tradeoff") -> ResultInputs:
+    def inputs_of(self, result: Tradeoff) -> ResultInputs:
         """The measured motion; method and accuracy do not count."""
         names = ("separation", "start", "t_end", "over_time")
         settings = {name: getattr(result.scene, name) for name in names}
         return ResultInputs(result.scene.parameters, (), settings)
 
-    def draw_result(self, result: "Tradeoff") -> None:
+    def draw_result(self, result: Tradeoff) -> None:
         """Draw the current view, with error and time of the current setting."""
         current = None if self.edited is None else current_setting(result, self.edited)
         if self.view in self.QUANTITIES:

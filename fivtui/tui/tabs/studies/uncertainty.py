@@ -6,24 +6,34 @@ region has the samples with one outcome: no squeal, squeal after a knock, or squ
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, ClassVar, Final
+from typing import ClassVar, Final
 
 import numpy as np
 from textual.app import ComposeResult
 from textual.containers import Vertical
 
 from fivtui.charts import Heading
+from fivtui.reliability import (
+    Uncertainty,
+    compute_uncertainty,
+    displayed_quantity,
+    excess_remark,
+    histogram_chart,
+    parse_inputs,
+    probability_text,
+    quantity_name,
+    rank_inputs,
+    samples_chart,
+    scattered_study,
+)
 from fivtui.scene import Scene
+from fivtui.sweeps import Study, local_engine
 from fivtui.tui.chart import ChartView
 from fivtui.tui.session import Job, replace_symbols, symbol_of
 from fivtui.tui.tabs.preview import Sketch
 from fivtui.tui.tabs.tables import ListTable
 
 from .study_pane import QUANTITY_PAGE, SweepStudyPane
-
-if TYPE_CHECKING:
-    from fivtui.reliability import Uncertainty
-    from fivtui.sweeps import Study
 
 SAMPLES: Final = 4096
 # Columns of the table of Sobol indices. The first-order index is the share of the variance that an
@@ -38,10 +48,8 @@ _DOTS: Final = (0.618034 * _INDICES % 1.0, 0.754878 * _INDICES % 1.0)
 _Y: Final = np.linspace(0.0, 1.0, 40)
 
 
-def index_rows(result: "Uncertainty") -> Sequence[Sequence[str]]:
+def index_rows(result: Uncertainty) -> Sequence[Sequence[str]]:
     """Sobol indices of every quantity as rows of `_COLUMNS`, by decreasing total index."""
-    from fivtui.reliability import quantity_name, rank_inputs
-
     rows = []
     for name, indices in result.indices.items():
         # From derivatives at the means of all inputs.
@@ -65,10 +73,8 @@ def index_bar(first: float, total: float) -> str:
     return "█" * dark + "░" * max(end - dark, 0)
 
 
-def index_remark(result: "Uncertainty") -> str:
+def index_remark(result: Uncertainty) -> str:
     """A note on Sobol indices above 1 or below 0; empty if there are none."""
-    from fivtui.reliability import excess_remark
-
     indices = (text for _, _, *texts, _, _ in index_rows(result) for text in texts)
     remarks = sorted({*map(excess_remark, indices)} - {""})
     return f", indices {' and '.join(remarks)}: sampling error" if remarks else ""
@@ -115,17 +121,13 @@ class UncertaintyPane(SweepStudyPane):
             yield ChartView("samples-chart")
 
     @staticmethod
-    def parse(scene: Scene, text: str) -> "Study":
+    def parse(scene: Scene, text: str) -> Study:
         """The study of a scene with the distributions of the input, not with its own."""
-        from fivtui.reliability import parse_inputs, scattered_study
-
         inputs = parse_inputs(replace_symbols(text).split())
         return scattered_study(replace(scene, scatter=()), inputs, samples=SAMPLES)
 
-    def compute(self, request: "Study", job: Job) -> "Uncertainty":
+    def compute(self, request: Study, job: Job) -> Uncertainty:
         """Compute a study."""
-        from fivtui.reliability import compute_uncertainty
-        from fivtui.sweeps import local_engine
 
         def store_estimate(_members: int, estimate: str) -> None:
             job.note = estimate
@@ -135,22 +137,18 @@ class UncertaintyPane(SweepStudyPane):
             request, local_engine(), progress=job.report, on_estimates=store_estimate
         )
 
-    def answer_text(self, result: "Uncertainty") -> str:
+    def answer_text(self, result: Uncertainty) -> str:
         """The probabilities."""
-        from fivtui.reliability import probability_text
-
         return probability_text(result)
 
-    def details_text(self, result: "Uncertainty") -> str:
+    def details_text(self, result: Uncertainty) -> str:
         """Number of samples, with remarks; on indices only beside them."""
         remark = index_remark(result) if self.view == "indices" else ""
         samples = f"{result.scatter.samples} samples{remark}"
         return "; ".join(filter(None, (samples, super().details_text(result))))
 
-    def draw_result(self, result: "Uncertainty") -> None:
+    def draw_result(self, result: Uncertainty) -> None:
         """Draw the current view of a study."""
-        from fivtui.reliability import displayed_quantity, histogram_chart, samples_chart
-
         quantity = displayed_quantity(result, self.quantity)
         if self.view in self.QUANTITIES and quantity not in ("", self.view):
             # The result has no values of the chosen quantity.
@@ -163,6 +161,6 @@ class UncertaintyPane(SweepStudyPane):
         draw = samples_chart if self.view == "samples" else histogram_chart
         self.page.query_one(ChartView).show(draw(result, quantity))
 
-    def heading(self, result: "Uncertainty") -> Heading:
+    def heading(self, result: Uncertainty) -> Heading:
         """The parameters that do not scatter, and the probabilities."""
         return replace(super().heading(result), text=self.answer_text(result))
