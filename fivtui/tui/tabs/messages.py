@@ -41,12 +41,10 @@ class TabKeyPressed(Message):
     key: str
 
 
-@dataclass
 class RunRequested(Message):
     """The user wants to start a run or stop the active one."""
 
 
-@dataclass
 class LiveRequested(Message):
     """The live curve must be updated: its tab is visible, and the scene may have changed."""
 
@@ -62,7 +60,6 @@ class RunActionRequested(Message):
     action: str
 
 
-@dataclass
 class RunsChanged(Message):
     """A run was started, stopped, finished or changed."""
 

@@ -8,6 +8,7 @@ in separation: whether the slider may leave the belt.
 
 from collections.abc import Mapping
 from dataclasses import replace
+from functools import partial
 from typing import Any, ClassVar, Final
 
 from textual import on
@@ -164,17 +165,12 @@ class PaperPane(JobPane):
                 chart_view.view.hidden.clear()
         self.store_setting(_FIGURE_SETTING, key)
 
-    def _compute_figure(self, key: str) -> None:
-        results, panel = self._results, PANELS[key]
+    def _compute_figure(self, key: str, job: Job) -> str:
         # Compute all runs of a figure of amplitudes at once.
-        scenes = panel.scenes() if panel.kind == "amplitude" else []
-
-        def compute(job: Job) -> str:
-            results.prepare(scenes, job.report)
-            results.table(key)
-            return key
-
-        self.start(compute)
+        panel = PANELS[key]
+        self._results.prepare(panel.scenes() if panel.kind == "amplitude" else [], job.report)
+        self._results.table(key)
+        return key
 
     def _draw_figure(self) -> None:
         key = self._figure_key
@@ -187,7 +183,7 @@ class PaperPane(JobPane):
             for chart_view, chart in zip((first, second), charts, strict=False):
                 chart_view.show(chart)
         elif self.job is None:
-            self._compute_figure(key)
+            self.start(partial(self._compute_figure, key))
 
     def export(self, kind: str) -> Export:
         """Figure or data of the selected figure, or the claims as data."""

@@ -21,6 +21,7 @@ from fivtui.charts import Cursors, View, VisibleCharts, cursor_texts
 from fivtui.tui.chart import ChartView, Control
 
 from .pane import Pane
+from .preview import Preview, Sketch
 from .tables import flow_facts
 
 # Short titles of views, for narrow windows, and columns of a border beside its titles.
@@ -59,6 +60,8 @@ class ViewsPane(Pane):
     VIEW_SETTING: ClassVar[str] = "view"
     # Whether the tab computes with the values of tables over time at t = 0.
     AT_START: ClassVar[bool] = False
+    # Shape of a typical result, displayed before the first result.
+    SKETCH: ClassVar[Sketch | None] = None
     # A note on the views after their titles, if the border has room.
     title_note = ""
     BINDINGS: ClassVar[list[BindingType]] = [
@@ -70,16 +73,13 @@ class ViewsPane(Pane):
         """The views, and the values that cursors read."""
         with ContentSwitcher(initial=self.page_of(self.view), classes="views"):
             yield from self.compose_views()
-        yield from self.compose_preview()
+        if self.SKETCH is not None:
+            yield Preview(self.SKETCH)
         yield Static("", classes="cursor-text", markup=False)
 
     def compose_views(self) -> ComposeResult:
         """The pages of the views."""
         raise NotImplementedError
-
-    def compose_preview(self) -> ComposeResult:
-        """What the pane shows in place of its views."""
-        yield from ()
 
     def page_of(self, view: str) -> str:
         """Identifier of the page that displays a view."""
@@ -163,11 +163,6 @@ class ViewsPane(Pane):
         raise NotImplementedError
 
     @property
-    def view_switcher(self) -> ContentSwitcher:
-        """The container of the views."""
-        return self.query_one(ContentSwitcher)
-
-    @property
     def view(self) -> str:
         """Identifier of the current view; at first that of the first one."""
         stored = self.stored_setting(self.VIEW_SETTING, "")
@@ -222,7 +217,9 @@ class ViewsPane(Pane):
     def fit_charts(self) -> None:
         """Show the chosen chart of the page, or all charts if they have enough rows or columns."""
         page_charts, stacked = list(self.page.query(ChartView)), self._stacked_charts
-        shown = page_charts[: max(self.view_switcher.size.width // _MIN_CHART_COLUMNS, 1)]
+        shown = page_charts[
+            : max(self.query_one(ContentSwitcher).size.width // _MIN_CHART_COLUMNS, 1)
+        ]
         if stacked:
             rows = self._chart_rows
             default = _ALL if rows >= _GOOD_CHART_ROWS else ""
@@ -240,7 +237,7 @@ class ViewsPane(Pane):
     @property
     def _chart_rows(self) -> int:
         # Rows of each chart if all are shown; whatever is beside them has one row.
-        rows = self.view_switcher.size.height
+        rows = self.query_one(ContentSwitcher).size.height
         rows -= sum(part.display and not isinstance(part, ChartView) for part in self.page.children)
         return rows // len(self._stacked_charts)
 
@@ -265,7 +262,7 @@ class ViewsPane(Pane):
     def show_view(self, name: str) -> None:
         """Show a view by its identifier."""
         self.store_setting(self.VIEW_SETTING, name)
-        self.view_switcher.current = self.page_of(name)
+        self.query_one(ContentSwitcher).current = self.page_of(name)
         self.show_titles()
         self.fit_charts()
         self.draw()

@@ -54,12 +54,11 @@ _MAX_SIXEL_WIDTH: Final = 960
 _HELD_S: Final = 0.25
 
 
+@dataclass
 class TerminalReply(Message):
-    """An answer of the terminal to a query."""
+    """An answer of the terminal to a query, as a match of `_REPLY`."""
 
-    def __init__(self, match: re.Match[str]) -> None:
-        super().__init__()
-        self.fields: Mapping[str, str | None] = match.groupdict()
+    match: re.Match[str]
 
 
 class _ReplyParser(XTermParser):
@@ -177,11 +176,11 @@ class Pictures:
 
     def read(self, reply: TerminalReply) -> None:
         """Handle an answer of the terminal."""
-        if reply.fields["kitty"] == "OK":
+        if reply.match["kitty"] == "OK":
             self._protocol = "kitty"
-        elif width := reply.fields["width"]:
-            self._cell = Size(int(width), int(reply.fields["height"] or 0))
-        elif SIXEL_ATTRIBUTE in (reply.fields["attributes"] or "").split(";")[1:]:
+        elif width := reply.match["width"]:
+            self._cell = Size(int(width), int(reply.match["height"] or 0))
+        elif SIXEL_ATTRIBUTE in (reply.match["attributes"] or "").split(";")[1:]:
             self._protocol = self._protocol or "sixel"
         write_changes(self._app)
 

@@ -3,9 +3,11 @@
 import time
 from typing import ClassVar, Final
 
+from textual import on
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import Vertical
+from textual.events import Resize
 
 from fivtui.film import Layout, Timing, belt_chart, layout_of, watchable_speed
 from fivtui.transient import Transient
@@ -63,6 +65,7 @@ class BeltView(Vertical):
             self.speed = watchable_speed(run)
         self.action_go_to(self.t if t is None else t)
 
+    @on(Resize)
     def draw(self) -> None:
         """Draw the slider at the current time."""
         if self._run is None or self._layout is None:
@@ -72,10 +75,6 @@ class BeltView(Vertical):
         aspect = _CELL_ASPECT * max(columns, 1) / max(rows, 1)
         timing = Timing(0.0, self._run.t_end, self.speed)
         view.show(belt_chart(self._run, self._layout, timing, self.t, aspect))
-
-    def on_resize(self) -> None:
-        """Draw for the new size."""
-        self.draw()
 
     def stop(self) -> None:
         """Stop the motion."""

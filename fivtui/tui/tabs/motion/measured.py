@@ -115,7 +115,11 @@ class MeasuredView(Vertical):
         if result is not None:
             warnings = [f"WARNING: {result.warning}"] if result.warning else []
             answer = FACTS.join([describe_verdict(result), *warnings])
-            text = _comparison_text(result)
+            text = (
+                f"rms {result.rms:.4g} {result.unit}, at most {result.greatest:.4g} {result.unit}; "
+                f"{result.measurement.signal!r} as {result.quantity}, {result.t.size} samples, "
+                f"shift {result.shift:.5g} s"
+            )
         if data_input.has_focus:
             text = option_help(ValidateOptions, self._text, _FORMAT)
         status = self.query_one(StatusLine)
@@ -135,12 +139,3 @@ class MeasuredView(Vertical):
         for chart in self.query(ChartView):
             chart.view.reset()
         self.draw()
-
-
-def _comparison_text(result: Validation) -> str:
-    """The deviation and the compared quantities."""
-    return (
-        f"rms {result.rms:.4g} {result.unit}, at most {result.greatest:.4g} {result.unit}; "
-        f"{result.measurement.signal!r} as {result.quantity}, {result.t.size} samples, "
-        f"shift {result.shift:.5g} s"
-    )

@@ -10,13 +10,7 @@ from textual.binding import Binding, BindingType
 from textual.containers import Vertical
 
 from fivtui.charts import Heading
-from fivtui.identification import (
-    Identification,
-    IdentifyOptions,
-    fit_charts,
-    prepare_fit,
-    unit_of,
-)
+from fivtui.identification import Identification, IdentifyOptions, fit_charts, prepare_fit, unit_of
 from fivtui.scene import Scene
 from fivtui.studies import study
 from fivtui.transient import START_SPECS

@@ -24,6 +24,7 @@ from fivtui.tui.session import (
     Job,
     Session,
     change_texts,
+    compute_outcome,
     study_command,
 )
 from fivtui.tui.tabs.export import Export, study_export
@@ -60,8 +61,6 @@ class StudyPane(JobPane):
     INPUT_FORMAT: ClassVar[str] = ""
     # Identifiers and titles of the views that display a quantity each, in `QUANTITY_PAGE`.
     QUANTITIES: ClassVar[Mapping[str, str]] = {}
-    # Shape of a typical result, displayed before the first result.
-    SKETCH: ClassVar[Sketch | None] = None
     # What starting the study does, as a verb with objects; its usual duration, s, as measured where
     # `relative_duration` is 1; further sentences before the first result.
     START: ClassVar[str] = ""
@@ -79,11 +78,6 @@ class StudyPane(JobPane):
         self.kind = "map" if self.NAME in SAFETY_MAPS else self.NAME
         # The example for the last scene.
         self._example = self.example
-
-    def compose_preview(self) -> ComposeResult:
-        """The preview of the first result."""
-        if self.SKETCH is not None:
-            yield Preview(self.SKETCH)
 
     # The input
 
@@ -148,11 +142,8 @@ class StudyPane(JobPane):
 
     def check_input(self) -> None:
         """Check the input and display its error."""
-        self._error = ""
-        try:
-            self.parse(self.edited or self.session.loaded, self.text)
-        except InputError as error:
-            self._error = str(error)
+        scene = self.edited or self.session.loaded
+        self._error = compute_outcome(lambda: self.parse(scene, self.text)).error
         self.query_one(".study-input").set_class(bool(self._error), "-invalid")
         self.show_bar()
 
@@ -201,18 +192,10 @@ class StudyPane(JobPane):
                 action, note = self.start_text(), self.NOTE
             else:
                 action, note = "stops the computation", self.job.note
-            refusal = self._refusal()
+            # Why a scene with tables over time cannot be studied.
+            refusal = compute_outcome(self.request).error if self.session.over_time else ""
             start = ("", f"{refusal}.") if refusal else (keys["compute"], f"{action}.")
             self.query_one(Preview).show(sketch, start, *edit, *([("", note)] if note else []))
-
-    def _refusal(self) -> str:
-        # Why a scene with tables over time cannot be studied; else empty.
-        if self.session.over_time:
-            try:
-                self.request()
-            except InputError as error:
-                return str(error)
-        return ""
 
     def start_text(self) -> str:
         """What the key of the computation does, and how long it usually takes."""
@@ -259,10 +242,7 @@ class StudyPane(JobPane):
     @property
     def edited(self) -> Scene | None:
         """The edited scene; None if a field is invalid."""
-        try:
-            return self.session.scene()
-        except InputError:
-            return None
+        return compute_outcome(self.session.scene).result
 
     def start_from_inputs(self) -> None:
         """Compute the study of the edited scene."""
@@ -313,7 +293,11 @@ class StudyPane(JobPane):
         advice = f"{self.session.key_names['compute']} computes again"
         try:
             scene = self.session.scene()
-            computed_scene = self.computed_scene(result, scene)
+            # The edited scene with the values on which the result depends, except varied ones.
+            inputs, values = self.inputs_of(result), scene.parameters.as_dict()
+            varied_values = {name: values[name] for name in inputs.varied if name in values}
+            parameters = inputs.parameters.with_values(varied_values)
+            computed_scene = replace(scene, parameters=parameters, **inputs.settings)
         except InputError:
             # Invalid fields, or an edited value that the result's parameters do not allow.
             return f"of {OUTDATED_NOTE}: {advice}"
@@ -322,13 +306,6 @@ class StudyPane(JobPane):
             return ""
         rest = f" and {len(changes) - 1} more" if len(changes) > 1 else ""
         return f"of {changes[0]}{rest}: {advice}"
-
-    def computed_scene(self, result: Any, edited: Scene) -> Scene:
-        """The edited scene with the values on which a result depends, except varied ones."""
-        inputs, values = self.inputs_of(result), edited.parameters.as_dict()
-        varied_values = {name: values[name] for name in inputs.varied if name in values}
-        parameters = inputs.parameters.with_values(varied_values)
-        return replace(edited, parameters=parameters, **inputs.settings)
 
     def inputs_of(self, result: Any) -> ResultInputs:
         """The inputs on which a result depends."""
