@@ -45,15 +45,11 @@ def switch_cursor(chart: Chart, view: View, *, second: bool) -> None:
     for is_second in (False, True) if second else (False,):
         cursors.second_is_active = is_second
         if cursors.active_position is None:
-            _place_cursor(chart, view, _INITIAL_POSITIONS[is_second])
-
-
-def _place_cursor(chart: Chart, view: View, initial_position: float) -> None:
-    values = _curve_values(chart, view)
-    if values is None:
-        move_cursor(chart, view, (initial_position, 0.5))
-    else:
-        view.cursors.move((float(values[int(initial_position * (values.size - 1))]), 0.0))
+            initial_position, values = _INITIAL_POSITIONS[is_second], _curve_values(chart, view)
+            if values is None:
+                move_cursor(chart, view, (initial_position, 0.5))
+            else:
+                cursors.move((float(values[int(initial_position * (values.size - 1))]), 0.0))
 
 
 def _curve_values(chart: Chart, view: View) -> NDArray[np.float64] | None:

@@ -53,11 +53,9 @@ def _encode_band(band: Pixels) -> Iterator[bytes]:
     for number in np.flatnonzero(np.bincount(band.ravel())[:_MAX_COLOURS]):
         sixels = _SIXEL_BITS @ (band == number) + ord(_NO_PIXELS)
         line = sixels.tobytes().rstrip(_NO_PIXELS)
-        yield b"#%d" % number + _REPEATED.sub(_count_repeated, line)
-
-
-def _count_repeated(match: re.Match[bytes]) -> bytes:
-    return b"!%d%b" % (len(match[0]), match[1])
+        # Sixels that are repeated follow their number.
+        line = _REPEATED.sub(lambda match: b"!%d%b" % (len(match[0]), match[1]), line)
+        yield b"#%d" % number + line
 
 
 def encode_kitty(pixels: Pixels, number: int, columns: int, rows: int) -> str:

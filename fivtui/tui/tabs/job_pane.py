@@ -18,7 +18,6 @@ from fivtui.tui.session import (
     SCREEN_RESPONSE,
     Job,
     Outcome,
-    Session,
     compute_outcome,
     crash_message,
     duration_text,
@@ -118,8 +117,6 @@ class ActionPane(ViewsPane):
     # Label of the button, and the identifier of the key that does the same.
     VERB: ClassVar[str] = "Compute"
     KEY: ClassVar[str] = "compute"
-    # Status before the first result.
-    HINT: ClassVar[str] = ""
     # Whether the status is below the views, because inputs fill the line of the action.
     STATUS_BELOW: ClassVar[bool] = False
 
@@ -161,14 +158,12 @@ class ActionPane(ViewsPane):
 class JobPane(ActionPane):
     """A pane whose action starts and stops a computation in a thread."""
 
-    def __init__(self, session: Session) -> None:
-        super().__init__(session)
-        self.job: Job | None = None
-        self.status = self.HINT
-        # What the displayed result says in words or numbers.
-        self.answer = ""
-        # Duration of the latest job that finished, s.
-        self.duration = 0.0
+    job: Job | None = None
+    status = ""
+    # What the displayed result says in words or numbers.
+    answer = ""
+    # Duration of the latest job that finished, s.
+    duration = 0.0
 
     def on_mount(self) -> None:
         """Prepare the polling of the progress."""

@@ -58,13 +58,13 @@ class PaperPane(JobPane):
 
     NAME: ClassVar[str] = "paper"
     VERB: ClassVar[str] = "Check"
-    HINT: ClassVar[str] = "Enter: figure, o: scene"
     VIEWS: ClassVar[Mapping[str, str]] = {
         "figures": "Figures",
         "claims": "Claims",
         "figure": "Figure",
     }
     BINDINGS: ClassVar[list[BindingType]] = [Binding("o", "open_scene", "Load scene")]
+    status = "Enter: figure, o: scene"
 
     def __init__(self, session: Session) -> None:
         super().__init__(session)

@@ -20,7 +20,7 @@ from fivtui.equilibrium import (
 from fivtui.model import InputError
 from fivtui.studies import study
 from fivtui.tui.chart import ChartView
-from fivtui.tui.session import Session, attractor_rows, base_scene, compute_outcome, study_command
+from fivtui.tui.session import attractor_rows, base_scene, compute_outcome, study_command
 
 from .export import Export, study_export
 from .messages import PointRunRequested
@@ -39,13 +39,11 @@ class StabilityPane(ViewsPane):
         "facts": "Summary",
     }
 
-    def __init__(self, session: Session) -> None:
-        super().__init__(session)
-        # The stability of the edited parameters; None with an error.
-        self._stability: Stability | None = None
-        self._error = ""
-        # The eigenvalues over μ; None without an equilibrium at μ = 0.
-        self._scan: ModeScan | None = None
+    # The stability of the edited parameters; None with an error.
+    _stability: Stability | None = None
+    _error = ""
+    # The eigenvalues over μ; None without an equilibrium at μ = 0.
+    _scan: ModeScan | None = None
 
     def compose_views(self) -> ComposeResult:
         """Growth rates and frequencies, eigenvalues, summary."""

@@ -61,11 +61,9 @@ class TabLine(Widget, can_focus=True):
             # Without the keys of all tabs, the first one stands for them.
             first = "" if _KEYS in parts else f"{self._sign(TABS[0])}… "
             line += Content.styled(f"{self._modifier}{first}", _KEY_STYLE)
-        is_first = True
-        for group, specs in groupby(TABS, key=lambda spec: spec.group):
-            if not is_first:
+        for index, (group, specs) in enumerate(groupby(TABS, key=lambda spec: spec.group)):
+            if index > 0:
                 line += Content.styled("│", "$foreground 30%") + blanks
-            is_first = False
             if _GROUPS in parts and group:
                 line += Content.styled(group, "$foreground 60% italic") + blanks
             for spec in specs:

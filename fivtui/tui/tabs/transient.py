@@ -51,14 +51,7 @@ from fivtui.tui.session import (
     study_command,
 )
 
-from .export import (
-    FIGURE,
-    Export,
-    belt_export,
-    charts_export,
-    run_export,
-    study_export,
-)
+from .export import FIGURE, Export, belt_export, charts_export, run_export, study_export
 from .job_pane import ActionPane
 from .messages import LiveRequested, RunRequested
 from .motion.belt import BeltView

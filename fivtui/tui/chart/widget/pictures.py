@@ -64,9 +64,7 @@ class TerminalReply(Message):
 class _ReplyParser(XTermParser):
     # Removes answers to queries from what is typed: Textual would take them for keys.
 
-    def __init__(self, debug: bool = False) -> None:
-        super().__init__(debug)
-        self._incomplete_reply = ""
+    _incomplete_reply = ""
 
     def feed(self, data: str) -> Iterator[Message]:
         text, self._incomplete_reply = self._incomplete_reply + data, ""
