@@ -216,7 +216,7 @@ async def test_a_sweep_can_be_started_and_stopped_and_its_points_opened(
     assert runs.displayed.scene.parameters.F > 80.0
     assert app_of(pilot).session.texts["F"] != "80"
     monkeypatch.setattr(
-        "fivtui.sweeps.compute_rows",
+        "fivtui.tui.tabs.studies.sweep.compute_rows",
         lambda _s, _a, _b, progress: endless_simulate(progress=progress),
     )
     await pilot.press("alt+6", "f10")
