@@ -217,6 +217,7 @@ class FileActions(EditActions, RunActions):
             if isinstance(pane, StudyPane):
                 if key in pane.VIEWS:
                     pane.show_view(key)
+                pane.stop()
                 pane.reset_charts()
 
         self.action_show_tab("safe-mu" if key in SAFETY_MAPS else kind)

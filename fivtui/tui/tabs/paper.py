@@ -160,9 +160,7 @@ class PaperPane(JobPane):
     def _choose_figure(self, key: str) -> None:
         if key != self.stored_setting(_FIGURE_SETTING, ""):
             # The limits were chosen for another figure.
-            for chart_view in self.query(ChartView):
-                chart_view.view.reset()
-                chart_view.view.hidden.clear()
+            self.reset_charts()
         self.store_setting(_FIGURE_SETTING, key)
 
     def _compute_figure(self, key: str, job: Job) -> str:

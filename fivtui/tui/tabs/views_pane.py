@@ -206,6 +206,17 @@ class ViewsPane(Pane):
         is_row = isinstance(self.page, Horizontal)
         return VisibleCharts(panels, side_by_side=is_row) if panels else None
 
+    def fit_axes(self) -> None:
+        """Fit the axes: the limits were chosen for an earlier result, or another quantity."""
+        for chart in self.query(ChartView):
+            chart.view.reset()
+
+    def reset_charts(self) -> None:
+        """Show the whole of another result, with all traces."""
+        self.fit_axes()
+        for chart in self.query(ChartView):
+            chart.view.hidden.clear()
+
     # Several charts in a page
 
     @property

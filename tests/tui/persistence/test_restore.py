@@ -130,7 +130,8 @@ async def test_the_previous_screen_is_restored(
     assert len(list(folder.iterdir())) == 4
 
     monkeypatch.setattr(
-        "fivtui.tradeoffs.measure_tradeoff", lambda *_, **__: pytest.fail("measured")
+        "fivtui.tui.tabs.studies.tradeoff.measure_tradeoff",
+        lambda *_, **__: pytest.fail("measured"),
     )
     async with FivtuiApp(state=session_path).run_test(size=SIZE) as pilot:
         session = app_of(pilot).session

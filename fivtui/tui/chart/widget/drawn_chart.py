@@ -194,9 +194,8 @@ class DrawnChart(Widget):
         """A line of the picture."""
         lines = self._drawn_lines()
         spans = lines[y] if y < len(lines) else []
-        width = self.size.width
         segments = [Segment(text, self._style(name)) for text, name in spans]
-        return Strip(segments).adjust_cell_length(width, self._style("plot"))
+        return Strip(segments).adjust_cell_length(self.size.width, self._style("plot"))
 
     def _drawn_lines(self) -> list[list[Span]]:
         width, height = self.size

@@ -258,18 +258,6 @@ class StudyPane(JobPane):
         """
         return request(progress=job.report)
 
-    def fit_axes(self) -> None:
-        """Fit the axes: the limits were chosen for an earlier result, or another quantity."""
-        for chart in self.query(ChartView):
-            chart.view.reset()
-
-    def reset_charts(self) -> None:
-        """Show the whole of a result that was read, which replaces the one being computed."""
-        self.stop()
-        self.fit_axes()
-        for chart in self.query(ChartView):
-            chart.view.hidden.clear()
-
     def show_result(self, result: Any) -> None:
         """Display a computed result, and log its answer."""
         self.session.studies[self.study_key] = DisplayedStudy(result, self.session.name)
