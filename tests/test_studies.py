@@ -42,7 +42,8 @@ from fivtui.studies import (
     study,
 )
 from fivtui.tui.persistence.results import ResultStore
-from fivtui.tui.session.command_lines import Origin, study_command
+from fivtui.tui.session.command_lines import study_command
+from fivtui.tui.session.editing import Editing
 from fivtui.tui.session.session import DisplayedStudy
 from fivtui.tui.tabs.export import DATA, FIGURE, study_export
 
@@ -155,7 +156,7 @@ def test_a_new_study_is_exported_stored_and_shown_by_the_laboratory(tmp_path: Pa
     store.remove_unused({})
     assert list((tmp_path / "kept").iterdir()) == []
     # The base scene has no name on the command line.
-    line = study_command("bounce", BOUNCE_RESULT, Origin(PRESETS["base"], source=""))
+    line = study_command("bounce", BOUNCE_RESULT, Editing(PRESETS["base"], ""))
     assert line == "fivtui bounce --set F=60"
 
 

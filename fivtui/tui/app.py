@@ -21,9 +21,10 @@ from textual.screen import Screen
 from textual.theme import BUILTIN_THEMES, Theme
 
 from fivtui.model import InputError, unknown_name_error
-from fivtui.scene import Scene, scene_file
+from fivtui.scene import Scene
 from fivtui.tui.chart import Pictures, TerminalReply, with_chart_colours
 
+from . import lab
 from .lab import (
     KEY_IDS,
     KeyQueue,
@@ -60,12 +61,6 @@ _SIZE_PAUSE_S: Final = 0.12
 _SLOW_SIZE_PAUSE_S: Final = 0.3
 
 
-def _command_provider() -> type[Provider]:
-    from .lab import LabCommands
-
-    return LabCommands
-
-
 class FivtuiApp(App[None]):
     """The terminal laboratory: restores, displays and saves a session."""
 
@@ -75,7 +70,9 @@ class FivtuiApp(App[None]):
         _STYLES / "charts.tcss",
         _STYLES / "dialogs.tcss",
     ]
-    COMMANDS: ClassVar[set[type[Provider] | Callable[[], type[Provider]]]] = {_command_provider}
+    COMMANDS: ClassVar[set[type[Provider] | Callable[[], type[Provider]]]] = {
+        lambda: lab.LabCommands
+    }
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding(
             "ctrl+q",
@@ -165,8 +162,7 @@ class FivtuiApp(App[None]):
         if scene is not None:
             # As where it is opened in the laboratory: undo restores the scene of the session.
             self.session.load(scene, source)
-            if scene_file(source) is not None:
-                self.session.add_recent(source)
+            self.session.add_recent(source)
             self._reports.append(Reported(f"scene {scene.name} opened: {source}", routine=True))
         numbers = ", ".join(str(slot.number) for slot in reversed(self.autosave.other_slots))
         if numbers:
@@ -305,9 +301,9 @@ class FivtuiApp(App[None]):
         self._start_screen()
 
     def _start_screen(self) -> None:
-        lab = cast("LabScreen", self.screen_stack[0])
+        screen = cast("LabScreen", self.screen_stack[0])
         for report in self._reports:
-            lab.post_message(report)
+            screen.post_message(report)
         self._reports.clear()
         # After the first frame, because loading the kernel is slow.
         self.call_after_refresh(self._report_interpreted_kernel)
@@ -315,9 +311,9 @@ class FivtuiApp(App[None]):
             store, unread = self.autosave.store, dict(self.session.unread_results)
             # After the first frame, because reading files may be slow.
             self.call_after_refresh(
-                lab.run_in_thread,
+                screen.run_in_thread,
                 "restoring",
-                lambda: lab.call_later(lab.restore_results, *store.read(unread)),
+                lambda: screen.call_later(screen.restore_results, *store.read(unread)),
             )
 
     def _report_interpreted_kernel(self) -> None:

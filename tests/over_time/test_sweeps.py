@@ -70,11 +70,11 @@ def test_a_brake_stop_is_swept_into_a_file_that_stores_its_tables(tmp_path: Path
     for (_c1, _separation, final_stick, *_), stop in zip(restored.rows, stops, strict=True):
         assert final_stick == stop.final_stick
     # An origin is a scene, here with the preset that names it on the command line.
-    assert study_command("sweep", restored.study, Session(BRAKE_STOP, "brake-stop").origin) == (
+    assert study_command("sweep", restored.study, Session(BRAKE_STOP, "brake-stop")) == (
         "fivtui sweep brake-stop --vary c1=0.3,0.6 --output final_stick --output y_abs"
     )
     with pytest.raises(InputError, match="no option sets over_time; save the scene"):
-        study_command("sweep", restored.study, Session().origin)
+        study_command("sweep", restored.study, Session())
 
 
 @pytest.mark.parametrize(
@@ -117,7 +117,7 @@ def test_command_lines_reproduce_scenes_with_tables_or_are_refused() -> None:
     session.set_text("k1", "120")
     assert command_line(session) == "fivtui simulate brake-stop --set k1=120"
     # Stability is evaluated at t = 0.
-    line = study_command("stability", session.stability(), session.origin)
+    line = study_command("stability", session.stability(), session)
     assert line.startswith("fivtui stability --set")
     assert "--set F=10" in line
     with pytest.raises(InputError, match="no option sets over_time; save the scene"):

@@ -46,7 +46,8 @@ from fivtui.sweeps.rows import Rows
 from fivtui.sweeps.run import Engine, local_engine, sweep
 from fivtui.sweeps.scatter import Scatter
 from fivtui.sweeps.study import Study
-from fivtui.tui.session.command_lines import Origin, study_command
+from fivtui.tui.session.command_lines import study_command
+from fivtui.tui.session.editing import Editing
 from fivtui.tui.tabs.studies.uncertainty import UncertaintyPane, index_remark
 
 # Critical and safe friction coefficient of the base set. Safe μ is the least μ of a limit cycle:
@@ -443,7 +444,7 @@ def test_the_command_line_takes_the_distributions_of_the_scene(
 def test_a_shown_command_does_not_scatter_what_its_scene_scatters_besides(tmp_path: Path) -> None:
     path = scattered_scene(tmp_path)
     scene = load_scene(path)
-    origin = Origin(scene, str(path))
+    origin = Editing(scene, str(path))
     command = study_command("uncertainty", scattered_study(scene, {}, samples=64), origin)
     assert shlex.split(command)[1:5] == ["uncertainty", str(path), "--vary", "mu~normal:0.42:0.01"]
     # The file would also scatter F.

@@ -232,7 +232,7 @@ async def until_notice(pilot: Pilot[None], phrase: str) -> None:
 
 def command_line(session: Session) -> str:
     """The command for the edited transient; raises `InputError` if a field is invalid."""
-    return study_command("run", session.scene(), session.origin)
+    return study_command("run", session.scene(), session)
 
 
 def app_of(pilot: Pilot[None]) -> FivtuiApp:

@@ -6,7 +6,6 @@ from textual import on
 
 from fivtui.model import BELT_PARAMETERS
 from fivtui.ranges import number_text
-from fivtui.scene import scene_file
 from fivtui.tui.tabs import FieldEdited, FieldStepped, RunsChanged, SceneLoaded
 
 from .actions import LabActions
@@ -40,7 +39,7 @@ class EditActions(LabActions):
     @on(SceneLoaded)
     def _load_scene(self, event: SceneLoaded) -> None:
         self.session.load(event.scene, event.source)
-        self.add_recent(event.source)
+        self.session.add_recent(event.source)
         self.show_edit(event.report)
 
     def action_drop_tables(self) -> None:
@@ -93,8 +92,3 @@ class EditActions(LabActions):
         self.show_inputs()
         if list(self.session.runs) != runs_before:
             self.post_message(RunsChanged())
-
-    def add_recent(self, source: str) -> None:
-        """Add a scene to the recent files if it has a file."""
-        if scene_file(source) is not None:
-            self.session.add_recent(source)

@@ -3,7 +3,7 @@
 import os
 import re
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from dataclasses import replace
 from io import BytesIO
 from pathlib import Path
@@ -57,42 +57,35 @@ class FileActions(EditActions, RunActions):
 
     def _export(self, export: Export) -> None:
         # Ask for a path and write an export to it, or to a file that the browser downloads.
-        scene_path = scene_file(self.session.source)
-        title = f"Export the {export.kind} of {export.subject}"
+        scene_path, is_web = scene_file(self.session.source), self.app.is_web
+        # The browser chooses the folder; a download overwrites no file.
+        written_file = _download_file if is_web else nullcontext
+        hint = f"{export.hint} The browser downloads the file." if is_web else export.hint
+        title, verb = (
+            f"Export the {export.kind} of {export.subject}",
+            "Download" if is_web else "Save",
+        )
 
         def check(path: Path) -> None:
-            # The export must not overwrite the opened scene.
-            read_files = [] if scene_path is None else [("the scene opened", scene_path)]
-            check_distinct([("the file", path)], read_files)
-            export.check(path)
-
-        def check_download(path: Path) -> None:
-            with _download_file(path) as file:
+            with written_file(path) as file:
+                # The export must not overwrite the opened scene.
+                read_files = [] if scene_path is None else [("the scene opened", scene_path)]
+                check_distinct([("the file", file)], read_files)
                 export.check(file)
 
         def write(path: Path) -> None:
             # The program waits for this file before it exits.
-            with self.report_errors(), FILE_WRITES.track(str(path)):
-                export.write(path)
-                self.report(f"{export.kind} written to {describe_files(path)}")
-
-        def download(path: Path) -> None:
-            with self.report_errors(), _download_file(path) as file:
+            with self.report_errors(), FILE_WRITES.track(str(path)), written_file(path) as file:
                 export.write(file)
-                data = BytesIO(file.read_bytes())
-                self.call_later(self.app.deliver_binary, data, save_filename=file.name)
-                self.report(f"{export.kind} {file.name}: in the downloads folder of the browser")
+                report = f"{export.kind} written to {describe_files(file)}"
+                if is_web:
+                    data = BytesIO(file.read_bytes())
+                    self.call_later(self.app.deliver_binary, data, save_filename=file.name)
+                    report = f"{export.kind} {file.name}: in the downloads folder of the browser"
+                self.report(report)
 
-        if self.app.is_web:
-            # The browser chooses the folder; a download overwrites no file.
-            hint = f"{export.hint} The browser downloads the file."
-            dialog = PathDialog(title, export.file_name, hint, check_download, verb="Download")
-        else:
-            dialog = PathDialog(title, export.file_name, export.hint, check)
-        write_file = download if self.app.is_web else write
-        self._ask_path(
-            dialog, lambda path: self.run_in_thread(export.kind, lambda: write_file(path))
-        )
+        dialog = PathDialog(title, export.file_name, hint, check, verb)
+        self._ask_path(dialog, lambda path: self.run_in_thread(export.kind, lambda: write(path)))
 
     def copy_command(self, pane: Pane) -> None:
         """Copy the command that computes the content of a tab."""
@@ -175,7 +168,7 @@ class FileActions(EditActions, RunActions):
             saved_scene = replace(scene, name=path.stem)
             save_scene(saved_scene, path)
             self.session.record_saved(saved_scene, str(path))
-            self.add_recent(str(path))
+            self.session.add_recent(str(path))
             self.show_edit(f"scene {saved_scene.name} saved: {describe_files(path)}")
 
     def action_read_tables(self) -> None:

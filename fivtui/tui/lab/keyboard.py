@@ -10,16 +10,14 @@ from textual._ansi_sequences import ANSI_SEQUENCES_KEYS
 from textual.app import App
 from textual.dom import DOMNode
 from textual.events import Event, Key
+from textual.keys import _character_to_key
 from textual.screen import Screen
 
-# Textual's names of keys by character.
-_KEY_NAMES: Final = {character: character for character in digits + ascii_lowercase} | {
-    "-": "minus",
-    "=": "equals_sign",
-}
+# Characters whose keys with Alt are read as keys.
+_ALT_CHARACTERS: Final = f"{digits}{ascii_lowercase}-="
 # Keys by the character that each types with a Mac's Option key if the terminal sends no Alt.
 _KEY_OF_OPTION_CHARACTER: Final = {
-    typed: _KEY_NAMES[key] for typed, key in zip("¡™£¢∞§¶•ªº–", "1234567890-", strict=True)
+    typed: _character_to_key(key) for typed, key in zip("¡™£¢∞§¶•ªº–", "1234567890-", strict=True)
 }
 # Terminals send a key with Alt as this character and the key.
 _ESCAPE: Final = "\x1b"
@@ -31,14 +29,14 @@ _OVERRIDDEN_LETTERS: Final = "f"
 def register_alt_keys() -> None:
     """Make Textual read Alt with a letter or digit as a key instead of inserting a symbol."""
     sequences = cast("dict[str, Any]", ANSI_SEQUENCES_KEYS)
-    for character, name in _KEY_NAMES.items():
+    for character in _ALT_CHARACTERS:
         sequence = f"{_ESCAPE}{character}"
         # The table gives a tuple for a key of Textual, such as Alt+B (a word back), which stays;
         # for a symbol to insert it gives a text.
         is_undefined = isinstance(sequences.get(sequence, ""), str)
         if is_undefined or character in _OVERRIDDEN_LETTERS:
             # Like members of Textual's enumeration of keys.
-            sequences[sequence] = (SimpleNamespace(value=f"alt+{name}"),)
+            sequences[sequence] = (SimpleNamespace(value=f"alt+{_character_to_key(character)}"),)
 
 
 def discard_alt_character(key: Key, *, mac_option: bool) -> None:

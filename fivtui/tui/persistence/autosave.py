@@ -13,13 +13,7 @@ from fivtui.tui.session import Session
 
 from .results import ResultStore
 from .slots import Slot, all_slots, saved_slots, slot_of
-from .state_file import (
-    State,
-    load_session,
-    rename_damaged,
-    save_state,
-    session_state,
-)
+from .state_file import State, load_session, rename_damaged, save_state, session_state
 
 
 class Autosave:
@@ -32,7 +26,7 @@ class Autosave:
     def __init__(self, path: Path | None) -> None:
         self._first_path = path
         self._slot: Slot | None = None
-        self._slot_lock: ExitStack | None = None
+        self._slot_lock = ExitStack()
         self._saved_state: State | None = None
         # Held while the session is saved or closed.
         self._save_lock = threading.Lock()
@@ -141,6 +135,4 @@ class Autosave:
 
     def _release(self) -> None:
         self._slot = None
-        if self._slot_lock is not None:
-            self._slot_lock.close()
-            self._slot_lock = None
+        self._slot_lock.close()

@@ -13,18 +13,8 @@ from fivtui.scene import Scene
 from fivtui.studies import build_command
 from fivtui.transient import SET_BY_ACCURACY, SETTINGS, uses_step
 
+from .editing import Editing
 from .scene_differences import base_scene, differences
-
-
-@dataclasses.dataclass(frozen=True, slots=True)
-class Origin:
-    """A scene, and the preset or file that names it on the command line, empty for the base scene.
-
-    Options are added for what differs from this scene.
-    """
-
-    scene: Scene
-    source: str
 
 
 def _fields_without_option(scene: Scene, base: Scene, command: Command) -> list[str]:
@@ -42,29 +32,30 @@ def _fields_without_option(scene: Scene, base: Scene, command: Command) -> list[
     return fields
 
 
-def study_command(kind: str, study: Any, origin: Origin) -> str:
+def study_command(kind: str, study: Any, origin: Editing) -> str:
     """The command that computes a study of a kind, quoted for a POSIX shell.
 
-    `study` is a result or a request, see `StudyKind.command`. Raises `InputError` if no command
-    computes it.
+    `study` is a result or a request, see `StudyKind.command`. The command names the preset or file
+    that `origin` has loaded, with options for what differs from it. Raises `InputError` if no
+    command computes the study.
     """
     command = build_command(kind, study)
     scene = dataclasses.replace(base_scene(), **command.scene)
     # Start from the origin if options can express the differences, else from the base scene.
-    base = origin
-    if not origin.source or _fields_without_option(scene, origin.scene, command):
-        base = Origin(base_scene(), "")
-        if names := _fields_without_option(scene, base.scene, command):
+    base, source = origin.loaded, origin.source
+    if not source or _fields_without_option(scene, base, command):
+        base, source = base_scene(), ""
+        if names := _fields_without_option(scene, base, command):
             fields = " and ".join(names)
             raise InputError(f"{kind}: no option sets {fields}; save the scene to a file first")
     arguments = ["fivtui", command.name]
     if command.scene:
-        arguments += [base.source] if base.source else []
+        arguments += [source] if source else []
         fixed_step = ("tol",) if uses_step(scene.method) else ()
         ignored = SET_BY_ACCURACY if scene.accuracy else fixed_step
-        for name, text in differences(scene, base.scene).items():
+        for name, text in differences(scene, base).items():
             # No option sets tables over time.
-            if name in command.settable and name not in {*ignored, *dict(base.scene.over_time)}:
+            if name in command.settable and name not in {*ignored, *dict(base.over_time)}:
                 setting = SETTINGS.get(name)
                 assignment = ["--set", f"{name}={text or NONE_TEXT}"]
                 arguments += assignment if setting is None else setting.command_options(text)

@@ -5,6 +5,7 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from decimal import Decimal
+from functools import partial
 from typing import Final
 
 from fivtui.model import ALL_PARAMETERS, MODES, NONE_TEXT, ParameterSpec
@@ -120,10 +121,6 @@ def _parameter_field(spec: ParameterSpec) -> FormField:
     )
 
 
-def _replace_commas_in_targets(text: str) -> str:
-    return _COMMA_IN_TARGET.sub(r"\1.", text)
-
-
 def _replace_commas_in_start(text: str) -> str:
     # Values and separators in turn. Unless all values are separated by a comma and a blank, a comma
     # without blank may be a separator, too.
@@ -134,9 +131,9 @@ def _replace_commas_in_start(text: str) -> str:
     return "".join(parts)
 
 
-_COMMA_FUNCTIONS: Final = {
+_COMMA_FUNCTIONS: Final[Mapping[str, Callable[[str], str]]] = {
     "start": _replace_commas_in_start,
-    "accuracy": _replace_commas_in_targets,
+    "accuracy": partial(_COMMA_IN_TARGET.sub, r"\1."),
 }
 _STEP_RULES: Final = {
     "t_end": digit_step(DEFAULT_T_END),

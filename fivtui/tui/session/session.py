@@ -3,7 +3,6 @@
 import dataclasses
 from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, Generic, TypeVar
 
 from fivtui.charts import View
@@ -17,10 +16,9 @@ from fivtui.model import (
     unused_parameters,
 )
 from fivtui.ranges import number_text
-from fivtui.scene import Scene
+from fivtui.scene import Scene, scene_file
 from fivtui.transient import METHODS, SETTINGS, WITH_SEPARATION, uses_step
 
-from .command_lines import Origin
 from .editing import Action, Editing, EditState, initial_value_text, loaded_state
 from .equations import symbol_of
 from .fields import FIELDS, scene_texts
@@ -111,10 +109,12 @@ class Session(Editing):
         # The last native method, and the last that runs an FMU (True).
         self._last_methods = {False: _FIRST_METHOD, True: next(iter(FMU_ENGINES))}
 
-    def add_recent(self, path: str) -> None:
-        """Add a scene file to the recent files, as the first; the next start may be elsewhere."""
-        paths = dict.fromkeys((str(Path(path).absolute()), *self.recent))
-        self.recent = tuple(paths)[:MAX_RECENT]
+    def add_recent(self, source: str) -> None:
+        """Add a scene to the recent files, as the first, if its source is a file."""
+        if (file := scene_file(source)) is not None:
+            # The next start may be in another folder.
+            paths = dict.fromkeys((str(file.absolute()), *self.recent))
+            self.recent = tuple(paths)[:MAX_RECENT]
 
     def field_error(self, name: str) -> str:
         """Error message of a field; empty if its text is valid."""
@@ -293,8 +293,3 @@ class Session(Editing):
             return bool(differences(self.scene(), run.form_scene))
         except InputError:
             return True
-
-    @property
-    def origin(self) -> Origin:
-        """The loaded scene, and its preset or file."""
-        return Origin(self.loaded, self.source)

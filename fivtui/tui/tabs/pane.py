@@ -87,7 +87,7 @@ class Pane(Vertical):
         """The shell command that computes the contents; `InputError` if none does."""
         run = self.session.runs.displayed
         scene = self.session.scene() if run is None else run.scene
-        return study_command("run", scene, self.session.origin)
+        return study_command("run", scene, self.session)
 
     def report_added(self) -> None:
         """Called when `session.reports` has a new message."""

@@ -209,9 +209,9 @@ class PaperPane(JobPane):
     def command_line(self) -> str:
         """The command that computes the selected figure or the claims."""
         if self.view == "claims":
-            return study_command(_CLAIMS_STUDY, None, self.session.origin)
+            return study_command(_CLAIMS_STUDY, None, self.session)
         panel = ComputedPanel(self._figure_key, self._results)
-        return study_command("figure", panel, self.session.origin)
+        return study_command("figure", panel, self.session)
 
     def action_open_scene(self) -> None:
         """Load the scene of the selected figure."""

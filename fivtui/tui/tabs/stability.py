@@ -103,4 +103,4 @@ class StabilityPane(ViewsPane):
         """The command that computes the stability of the edited parameters."""
         parameters, separation = self.session.parameters(), self.session.separation
         scene = replace(base_scene(), parameters=parameters, separation=separation)
-        return study_command("stability", scene, self.session.origin)
+        return study_command("stability", scene, self.session)

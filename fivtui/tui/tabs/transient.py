@@ -335,7 +335,7 @@ class TransientPane(ActionPane):
         if self.view != MEASURED or run is None:
             return super().command_line()
         request = run.scene, self.query_one(MeasuredView).options
-        return study_command("validation", request, self.session.origin)
+        return study_command("validation", request, self.session)
 
     # Layout
 

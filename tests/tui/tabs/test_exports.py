@@ -30,10 +30,8 @@ from fivtui.sweeps import parse_design, scene_study
 from fivtui.tradeoffs import measure as tradeoff
 from fivtui.tradeoffs.files import load_tradeoff
 from fivtui.tui.app import FivtuiApp
-from fivtui.tui.session.command_lines import (
-    Origin,
-    study_command,
-)
+from fivtui.tui.session.command_lines import study_command
+from fivtui.tui.session.editing import Editing
 from fivtui.tui.tabs.transient import TransientPane
 from tests.support.laboratory import (
     answer,
@@ -262,7 +260,7 @@ def split_command(line: str) -> list[str]:
 
 def test_command_lines_name_the_preset_and_the_options_that_differ_from_it() -> None:
     ignored = PRESETS["separation-ignored"]
-    origin = Origin(ignored, "separation-ignored")
+    origin = Editing(ignored, "separation-ignored")
     assert split_command(study_command("stability", ignored, origin)) == [
         "stability",
         "separation-ignored",
@@ -275,10 +273,10 @@ def test_command_lines_name_the_preset_and_the_options_that_differ_from_it() -> 
     ]
     # A method of fixed step has no tolerance.
     with_step = dataclasses.replace(BASE, method="rk4", tol=1e-5)
-    assert split_command(study_command("run", with_step, Origin(BASE, ""))) == [
+    assert split_command(study_command("run", with_step, Editing(BASE, ""))) == [
         *("simulate", "--method=rk4")
     ]
-    assert split_command(study_command("trade-off", changed, Origin(BASE, "")))[-2:] == [
+    assert split_command(study_command("trade-off", changed, Editing(BASE, "")))[-2:] == [
         "--ignore-separation",
         "--t-end=7",
     ]
@@ -306,9 +304,9 @@ def test_the_command_line_of_a_branch_of_twice_the_period_computes_it_again(
         result = restore_branch(path)
     if is_printed and origin == "cycle":
         with pytest.raises(InputError, match="its file lacks the scene's value of mu"):
-            study_command("branch", result, Origin(BASE, ""))
+            study_command("branch", result, Editing(BASE, ""))
         return
-    line = study_command("branch", result, Origin(BASE, ""))
+    line = study_command("branch", result, Editing(BASE, ""))
     assert line.endswith(f"--vary mu=0.0:10.0 --from {origin} --doubled")
     assert cli.run([*split_command(line), "--json"]) == 0
     assert json.loads(capsys.readouterr().out) == json.loads(json.dumps(result.to_dict()))
@@ -324,7 +322,7 @@ def test_a_doubled_branch_without_a_known_start_has_no_command_line() -> None:
     )
     for unrepeatable, reason in ((from_file, "no option gives"), (several, "value of k1")):
         with pytest.raises(InputError, match=f"no command repeats it: .*{reason}"):
-            study_command("branch", unrepeatable, Origin(BASE, ""))
+            study_command("branch", unrepeatable, Editing(BASE, ""))
 
 
 @pytest.mark.parametrize(
@@ -358,7 +356,7 @@ def test_the_command_line_of_a_sweep_reads_back_as_the_sweep(
     store_study = lambda study, *_, **__: built_studies.append(study)  # noqa: E731
     monkeypatch.setattr("fivtui.sweeps.sweep_in_memory", store_study)
     for name in ("", "separation-ignored", "coexistence"):
-        origin = Origin(PRESETS[name or "base"], name)
+        origin = Editing(PRESETS[name or "base"], name)
         line = study_command("sweep", study, origin)
         assert expected in line
         built_studies.clear()
@@ -382,7 +380,7 @@ def test_command_lines_with_error_targets_omit_the_tolerance_that_follows_from_t
     built_studies: list[Any] = []
     store_study = lambda study, *_, **__: built_studies.append(study)  # noqa: E731
     monkeypatch.setattr("fivtui.sweeps.sweep_in_memory", store_study)
-    for origin in (Origin(BASE, ""), Origin(saved, str(path))):
+    for origin in (Editing(BASE, ""), Editing(saved, str(path))):
         built_studies.clear()
         with pytest.raises(AttributeError):
             run_command(split_command(study_command("sweep", study, origin)))
@@ -403,7 +401,7 @@ def test_a_map_without_a_command_line_is_not_copied() -> None:
         np.zeros((3, 3)),
     )
     with pytest.raises(InputError, match="F: its values are not evenly spaced"):
-        study_command("map", uneven, Origin(BASE, ""))
+        study_command("map", uneven, Editing(BASE, ""))
 
 
 async def test_in_a_browser_an_export_is_downloaded_and_nothing_stays_on_the_server(

@@ -371,7 +371,7 @@ class StudyPane(JobPane):
         else:
             result = self.required_result().value
             request = getattr(result, self.REQUEST) if self.REQUEST else result
-        return study_command(self.kind, request, self.session.origin)
+        return study_command(self.kind, request, self.session)
 
 
 class SweepStudyPane(StudyPane):
