@@ -226,21 +226,16 @@ def _view_entries(lab: LabScreen, tab: TabSpec) -> Iterator[PaletteEntry]:
 
 
 def _scene_entries(lab: LabScreen) -> Iterator[PaletteEntry]:
-    presets = [
-        (f"Preset {name}", scene.description, SceneLoaded(scene, name, f"preset {name}"))
-        for name, scene in PRESETS.items()
-    ]
-    figures = [
-        (
-            f"Scene of Fig. {key}",
-            panel.caption,
-            SceneLoaded(panel_scene(panel), "", f"scene fig-{key}: {panel.caption}"),
-        )
-        for key, panel in PANELS.items()
-    ]
-    for title, help_text, message in (*presets, *figures):
+    def entry(title: str, help_text: str, message: SceneLoaded) -> PaletteEntry:
         load = partial(lab.post_message, message)
-        yield PaletteEntry(title, help_text, load, "load example scene case")
+        return PaletteEntry(title, help_text, load, "load example scene case")
+
+    for name, scene in PRESETS.items():
+        message = SceneLoaded(scene, name, f"preset {name}")
+        yield entry(f"Preset {name}", scene.description, message)
+    for key, panel in PANELS.items():
+        message = SceneLoaded(panel_scene(panel), "", f"scene fig-{key}: {panel.caption}")
+        yield entry(f"Scene of Fig. {key}", panel.caption, message)
 
 
 def _run_entries(lab: LabScreen) -> Iterator[PaletteEntry]:

@@ -1,12 +1,14 @@
 """Notices: the latest messages, in a few lines at the lower edge of the main screen."""
 
 from textwrap import shorten, wrap
-from typing import Final, NamedTuple
+from typing import Final
 
 from textual import on
 from textual.content import Content
 from textual.events import Click
 from textual.widget import Widget
+
+from fivtui.tui.tabs import Reported
 
 # Notices cover the lower edge of the form, where its hint has three lines, but no button or field.
 _MAX_LINES: Final = 3
@@ -14,13 +16,6 @@ _DISPLAY_TIME_S: Final = 5.0
 _LEFT_EDGE: Final = "▌ "
 # Ends a message that is too long.
 _CUT_MARK: Final = "… (tab Log)"
-
-
-class Notice(NamedTuple):
-    """A message, and whether it is an error."""
-
-    text: str
-    error: bool
 
 
 class NoticeView(Widget):
@@ -31,16 +26,15 @@ class NoticeView(Widget):
 
     def __init__(self) -> None:
         super().__init__()
-        self.notices: list[Notice] = []
+        self.notices: list[Reported] = []
 
-    def add(self, text: str, *, error: bool) -> None:
+    def add(self, notice: Reported) -> None:
         """Show a message for some seconds."""
-        notice = Notice(text, error)
         self.notices.append(notice)
         self.set_timer(_DISPLAY_TIME_S, lambda: self._remove(notice))
         self._update_display()
 
-    def _remove(self, notice: Notice) -> None:
+    def _remove(self, notice: Reported) -> None:
         if notice in self.notices:
             self.notices.remove(notice)
             self._update_display()
@@ -51,9 +45,9 @@ class NoticeView(Widget):
         self.display = bool(self.notices)
         self.refresh(layout=True)
 
-    def _wrapped_lines(self) -> list[tuple[str, Notice]]:
+    def _wrapped_lines(self) -> list[tuple[str, Reported]]:
         width = max(self.screen.size.width - len(_LEFT_EDGE) - 1, len(_CUT_MARK))
-        styled_lines: list[tuple[str, Notice]] = []
+        styled_lines: list[tuple[str, Reported]] = []
         for notice in self.notices:
             lines = wrap(notice.text, width)
             if len(lines) > _MAX_LINES:

@@ -122,7 +122,7 @@ class LabScreen(EditorActions):
     @on(Reported)
     def _show_report(self, event: Reported) -> None:
         if not event.routine:
-            self.query_one(NoticeView).add(event.text, error=event.error)
+            self.query_one(NoticeView).add(event)
         prefix = "ERROR: " if event.error else ""
         self.session.reports.append(f"{datetime.now():%H:%M:%S} {prefix}{event.text}")
         self.tab_book.update_pane(lambda pane: pane.report_added())

@@ -8,7 +8,7 @@ from copy import deepcopy
 from dataclasses import dataclass, replace
 from itertools import count
 from pathlib import Path
-from typing import Any, Final, TypedDict
+from typing import Any, Final, TypedDict, get_type_hints
 
 from platformdirs import user_config_path, user_state_path
 
@@ -16,7 +16,6 @@ from fivtui.charts import Cursors, View
 from fivtui.io import output_path, save_bytes
 from fivtui.model import InputError
 from fivtui.results import from_data, to_data
-from fivtui.scene import Scene
 from fivtui.studies import STUDIES
 from fivtui.transient import Transient
 from fivtui.tui.session import (
@@ -24,6 +23,7 @@ from fivtui.tui.session import (
     SAFETY_MAPS,
     DisplayedStudy,
     EditState,
+    Job,
     ResultKey,
     Run,
     Runs,
@@ -35,6 +35,10 @@ from fivtui.tui.session import (
 # Version of the format, and its key in the file.
 STATE_VERSION: Final = 3
 _VERSION_KEY: Final = "fivtui_session"
+
+# Types of the attributes of a run in the file: all but its result, and its progress as a job.
+_UNSTORED: Final = {"result", "_parts", *get_type_hints(Job)}
+_RUN_TYPES: Final = {n: kind for n, kind in get_type_hints(Run).items() if n not in _UNSTORED}
 
 # The result of a run, a displayed study, or a result that is not read yet.
 SessionResult = Transient | DisplayedStudy[Any] | StoredResult
@@ -52,19 +56,6 @@ class State:
     results: Mapping[ResultKey, SessionResult]
 
 
-class _StoredRun(TypedDict):
-    # Attributes of a run.
-    number: int
-    scene: Scene
-    state: RunState
-    message: str
-    edited_scene: Scene | None
-    source: str
-    overlaid: bool
-    colour_shift: int
-    marker_shift: int
-
-
 class _SessionAttributes(TypedDict):
     # Attributes of a session.
     recent: tuple[str, ...]
@@ -78,7 +69,7 @@ class _StoredSession(_SessionAttributes):
     # The contents of a file. The shown run and the baseline are numbers, 0 for none.
     edits: EditState
     views: dict[str, Any]
-    runs: list[_StoredRun]
+    runs: list[dict[str, Any]]
     run_count: int
     shown: int
     baseline: int
@@ -125,7 +116,7 @@ def session_state(session: Session) -> State:
 
 
 def _stored_run(run: Run) -> dict[str, Any]:
-    data = {name: getattr(run, name) for name in _StoredRun.__annotations__}
+    data = {name: getattr(run, name) for name in _RUN_TYPES}
     # A run in progress will count as stopped.
     return data | ({"state": RunState.STOPPED} if run.state is RunState.RUNNING else {})
 
@@ -189,7 +180,7 @@ def _restored_session(data: Mapping[str, Any]) -> Session:
     for name, view in data["views"].items():
         with suppress(ValueError):
             session.views[name] = _restored_view(view)
-    runs = Runs([Run(**run, fraction=1.0) for run in data["runs"]], data["run_count"])
+    runs = Runs(map(_restored_run, data["runs"]), data["run_count"])
     runs.displayed, runs.baseline = runs.find(data["shown"]), runs.find(data["baseline"])
     session.runs, runs_by_key = runs, {str(run): run for run in runs}
     for key, run in runs_by_key.items():
@@ -201,6 +192,10 @@ def _restored_session(data: Mapping[str, Any]) -> Session:
         if key in {*runs_by_key, *STUDIES, *SAFETY_MAPS}
     }
     return session
+
+
+def _restored_run(data: Mapping[str, Any]) -> Run:
+    return Run(**{name: from_data(value, _RUN_TYPES[name]) for name, value in data.items()})
 
 
 def _restored_view(data: Any) -> View:

@@ -263,7 +263,7 @@ async def test_an_error_is_one_line_above_the_previous_curve(
     await run_to_end(pilot)
     live = live_of(pilot)
     notices: list[str] = []
-    monkeypatch.setattr(NoticeView, "add", lambda _, text, error: notices.append(text))
+    monkeypatch.setattr(NoticeView, "add", lambda _, notice: notices.append(notice.text))
     # A linear unstable scene, which grows without bound.
     unstable_values = {"k_nl": 0.0, "mu": 1.5}
     scene = dataclasses.replace(
