@@ -58,8 +58,6 @@ class FormField:
     """A text field of the form, for a parameter or a setting of the run."""
 
     name: str
-    # Heading above the field.
-    group: str
     symbol: str
     unit: str
     meaning: str
@@ -107,7 +105,6 @@ def _parameter_field(spec: ParameterSpec) -> FormField:
 
     return FormField(
         name=spec.name,
-        group="Parameters",
         symbol=symbol_of(spec.name),
         unit=spec.unit,
         meaning=spec.meaning,
@@ -148,7 +145,6 @@ def _setting_field(setting: RunSetting) -> FormField:
     choices = None if setting.choices is None else setting.choices()
     return FormField(
         name=setting.name,
-        group="Transient",
         symbol=setting.symbol,
         unit=setting.unit,
         meaning=setting.meaning,

@@ -25,8 +25,7 @@ def test_headless_modules_import_neither_textual_nor_slow_libraries() -> None:
     code = (
         "import importlib, pkgutil, sys\n"
         "from fivtui.tui import chart, persistence, session\n"
-        "from fivtui.tui.tabs import requests\n"
-        "for package in (chart, persistence, session, requests):\n"
+        "for package in (chart, persistence, session):\n"
         "    for module in pkgutil.iter_modules(package.__path__, package.__name__ + '.'):\n"
         "        if not module.ispkg:\n"
         "            importlib.import_module(module.name)\n"

@@ -1,7 +1,6 @@
 """The form: a list of rows with fields, and a hint about the focused field."""
 
 from collections.abc import Sequence
-from itertools import groupby
 from typing import ClassVar, Final
 
 from rich.cells import cell_len
@@ -15,6 +14,7 @@ from textual.widgets import Label, Static
 
 from fivtui.model import BELT_PARAMETERS
 from fivtui.results import Row
+from fivtui.transient import SETTINGS
 from fivtui.tui.session import EQUATIONS, FIELDS, FormField, Session, field_help
 from fivtui.tui.tabs import FieldFocused, FieldStepped, SearchableList, rows_table
 
@@ -118,10 +118,10 @@ class Form(Vertical):
     def compose(self) -> ComposeResult:
         """Rows by group, hint."""
         with FieldList(id="fields"):
-            for group, fields in groupby(FIELDS.values(), key=lambda field: field.group):
-                if group != self.BORDER_TITLE:
-                    yield Label(group, classes="heading")
-                yield from (self._rows[field.name] for field in fields)
+            for name, row in self._rows.items():
+                if name == next(iter(SETTINGS)):
+                    yield Label("Transient", classes="heading")
+                yield row
         yield Static("", id="hint", markup=False)
 
     def editor(self, name: str) -> Editor:
