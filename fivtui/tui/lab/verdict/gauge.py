@@ -6,11 +6,9 @@ there is no equilibrium.
 """
 
 import math
-from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from decimal import ROUND_CEILING, ROUND_FLOOR, Context
-from itertools import groupby, pairwise
-from operator import itemgetter
+from itertools import pairwise
 from typing import Final, NamedTuple
 
 from rich.cells import cell_len
@@ -92,8 +90,8 @@ class Gauge:
             style = "bold" if value == self.value else ""
             numbers[first : first + len(text)] = [(digit, style) for digit in text]
         return (
-            _line([(margin, "bold"), *self._bar(width, marker_style)]),
-            _line([(" " * len(margin), ""), *numbers]),
+            Content.assemble((margin, "bold"), *self._bar(width, marker_style)).simplify(),
+            Content.assemble(" " * len(margin), *numbers).simplify(),
         )
 
     def text_at(self, column: int, row: int, width: int) -> str:
@@ -191,16 +189,6 @@ def _bound_text(bound: float, value: float) -> str:
     texts = (f"{bound:.{digits}g}" for digits in range(_MIN_DIGITS, _MAX_DIGITS + 1))
     return next(
         text for text in texts if float(text) != value and (float(text) > value) is (bound > value)
-    )
-
-
-def _line(cells: Iterable[tuple[str, str]]) -> Content:
-    # Neighbouring cells of one style are one text.
-    return Content.assemble(
-        *(
-            ("".join(text for text, _ in group), style)
-            for style, group in groupby(cells, key=itemgetter(1))
-        )
     )
 
 
