@@ -84,12 +84,7 @@ LAB_KEYS: Final = (
 )
 KEY_IDS: Final = tuple(str(binding.id) for binding in LAB_KEYS)
 # Keys that edit the text of an input.
-_TYPING_KEYS: Final = frozenset(
-    key
-    for binding in Input.BINDINGS
-    if isinstance(binding, Binding)
-    for key in binding.key.split(",")
-)
+_TYPING_KEYS: Final = {binding.key for binding in Binding.make_bindings(Input.BINDINGS)}
 # Prefixes of Textual's actions that scroll.
 _SCROLLING_ACTIONS: Final = ("scroll_", "page_")
 
