@@ -24,7 +24,6 @@ from fivtui.model import InputError, unknown_name_error
 from fivtui.scene import Scene
 from fivtui.tui.chart import Pictures, TerminalReply, with_chart_colours
 
-from . import lab
 from .lab import (
     KEY_IDS,
     KeyQueue,
@@ -61,6 +60,12 @@ _SIZE_PAUSE_S: Final = 0.12
 _SLOW_SIZE_PAUSE_S: Final = 0.3
 
 
+def _command_provider() -> type[Provider]:
+    from .lab import LabCommands
+
+    return LabCommands
+
+
 class FivtuiApp(App[None]):
     """The terminal laboratory: restores, displays and saves a session."""
 
@@ -70,9 +75,7 @@ class FivtuiApp(App[None]):
         _STYLES / "charts.tcss",
         _STYLES / "dialogs.tcss",
     ]
-    COMMANDS: ClassVar[set[type[Provider] | Callable[[], type[Provider]]]] = {
-        lambda: lab.LabCommands
-    }
+    COMMANDS: ClassVar[set[type[Provider] | Callable[[], type[Provider]]]] = {_command_provider}
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding(
             "ctrl+q",

@@ -18,15 +18,13 @@ from fivtui.transient import Transient, later_amplitude
 if TYPE_CHECKING:
     from fivtui.safety import SafeFriction
 
-SEARCHING_TEXT: Final = "searching for limit cycles…"
-
 
 @dataclass(frozen=True, slots=True)
 class Attractors:
     """Attractors besides the equilibrium, or the state of the search for them."""
 
     # What coexists with a stable equilibrium, and a warning; empty if it is unstable.
-    text: str = SEARCHING_TEXT
+    text: str = "searching for limit cycles…"
     note: str = ""
     # Whether another attractor was found beside a stable equilibrium.
     coexists: bool = False

@@ -19,7 +19,7 @@ from fivtui.orbits.report import coexistence_phrase, print_coexistence
 from fivtui.orbits.shooting import PeriodicOrbit, Section
 from fivtui.safety.verdict import SafeFriction, safe_friction as compute_safe_friction
 from fivtui.tui.app import FivtuiApp
-from fivtui.tui.session.report import SEARCHING_TEXT, Attractors
+from fivtui.tui.session.report import Attractors
 from tests.support.laboratory import (
     HANG_S,
     app_of,
@@ -165,7 +165,7 @@ async def test_a_stable_verdict_names_the_cycle_once_it_is_found(
     pilot: Pilot[None], searches: Searches
 ) -> None:
     await edit_preload(pilot, "120")
-    await until_headline(pilot, f"STABLE, {SEARCHING_TEXT}")
+    await until_headline(pilot, f"STABLE, {Attractors().text}")
     await until(pilot, lambda: searches.started == [P])
     # A release 0.25 m above the equilibrium leads to the cycle; no tested one below it does.
     escape = EscapeOffset(up=0.25, down=None)
@@ -224,7 +224,7 @@ async def test_an_edit_or_the_end_cancels_the_search(searches: Searches) -> None
         searches.answers[120.0] = Coexistence(System(P), (REST, LARGE), (0, 1), True, None)
         await until(pilot, lambda: len(searches.started) == 2)
         assert searches.started[1].F == 125.0
-        await until_headline(pilot, f"STABLE, {SEARCHING_TEXT}")
+        await until_headline(pilot, f"STABLE, {Attractors().text}")
         # The equilibrium is unstable: no search runs.
         await edit_preload(pilot, "80")
         await until_headline(pilot, "UNSTABLE: growth rate")
