@@ -61,7 +61,7 @@ def test_histograms_indices_and_samples_agree_with_the_study(result: Uncertainty
     assert [axes.get_xlabel() for axes in histograms] == [
         "Greatest real part of the eigenvalues (1/s)",
         "Critical friction coefficient",
-        "Safe friction coefficient",
+        "Least μ on the branch from the Hopf point",
     ]
     for axes in histograms:
         assert sum_of_bin_heights(axes) == pytest.approx(1.0)

@@ -175,7 +175,7 @@ def test_parameters_without_coupling_have_no_critical_mu() -> None:
     ("force", "separation", "height_note", "force_note"),
     [
         (20.0, True, "negative: contact is compressed", "in contact"),
-        (0.0, True, "zero: contact without force", "in contact"),
+        (0.0, False, "zero: contact without force", "in contact"),
         (-5.0, True, "positive: above the belt", "off the belt: F < 0 lifts the slider"),
         (-5.0, False, "positive: contact is stretched", "in contact"),
     ],
