@@ -569,7 +569,8 @@ async def check_tab():
         await until_shown(pilot, "not solved yet")
         await pilot.press("f10")
         await until_shown(pilot, "grows by -0.0")
-        assert lab_of(pilot).pane.command_line() == "fivtui stability --set F=60 --set mu=0.3"
+        command = lab_of(pilot).tab_book.pane.command_line()
+        assert command == "fivtui stability --set F=60 --set mu=0.3"
         await pilot.press("f7")
         await until_shown(pilot, "Export the data of the stability")
         # Close the dialog, focus the chart, show its cursor and open the point there.

@@ -208,7 +208,7 @@ class FivtuiApp(App[None]):
         screen = LabScreen(
             self.session,
             lambda: self.autosave.other_slots,
-            has_waiting_keys=lambda: self._keys.has_waiting,
+            has_waiting_keys=lambda: bool(self._keys.events),
             show_welcome=self._is_first_start,
         )
         # Size classes set before the first layout avoid a second one.

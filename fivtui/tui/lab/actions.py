@@ -110,11 +110,6 @@ class LabActions(Screen[None]):
         self._remove_welcome()
         self.tab_book.show(name)
 
-    @property
-    def pane(self) -> Pane | None:
-        """The pane of the current tab; None before it is created."""
-        return self.tab_book.pane
-
     def action_help(self) -> None:
         """Show the active keys, help on the focused field, and the equations."""
         rows, field = active_keys(self), field_of(self.focused)

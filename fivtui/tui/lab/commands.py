@@ -148,8 +148,8 @@ def _lab_entries(lab: LabScreen) -> Iterator[PaletteEntry]:
             yield from _export_entries(lab, name)
         elif terms and lab.check_action(action_name, parameters):
             yield PaletteEntry(title, help_text, partial(lab.run_action, action), terms)
-    if lab.pane is not None:
-        yield from _pane_entries(lab, lab.pane)
+    if lab.tab_book.pane is not None:
+        yield from _pane_entries(lab, lab.tab_book.pane)
     for path in lab.session.recent:
         yield PaletteEntry(f"Recent: {path}", "Open again", partial(lab.open_path, Path(path)))
     yield from _field_entries(lab)
@@ -162,8 +162,8 @@ def _lab_entries(lab: LabScreen) -> Iterator[PaletteEntry]:
 def _export_entries(lab: LabScreen, kind: str) -> Iterator[PaletteEntry]:
     # A tab without content to export raises `InputError`.
     with suppress(InputError):
-        if lab.pane is not None:
-            export = lab.pane.export(kind)
+        if lab.tab_book.pane is not None:
+            export = lab.tab_book.pane.export(kind)
             is_belt = not {".gif", ".wav"}.isdisjoint(export.writers)
             yield PaletteEntry(
                 f"Export the {export.kind} of {export.subject}…",

@@ -19,13 +19,9 @@ from fivtui.results import Row
 from fivtui.tui.chart import TextInput
 from fivtui.tui.tabs import RowsView
 
-# Parts of the screen by the keys of their directions: those of vi, and arrows.
-_PARTS: Final = {"h": "fields", "l": "plot", "k": "tabs", "j": "runs"} | {
-    "left": "fields",
-    "right": "plot",
-    "up": "tabs",
-    "down": "runs",
-}
+# Parts of the screen by the keys of vi for their directions, and the arrows of these keys.
+_PARTS: Final = {"h": "fields", "l": "plot", "k": "tabs", "j": "runs"}
+_ARROWS: Final = {"left": "h", "right": "l", "up": "k", "down": "j"}
 
 
 class PathDialog(ModalScreen[Path | None]):
@@ -118,15 +114,12 @@ class HelpDialog(ModalScreen[None]):
         self._rows = rows
 
     def compose(self) -> ComposeResult:
-        """A title over the rows."""
+        """A title over the rows, which have the focus."""
         with Vertical(id="dialog"):
             yield Label("Keys that work now", id="dialog-title")
-            yield RowsView()
+            yield (view := RowsView())
+            view.lines = self._rows
             yield Button("Close", compact=True, action="screen.dismiss")
-
-    def on_mount(self) -> None:
-        """Show the rows, which have the focus."""
-        self.query_one(RowsView).show(self._rows)
 
 
 class PartKey(ModalScreen[str]):
@@ -136,4 +129,4 @@ class PartKey(ModalScreen[str]):
         """Return the part, or nothing for another key."""
         event.stop()
         key = event.key.removeprefix("ctrl+")
-        self.dismiss(_PARTS.get(key, ""))
+        self.dismiss(_PARTS.get(_ARROWS.get(key, key), ""))

@@ -63,24 +63,20 @@ class KeyQueue:
     def __init__(self, app: App[None], handle: Callable[[Event], Awaitable[None]]) -> None:
         self._app = app
         self._handle = handle
-        self._events: deque[Event] = deque()
+        # The events that wait.
+        self.events: deque[Event] = deque()
         self._busy = False
-
-    @property
-    def has_waiting(self) -> bool:
-        """Whether further keys wait."""
-        return bool(self._events)
 
     async def enqueue(self, event: Event) -> None:
         """Handle an event after all earlier events."""
-        self._events.append(event)
+        self.events.append(event)
         if not self._busy:
             await self._handle_first()
 
     async def _handle_first(self) -> None:
-        self._busy = bool(self._events and self._app.screen_stack)
+        self._busy = bool(self.events and self._app.screen_stack)
         if self._busy:
-            event, screen = self._events.popleft(), self._app.screen
+            event, screen = self.events.popleft(), self._app.screen
             focused = self._app.focused or screen
             await self._handle(event)
             # The focused widget may handle two messages: the key, then its own message of a changed

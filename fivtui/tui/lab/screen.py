@@ -135,9 +135,9 @@ class LabScreen(EditorActions):
 
     @on(TabKeyPressed)
     async def _run_tab_key(self, event: TabKeyPressed) -> None:
-        if self.pane is not None:
+        if self.tab_book.pane is not None:
             focused = self.focused
-            await self.pane.run_key(event.key)
+            await self.tab_book.pane.run_key(event.key)
             # The next view takes the focus.
             self.set_focus(focused)
 
@@ -213,7 +213,7 @@ class LabScreen(EditorActions):
     @property
     def is_busy(self) -> bool:
         """Whether a key, the tab, or the live curve that follows every edit is to be displayed."""
-        is_drawing = self._is_tab_outdated or self.pane is None
+        is_drawing = self._is_tab_outdated or self.tab_book.pane is None
         return SCREEN_RESPONSE.pending or is_drawing or self._live.follows_edits
 
     def show_search_result(self) -> None:

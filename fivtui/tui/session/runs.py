@@ -94,11 +94,6 @@ class Run(Job):
         """The engine of its method, or ``file`` if the run was read from a file."""
         return "file" if self.source else engine_of(self.scene.method)
 
-    @property
-    def form_scene(self) -> Scene:
-        """The scene of the form when the run was started."""
-        return self.edited_scene or self.scene
-
     def add_part(self, part: Trajectory) -> None:
         """Add a part of the trajectory; one that overlaps the last starts a new trajectory."""
         if self._parts and part.t[0] <= self._parts[-1].t[-1]:

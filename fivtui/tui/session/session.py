@@ -290,6 +290,6 @@ class Session(Editing):
     def is_outdated(self, run: Run) -> bool:
         """Whether the fields differ from the scene of a run, or are invalid."""
         try:
-            return bool(differences(self.scene(), run.form_scene))
+            return bool(differences(self.scene(), run.edited_scene or run.scene))
         except InputError:
             return True

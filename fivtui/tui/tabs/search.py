@@ -154,7 +154,7 @@ class TextView(VerticalScroll, Searchable, Generic[Line]):
 
     def compose(self) -> ComposeResult:
         """The lines."""
-        yield Static("", classes="lines", markup=False)
+        yield Static(self.content_of(self.lines), classes="lines", markup=False)
 
     def content_of(self, lines: Sequence[Line]) -> VisualType:
         """What displays lines."""

@@ -368,14 +368,14 @@ def export_figure(pilot: Pilot[None], monkeypatch: pytest.MonkeyPatch) -> Figure
     monkeypatch.setattr(
         "fivtui.charts.save_figure", lambda figure, *_, **__: figures.append(figure)
     )
-    pane = lab_of(pilot).pane
+    pane = lab_of(pilot).tab_book.pane
     assert pane is not None
     pane.export(FIGURE).write(Path("a.svg"))
     return figures[0]
 
 
 def check_panels(pilot: Pilot[None], figure: Figure) -> None:
-    pane = lab_of(pilot).pane
+    pane = lab_of(pilot).tab_book.pane
     assert isinstance(pane, ViewsPane)
     chart_views = [
         chart_view
@@ -392,7 +392,7 @@ def check_panels(pilot: Pilot[None], figure: Figure) -> None:
 async def test_every_view_of_a_transient_is_exported_as_displayed(
     pilot: Pilot[None], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    pane = lab_of(pilot).pane
+    pane = lab_of(pilot).tab_book.pane
     assert isinstance(pane, TransientPane)
     # The view of measured data needs a file, that of the numbers has no chart.
     views = [view for view in TransientPane.VIEWS if view not in ("measured", "result")]
@@ -453,7 +453,7 @@ async def test_studies_are_exported_as_displayed(
 ) -> None:
     for key, view in (("alt+2", "over-mu"), ("alt+2", "plane"), ("alt+3", "growth-rate")):
         await show_tab(pilot, key)
-        pane = lab_of(pilot).pane
+        pane = lab_of(pilot).tab_book.pane
         assert isinstance(pane, ViewsPane)
         pane.show_view(view)
         await until(pilot, lambda pane=pane: pane.visible_charts() is not None)  # type: ignore[misc]

@@ -74,8 +74,8 @@ async def pilot(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> AsyncIterato
 
 def pane_of(pilot: Pilot[None]) -> ViewsPane:
     lab = lab_of(pilot)
-    assert isinstance(lab.pane, ViewsPane)
-    return lab.pane
+    assert isinstance(lab.tab_book.pane, ViewsPane)
+    return lab.tab_book.pane
 
 
 async def add_runs(pilot: Pilot[None]) -> None:

@@ -160,7 +160,7 @@ async def test_a_map_is_exported_and_its_command_gives_the_same_file(pilot: Pilo
     await pilot.press("enter")
     await until_shown(pilot, "35 points")
     await until_shown(pilot, "k_nl (N/m^3)")
-    await until(pilot, lambda: "critical-mu" in lab_of(pilot).pane.command_line())  # type: ignore[union-attr]
+    await until(pilot, lambda: "critical-mu" in lab_of(pilot).tab_book.pane.command_line())  # type: ignore[union-attr]
     arguments = await copy_command(pilot)
     assert is_picture(await export_file(pilot, "f6", "a.pdf", "Export the figure of the map"))
     for suffix in (".csv", ".json"):
@@ -229,7 +229,7 @@ async def test_figures_and_claims_of_the_paper_are_exported_and_their_commands_g
     np.testing.assert_array_equal(np.load("a.npz")["y_e"], read_columns(exported, "figure")["y_e"])
 
     await click_view(pilot, "claims")
-    pane: Any = lab_of(pilot).pane
+    pane: Any = lab_of(pilot).tab_book.pane
     await until(pilot, lambda: pane.view == "claims")
     await check_refusal(pilot, "f7", "no claims to export yet: press Check")
     await check_refusal(pilot, "f6", "claims have no figure: F7 exports them")

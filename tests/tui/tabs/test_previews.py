@@ -38,7 +38,7 @@ STUDIES = [tab for tab in TABS if getattr(tab.import_pane_class(), "SKETCH", Non
 async def preview_of(pilot: Pilot[None], key: str) -> tuple[StudyPane, Preview]:
     """The pane of a tab before its first result, and its preview."""
     await show_tab(pilot, key)
-    pane: Any = lab_of(pilot).pane
+    pane: Any = lab_of(pilot).tab_book.pane
     preview = pane.query_one(Preview)
     await until(pilot, lambda: preview.display and preview.size.height > 0)
     return pane, preview
@@ -158,7 +158,7 @@ async def test_tables_over_time_change_examples_and_are_noted_or_refused_before_
     pilot: Pilot[None],
 ) -> None:
     await show_tab(pilot, "alt+4")
-    pane: Any = lab_of(pilot).pane
+    pane: Any = lab_of(pilot).tab_book.pane
     assert pane.text == "μ=0.2:1"
     lab_of(pilot).post_message(SceneLoaded(PRESETS["brake-stop"], "brake-stop", "loaded"))
     # μ must not exceed μ_s.

@@ -175,7 +175,7 @@ async def test_safe_friction_is_mapped_by_two_keys_and_refused_over_friction(
     # The lines of the scale, and so the size of the chart, stay.
     assert len(swatch.text) == len(shade.character)
     chart_view.is_covered = False
-    pane = lab_of(pilot).pane
+    pane = lab_of(pilot).tab_book.pane
     assert pane is not None
     assert "--value safe-mu" in pane.command_line()
     await click_view(pilot, "coexistence")

@@ -267,7 +267,7 @@ async def test_a_map_of_another_scene_is_marked_and_its_point_keeps_tables_over_
     session.settings["map"] = {"over": "mu=0.1:0.8:8 F=5:120:8"}
     await show_tab(pilot, "alt+3")
     await until_shown(pilot, "64 points")
-    pane: Any = lab.pane
+    pane: Any = lab.tab_book.pane
     # A stopped map stays that of the scene before.
     pane.start_from_inputs = lambda: None
     lab.post_message(SceneLoaded(PRESETS["brake-stop"], "brake-stop", "loaded"))
