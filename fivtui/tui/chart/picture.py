@@ -48,7 +48,7 @@ _MAX_X_TICKS: Final = 12
 _LABEL_GAP: Final = 2
 # Rows of the plot for which lines of a heading are omitted: more for a legend, fewer for texts that
 # are needed, such as values at cursors.
-_MIN_ROWS_BELOW_LEGEND: Final = 8
+_MIN_ROWS_BELOW_LEGEND: Final = 5
 _MIN_ROWS_BELOW_NEEDED: Final = 2
 # Columns from a mark on a line to the next.
 _MARK_DISTANCE: Final = 8

@@ -48,11 +48,6 @@ def digit_step(default: float) -> StepRule:
     return step
 
 
-def decade_step(value: float, direction: int, _fine: bool) -> float:
-    """Multiply or divide a value by ten."""
-    return float(Decimal(repr(value)).scaleb(direction))
-
-
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FormField:
     """A text field of the form, for a parameter or a setting of the run."""
@@ -134,7 +129,8 @@ _COMMA_FUNCTIONS: Final[Mapping[str, Callable[[str], str]]] = {
 }
 _STEP_RULES: Final = {
     "t_end": digit_step(DEFAULT_T_END),
-    "tol": decade_step,
+    # Multiplied or divided by ten.
+    "tol": lambda value, direction, _fine: float(Decimal(repr(value)).scaleb(direction)),
     # The size of its steps from zero, s, is that of steps from 0.001.
     "step": digit_step(0.001),
 }

@@ -15,7 +15,7 @@ from fivtui.scene.over_time import parse_over_time
 from fivtui.scene.presets import PRESETS
 from fivtui.scene.scene import Scene
 from fivtui.tui.session.equations import replace_symbols, symbol_of
-from fivtui.tui.session.fields import FIELDS, decade_step, digit_step
+from fivtui.tui.session.fields import FIELDS, digit_step
 from fivtui.tui.session.scene_differences import change_texts, legend_names
 from fivtui.tui.session.session import Session
 from tests.support.laboratory import command_line
@@ -196,7 +196,9 @@ def test_the_text_of_a_number_is_read_as_that_number(value: float) -> None:
 
 
 def test_tolerances_are_stepped_by_decades() -> None:
-    assert decade_step(1e-12, 1, False) == 1e-11
+    tolerance_step = FIELDS["tol"].step_rule
+    assert tolerance_step is not None
+    assert tolerance_step(1e-12, 1, False) == 1e-11
     session = Session()
     assert session.step_field("tol", -1)
     assert session.texts["tol"] == "1e-13"
