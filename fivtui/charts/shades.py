@@ -215,9 +215,11 @@ def _round_bounds(
 ) -> list[float]:
     # Round numbers between the values, but not at plateaus.
     low, high = float(ascending[0]), float(ascending[-1])
-    if low < high:
-        count = min(count, int((high - low) / (contrast * max(-low, high))))
-    if low == high or count < 1:
+    # Numbers this close to zero have too few digits for round ones between them.
+    if high - low < np.finfo(float).tiny:
+        return []
+    count = min(count, int((high - low) / (contrast * max(-low, high))))
+    if count < 1:
         return []
     if log and low > 0.0 and _LOG_RATIO <= high / low <= _MAX_LOG_RATIO:
         candidates, _ = Axis(low, high, log=True).ticks(count)

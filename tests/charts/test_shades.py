@@ -5,7 +5,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from hypothesis import given, strategies as st
+from hypothesis import example, given, strategies as st
 
 from fivtui import Parameters, stability_map
 from fivtui.charts import figure_colour
@@ -33,6 +33,7 @@ def scale_of(values: list[float]) -> str:
     st.lists(st.floats(-10.0, 10.0), min_size=1, max_size=60),
     st.floats(1e-3, 1e3),
 )
+@example([0.0, 5e-324], 1.0)
 def test_levels_ascend_and_contain_their_values(values: list[float], factor: float) -> None:
     array = factor * np.array(values)
     grading = grade(array, 6)
