@@ -13,7 +13,7 @@ from fivtui.tui.session import Session
 
 from .results import ResultStore
 from .slots import Slot, all_slots, saved_slots, slot_of
-from .state_file import State, load_session, rename_damaged, save_state, session_state
+from .state_file import State, load_session, rename_unread, save_state, session_state
 
 
 class Autosave:
@@ -93,7 +93,7 @@ class Autosave:
             session = load_session(slot.path)
         except InputError as error:
             raise InputError(
-                f"the last session could not be restored ({error}); {rename_damaged(slot.path)}, "
+                f"the last session could not be restored ({error}); {rename_unread(slot.path)}, "
                 f"its results stay in {slot.results_folder}"
             ) from None
         if session is not None:

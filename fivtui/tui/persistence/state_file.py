@@ -222,9 +222,9 @@ def restore_results(session: Session, results: Mapping[ResultKey, Any]) -> None:
             session.studies.setdefault(key, result)
 
 
-def rename_damaged(path: Path) -> str:
-    """Rename a file that cannot be read. Returns a phrase that names its new path."""
-    paths = (path.with_name(f"{path.stem}.damaged-{n}{path.suffix}") for n in count(1))
+def rename_unread(path: Path) -> str:
+    """Rename a session file that cannot be read. Returns a phrase that names its new path."""
+    paths = (path.with_name(f"{path.stem}.unread-{n}{path.suffix}") for n in count(1))
     new_path = next(candidate for candidate in paths if not candidate.exists())
     try:
         path.rename(new_path)

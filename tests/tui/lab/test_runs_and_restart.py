@@ -212,7 +212,7 @@ async def test_a_damaged_session_is_renamed_and_a_scene_argument_keeps_the_store
     session_path.write_text("{")
     async with FivtuiApp(state=session_path).run_test(size=SIZE) as pilot:
         await until_notice(pilot, "the last session could not be restored (damaged)")
-        assert (tmp_path / "session.damaged-1.json").read_text() == "{"
+        assert (tmp_path / "session.unread-1.json").read_text() == "{"
         await until_shown(pilot, "UNSTABLE")
     data = json.loads(session_path.read_text())
     recent = [str(tmp_path / "old.toml")]

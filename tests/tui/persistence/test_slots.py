@@ -169,8 +169,8 @@ def test_the_results_of_a_renamed_session_stay(content: str, tmp_path: Path) -> 
     autosave.save(state_with_map("33"))
     autosave.close(state_with_map("44"))
     # After repair by hand everything is restored.
-    (tmp_path / "session.damaged-1.json").write_text(original)
-    (tmp_path / "session.damaged-1.json").replace(path)
+    (tmp_path / "session.unread-1.json").write_text(original)
+    (tmp_path / "session.unread-1.json").replace(path)
     repaired_session, session = load_session(path)
     assert check_map_and_read_preload(repaired_session, session) == "11"
 

@@ -345,10 +345,10 @@ def test_an_unreadable_session_file_is_renamed(content: bytes, reason: str, tmp_
         autosave = Autosave(path)
         assert autosave.load() is None
         (notice,) = autosave.notices
-        damaged_path = tmp_path / f"session.damaged-{number}.json"
-        assert f"could not be restored ({reason}); it is kept as {damaged_path}" in notice
+        unread_path = tmp_path / f"session.unread-{number}.json"
+        assert f"could not be restored ({reason}); it is kept as {unread_path}" in notice
         assert f"its results stay in {tmp_path / 'results'}" in notice
-        assert damaged_path.read_bytes() == content
+        assert unread_path.read_bytes() == content
         assert not path.exists()
         autosave.close(state_of(Session()))
         assert loaded_state(path) == state_of(Session())
