@@ -23,6 +23,7 @@ from fivtui.model import (
     Progress,
     State,
     System,
+    check_off_edge,
     check_varied_are_used,
     parameter_spec,
     system_of,
@@ -229,7 +230,8 @@ def continuation(
     InputError
         If the name is unknown, or a value is out of range.
     ComputationError
-        If there is no equilibrium at a value, or a motion cannot be followed.
+        If there is no equilibrium at a value, eigenvalues do not decide its stability (F = 0 with
+        separation), or a motion cannot be followed.
     Cancelled
         If `progress` returned False.
 
@@ -245,9 +247,9 @@ def continuation(
     ascending = np.unique([spec.check(float(value)) for value in values])
     if ascending.size < 2:
         raise InputError(f"continuation: {name}: must be two or more different values")
-    for extreme in ascending[[0, -1]].tolist():
+    for value in ascending.tolist():
         # Raises `InputError` where the other parameters do not allow the value.
-        system.with_values({name: extreme})
+        check_off_edge(system.with_values({name: value}))
     # The attractors at every value, and the directions in which each was found.
     reached_at: dict[float, list[Attractor]] = {value: [] for value in ascending.tolist()}
     directions_at: dict[float, list[list[Direction]]] = {value: [] for value in reached_at}

@@ -218,10 +218,11 @@ class _EigenvalueZones:
         """
         values = (value for value in (*self.bounds(), *changes) if self.low < value < self.high)
         bounds = [self.low, *sorted(values), self.high]
-        middles = [0.5 * (begin + end) for begin, end in pairwise(bounds)]
+        # Not the middle, which is 0 in a symmetric range: at F = 0 eigenvalues decide nothing.
+        inner = [begin + 0.45 * (end - begin) for begin, end in pairwise(bounds)]
         zones = [
-            large_zone(middle) if zone is Zone.SMALL else zone
-            for zone, middle in zip(self.zones_at(np.array(middles)), middles, strict=True)
+            large_zone(value) if zone is Zone.SMALL else zone
+            for zone, value in zip(self.zones_at(np.array(inner)), inner, strict=True)
         ]
         return _merge_zones(self.name, bounds, zones)
 

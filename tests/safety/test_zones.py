@@ -60,6 +60,12 @@ def test_bounds_over_another_parameter_are_where_mu_is_critical() -> None:
         assert critical.mu == pytest.approx(F_120.mu, rel=1e-3)
 
 
+def test_zero_in_the_middle_of_a_range_does_not_decide_its_zone() -> None:
+    assert linear_zones(System(Parameters(mu=0.2)), "F", -80.0, 80.0).zones == (Zone.SMALL,)
+    p = Parameters(v_belt=1.0, mu_s=0.9, v_s=0.4, mu=0.3)
+    assert linear_zones(System(p), "v_belt", -1.0, 1.0).zones == (Zone.SQUEALS,)
+
+
 def test_a_narrow_zone_between_the_values_is_found() -> None:
     # Critical friction over the preload has a minimum; μ is just above it.
     def critical(preload: float) -> float:

@@ -90,8 +90,9 @@ def hopf_values(system: System, name: str, low: float, high: float) -> list[floa
         distance = flutter_margin(system_at_value)
         return math.nan if distance is None else distance
 
-    # F = 0 is an end of usual ranges; here all values are at F = 0.
-    check_off_edge(system.with_values({name: high}))
+    # A single value F = 0 of a varied F is left out; a fixed one leaves no value.
+    if name != "F":
+        check_off_edge(system)
     logarithmic = low > 0.0 and high > _DECADE * low
     grid = (np.geomspace if logarithmic else np.linspace)(low, high, _INTERVALS + 1)
     grid[0], grid[-1] = low, high
