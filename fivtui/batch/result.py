@@ -57,7 +57,7 @@ _EVENT_COLUMNS: Final = {"first": "first_switch", "last": "last_switch"}
 
 @dataclass(frozen=True, slots=True, eq=False)
 class BatchAmplitude(Comparable):
-    """Exact extremes of y over the whole runs, m, shape (n,) each."""
+    """Extremes of y over the whole runs, not sampled, m, shape (n,) each."""
 
     y_abs: Floats
     y_max: Floats
@@ -66,7 +66,7 @@ class BatchAmplitude(Comparable):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class BatchPeak(BatchAmplitude):
-    """Exact extremes of x, y (m) and ẋ (m/s) over the whole runs, as `Peak`, shape (n,) each."""
+    """Extremes of x, y (m) and ẋ (m/s), not sampled, as `Peak`, shape (n,) each."""
 
     x_abs: Floats
     vx_max: Floats

@@ -315,8 +315,9 @@ class _BatchRun:
 
         values = {
             **results._asdict(),
-            "y_abs": np.maximum(results.y_max, -results.y_min),
-            "x_abs": np.maximum(results.x_max, -results.x_min),
+            # Adding 0 makes −0 a 0.
+            "y_abs": np.maximum(results.y_max, -results.y_min) + 0.0,
+            "x_abs": np.maximum(results.x_max, -results.x_min) + 0.0,
             "y_half_range": 0.5 * (results.second_half_max - results.second_half_min),
         }
         for name, part in self._parts.items():

@@ -96,9 +96,14 @@ class CommandGroup(_Helpful, click.Group):
         """Find the command that `args` begin with."""
         # No errors while a shell completes the line.
         if args and not ctx.resilient_parsing and self.get_command(ctx, args[0]) is None:
-            if (laboratory := self.get_command(ctx, "tui")) is not None and is_scene(args[0]):
-                return "tui", laboratory, args
-            raise unknown_name_error("command", args[0], self.list_commands(ctx))
+            kind, names = "command", self.list_commands(ctx)
+            if (laboratory := self.get_command(ctx, "tui")) is not None:
+                from fivtui.scene import PRESETS
+
+                if is_scene(args[0]):
+                    return "tui", laboratory, args
+                kind, names = "command or scene", [*names, *PRESETS]
+            raise unknown_name_error(kind, args[0], names)
         return super().resolve_command(ctx, args)
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:

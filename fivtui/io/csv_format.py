@@ -140,7 +140,8 @@ def _read_columns(
     names = [name.strip().strip('"') for name in name_row]
     for index, name in enumerate(names):
         if name in names[:index]:
-            raise InputError(f"column {name} is given twice; must be given once")
+            label = f"column {name}" if name else "a column without a name"
+            raise InputError(f"{label} is given twice; must be given once")
     indices = {
         name: names.index(name)
         for name in (names if selected is None else selected)

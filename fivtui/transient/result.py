@@ -75,7 +75,7 @@ class FinalState(NamedTuple):
 
 
 class Peak(NamedTuple):
-    """Exact extremes over the whole run, m, and the greatest ẋ, `vx_max`, m/s.
+    """Extremes over the whole run, not sampled, m, and the greatest ẋ, `vx_max`, m/s.
 
     Without a belt speed, the model is valid for belts faster than `vx_max`.
     """
@@ -420,8 +420,13 @@ def build_transient(
         request.tol,
         request.step,
         FinalState(t_end, *final),
+        # Adding 0 makes −0 a 0.
         Peak(
-            max(y_max, -y_min), y_max, y_min, max(extremes.x_max, -extremes.x_min), extremes.vx_max
+            max(y_max, -y_min) + 0.0,
+            y_max,
+            y_min,
+            max(extremes.x_max, -extremes.x_min) + 0.0,
+            extremes.vx_max,
         ),
         Steady(0.5 * (second_half.y_max - second_half.y_min)),
         ContactForce(force_min, force_max),
