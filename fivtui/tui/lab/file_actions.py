@@ -144,10 +144,13 @@ class FileActions(EditActions, RunActions):
     def action_save_scene(self, ask: bool = False) -> None:
         """Save the edited scene to its file.
 
-        Asks for a path if `ask`, if the scene has no file, or if the file was changed elsewhere.
+        Asks for a path if `ask`, if the scene has no .toml file, or if it was changed elsewhere.
         """
         with self.report_errors():
             scene, file = self.session.scene(), scene_file(self.session.source)
+            if file is not None and not _is_scene(file):
+                # A scene can be read from any file, but is written to a .toml file only.
+                file = None
             if file is not None and not ask and self._is_current(file):
                 self._save(scene, output_path(file, force=True))
                 return

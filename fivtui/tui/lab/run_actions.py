@@ -39,6 +39,7 @@ class RunActions(LabActions):
         """Run the edited scene."""
         with self.report_errors():
             self._start(self.session.scene())
+            self.action_show_tab("transient")
 
     def action_compare_engines(self) -> None:
         """Run the edited scene with the native solver, then with an FMU, and compare them."""
@@ -55,6 +56,7 @@ class RunActions(LabActions):
                 self._start(fmu_scene, edited_scene, compare)
 
             self._start(native_scene, edited_scene, run_fmu)
+            self.action_show_tab("transient")
 
     def _start(
         self,
@@ -69,7 +71,6 @@ class RunActions(LabActions):
         run = self.session.runs.start(scene, edited_scene)
         self._report_deleted(runs_before)
         compute_in_thread(self, lambda: execute(run), partial(self._finish_run, run, on_result))
-        self.action_show_tab("transient")
         self.post_message(RunsChanged())
 
     def action_stop(self) -> None:

@@ -71,6 +71,7 @@ class Autosave:
                     return None
                 self._release()
         self.save_error = "the session is not saved: too many sessions are open"
+        self.notices.append(self.save_error)
         return None
 
     def open(self, number: int) -> Session:

@@ -11,8 +11,9 @@ from fivtui.scene import OverTime, Scene
 from .fields import FIELDS, scene_texts
 from .scene_differences import base_scene
 
-# Maximum number of undo steps.
+# Maximum number of undo steps, and of those that are an `Action`.
 _MAX_STEPS: Final = 1000
+_MAX_ACTIONS: Final = 20
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,6 +112,9 @@ class Editing:
         self.close_undo_step()
         self.redo_steps.clear()
         self.undo_steps.append(action)
+        # Limit the number of actions, because they may hold results.
+        for step in [step for step in self.undo_steps if isinstance(step, Action)][:-_MAX_ACTIONS]:
+            self.undo_steps.remove(step)
 
     def load(self, scene: Scene, source: str = "") -> None:
         """Replace all texts by those of a scene; `source` is its preset or file, or empty."""

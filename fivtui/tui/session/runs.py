@@ -219,7 +219,9 @@ class Runs:
         """Stop and delete a run. If it is displayed, the newest run with a result replaces it."""
         if run is self.active:
             self.stop()
-        self._runs.remove(run)
+        # Redo may delete a run that was already removed because the list was full.
+        if run in self._runs:
+            self._runs.remove(run)
         if self.baseline is run:
             self.baseline = None
         if self.displayed is run:

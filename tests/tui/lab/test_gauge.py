@@ -355,6 +355,10 @@ async def test_a_scene_with_tables_over_time_has_no_zones(pilot: Pilot[None]) ->
     await until_shown(pilot, "Preset brake-stop")
     await pilot.press("enter")
     await until_shown(pilot, "no zones: F, v_belt change over time")
+    # The text takes no drags.
+    await pilot.mouse_down(GaugeView)
+    await pilot.pause()
+    assert pilot.app.mouse_captured is None
 
 
 async def test_static_friction_bounds_the_gauge(pilot: Pilot[None]) -> None:

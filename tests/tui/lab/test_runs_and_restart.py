@@ -189,6 +189,13 @@ async def test_the_session_is_restored_at_the_next_start(
         await pilot.press("ctrl+s")
         await until_notice(pilot, f"scene mine saved: mine.toml in {tmp_path}")
         await until_hidden(pilot, "(changed)")
+        # A scene that was read from a file of another suffix is not written there.
+        second_app.session.record_saved(second_app.session.loaded, str(tmp_path / "mine.txt"))
+        await pilot.press("ctrl+s")
+        await until_shown(pilot, "Save the scene as")
+        assert second_app.screen.query_one("#path", Input).value == "mine.toml"
+        await pilot.press("escape")
+        second_app.session.record_saved(second_app.session.loaded, str(tmp_path / "mine.toml"))
         scene_text = (tmp_path / "mine.toml").read_text()
         (tmp_path / "mine.toml").write_text(scene_text.replace("F = 91.0", "F = 92.0"))
         await pilot.press("ctrl+s")

@@ -209,6 +209,20 @@ def test_runs_without_results_are_deleted_first() -> None:
     assert list(runs) == [second, displayed, running, *loaded_runs]
 
 
+def test_a_deletion_is_redone_after_a_full_list_has_dropped_the_run() -> None:
+    session = Session()
+    run = session.runs.start(SHORT)
+    session.runs.finish(run, Outcome(error="not computed"))
+    session.delete_run(run)
+    assert session.undo()
+    for _ in range(MAX_RUNS):
+        session.runs.finish(session.runs.start(SHORT), Outcome(error="not computed"))
+    runs = list(session.runs)
+    assert run not in runs
+    assert session.redo()
+    assert list(session.runs) == runs
+
+
 def test_a_run_from_a_file_does_not_stop_the_active_run() -> None:
     runs = Runs()
     running = runs.start(SHORT)

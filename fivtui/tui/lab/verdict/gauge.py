@@ -222,7 +222,8 @@ class GaugeView(Widget):
 
     @on(MouseDown)
     def _grab(self, event: MouseDown) -> None:
-        if event.button == _LEFT_BUTTON:
+        # A text in place of a gauge has no marker to drag.
+        if event.button == _LEFT_BUTTON and isinstance(self.gauge, Gauge):
             self.capture_mouse()
             self._move_to(event.x, event.y)
 
