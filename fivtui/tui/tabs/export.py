@@ -46,14 +46,14 @@ class Export:
 
     # One of `EXPORT_KINDS`.
     kind: str
-    # What is exported, in messages.
+    # This export in reports, such as "run 2, belt".
     subject: str
-    # The suggested file name without suffix.
+    # The suggested file name without suffix; may contain any characters.
     stem: str
     # By suffix, writes a file of this format; the first suffix is suggested.
     writers: Mapping[str, PathFunction]
-    # What messages call the file.
-    contents_name: str = FIGURE
+    # What such files contain, in errors about the suffix, such as "film or picture".
+    contents_name: str = "figure"
 
     @property
     def file_name(self) -> str:

@@ -180,8 +180,12 @@ class PaperPane(JobPane):
                 first.display, second.display = True, False
             for chart_view, chart in zip((first, second), charts, strict=False):
                 chart_view.show(chart)
-        elif self.job is None:
-            self.start(partial(self._compute_figure, key))
+        else:
+            # The charts may show another figure, whose points would be read as those of this one.
+            for chart_view in self.query(ChartView):
+                chart_view.show(None)
+            if self.job is None:
+                self.start(partial(self._compute_figure, key))
 
     def export(self, kind: str) -> Export:
         """Figure or data of the selected figure, or the claims as data."""

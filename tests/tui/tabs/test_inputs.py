@@ -9,6 +9,7 @@ from fivtui.ranges import with_decimal_point, with_decimal_points
 from fivtui.tui.chart import ChartView
 from fivtui.tui.chart.widget.limits_dialog import LimitsDialog
 from fivtui.tui.tabs.studies.map import MapPane
+from fivtui.tui.tabs.studies.uncertainty import UncertaintyPane
 from fivtui.tui.tabs.transient import TransientPane
 from tests.support.laboratory import run_to_end, show_tab, until, until_hidden, until_shown
 
@@ -77,6 +78,22 @@ async def test_a_wrong_text_in_a_tab_is_marked_at_once(pilot: Pilot[None]) -> No
         # Escape leaves the input; keys of the tab work again.
         await pilot.press("escape")
         await until(pilot, lambda: isinstance(pilot.app.focused, ChartView))
+
+
+async def test_enter_on_a_wrong_text_stops_no_computation(pilot: Pilot[None]) -> None:
+    await show_tab(pilot, "alt+7")
+    pane = pilot.app.screen.query_one(UncertaintyPane)
+    await pilot.press("f10")
+    await until(pilot, lambda: pane.job is not None)
+    job = pane.job
+    text_input = pane.query_one("#uncertainty-input", Input)
+    text_input.value = "μ~unif"
+    await until(pilot, lambda: text_input.has_class("-invalid"))
+    text_input.post_message(Input.Submitted(text_input, text_input.value))
+    await pilot.pause()
+    assert job is not None
+    assert not job.stopped
+    pane.stop()
 
 
 async def test_a_map_that_ends_during_wrong_input_leaves_no_error(pilot: Pilot[None]) -> None:

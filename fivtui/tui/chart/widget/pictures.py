@@ -148,10 +148,11 @@ class Pictures:
 
     def note_key(self) -> None:
         """Note that a key or a button was pressed."""
-        if self._rest is not None:
-            self._is_key_held = True
-            self._rest.reset()
-        elif self._protocol:
+        if self._protocol:
+            self._is_key_held = self._rest is not None
+            if self._rest is not None:
+                # `Timer.reset` would wait for the end of the current interval first.
+                self._rest.stop()
             self._rest = self._app.set_timer(_HELD_S, self._end_held_key)
 
     def _end_held_key(self) -> None:

@@ -149,11 +149,13 @@ class StudyPane(JobPane):
 
     @on(Input.Submitted, ".study-input")
     def _submit(self, event: Input.Submitted) -> None:
-        # Compute what was typed, in place of what is being computed.
+        # Compute what was typed, in place of what is being computed; an invalid text stops nothing.
         event.stop()
-        self.fit_axes()
-        self.stop()
-        self.toggle_computation()
+        if not self._error:
+            self.fit_axes()
+            self.stop()
+        if self.job is None:
+            self.toggle_computation()
 
     @on(DescendantFocus)
     @on(DescendantBlur)
